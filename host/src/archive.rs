@@ -42,6 +42,7 @@ use serde_json::value::RawValue;
 
 use crate::calibration_file::CalibrationTable;
 use crate::clock;
+use crate::embedded;
 use crate::file::{self, Existing};
 use crate::layout_file::LayoutFile;
 use crate::limited::at_most;
@@ -228,14 +229,14 @@ impl Archive {
         })
     }
 
-    /// Reads an archive.
+    /// Reads an archive, or the one in a report.
     ///
     /// # Errors
     /// Exit 2 when the file cannot be read, is not an archive, is cut short, has a version that this program does not
     /// know, or holds what no test gives.
     pub fn read(path: &Path) -> Result<Self> {
         let name = path.display();
-        let bytes = file::read(path, MAX_BYTES).map_err(|e| {
+        let bytes = embedded::read(path, MAX_BYTES).map_err(|e| {
             Error::input("archive_not_readable", format!("{name}: cannot be read: {e}"))
         })?;
         Self::parse(&bytes, &name.to_string())

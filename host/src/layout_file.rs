@@ -51,6 +51,8 @@ pub struct LayoutFile {
     pub uncertainty: Uncertainty,
     /// Expected values to compare with.
     pub reference: Option<Reference>,
+    /// What the report states and no program can know.
+    pub statements: Statements,
     /// The text of the file.
     pub text: String,
     /// Where the file states the settings of the test.
@@ -77,6 +79,25 @@ pub struct Node {
 pub struct SensorDetails {
     /// Name of its calibration.
     pub calibration: Option<String>,
+}
+
+/// The `[report]` table: what a report states about the test and no program can know. Empty where nothing is stated.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Statements {
+    /// What was measured.
+    pub object: String,
+    /// How it hung or stood.
+    pub support: String,
+    /// The hammer and its tip.
+    pub hammer: String,
+    /// The sensors and how they were mounted.
+    pub sensors: String,
+    /// Who measured.
+    pub operator: String,
+    /// Where it was measured.
+    pub place: String,
+    /// Anything else.
+    pub remarks: String,
 }
 
 /// The `[reference]` table: expected values, each optional.

@@ -25,6 +25,8 @@
 //! | [`host_solution`] | a rig's result, solved again on the host |
 //! | [`single_fault`] | which mistake explains data that contradict their budget |
 //! | [`monte_carlo`] | many simulated tests, compared with the truth and the Cramér-Rao bound |
+//! | `embedded` | results inside an HTML report |
+//! | [`html_report`] | results as a page for people |
 //! | [`report`] | results as JSON and tables, diagnostics as sentences |
 //! | [`spectra`] | collects the spectra of a campaign, DOF by DOF |
 //! | [`tape`] | recorded scans |
@@ -45,6 +47,7 @@ mod clock;
 pub mod commands;
 pub mod design;
 pub mod document;
+mod embedded;
 pub mod error;
 pub mod export;
 pub mod file;
@@ -52,6 +55,7 @@ pub mod firmware;
 pub mod flash;
 pub mod hits;
 pub mod host_solution;
+pub mod html_report;
 pub mod identification;
 pub mod interrupt;
 pub mod layout_file;

@@ -10,18 +10,19 @@ use massline_shared::layout::{HostLayout, LayoutReport};
 use massline_shared::signal::AdcProperties;
 use serde_json::value::RawValue;
 
-use super::{Archive, EXTENSION, FORMAT, SCHEMA_VERSION};
-use crate::{Error, Result};
+use super::{Archive, EXTENSION, FORMAT, MAX_BYTES, SCHEMA_VERSION};
+use crate::{Error, Result, embedded};
 
 /// The first bytes of an archive that this program has written.
 const FIRST: &str = r#"{"format":"massline-archive""#;
 
-/// True when the first bytes of a file are those of an archive; a pipe is not read.
+/// True when the first bytes of a file, or of the result in a report, are those of an archive; a pipe is not read.
 pub(super) fn begins_as_archive(path: &Path) -> bool {
     let mut first = [0; FIRST.len()];
-    path.is_file()
+    let is_one = path.is_file()
         && File::open(path).and_then(|mut file| file.read_exact(&mut first)).is_ok()
-        && first == *FIRST.as_bytes()
+        && first == *FIRST.as_bytes();
+    is_one || embedded::begins_with(path, FIRST, MAX_BYTES)
 }
 
 /// Checks the format and its version.

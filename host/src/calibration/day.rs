@@ -26,8 +26,13 @@ impl Day {
 
     /// Days from this date until today; zero for one in the future.
     pub fn age_in_days(self) -> u16 {
-        let days = (Self::today().0 - self.0).get_days();
+        let days = self.days_until(Self::today());
         u16::try_from(days.max(0)).unwrap_or(u16::MAX)
+    }
+
+    /// Days from this date until another; negative for an earlier one.
+    pub fn days_until(self, other: Self) -> i32 {
+        (other.0 - self.0).get_days()
     }
 
     /// The text as a calibration stores it; empty for a year with more than four digits.

@@ -27,6 +27,7 @@ pub mod plot;
 pub mod progress;
 pub mod record;
 pub mod replay;
+pub mod report;
 pub mod responses;
 mod rest;
 mod results;
@@ -115,6 +116,8 @@ pub enum Command {
     Export(export::Args),
     /// Draw pictures of a result.
     Plot(plot::Args),
+    /// Write results as an HTML page for people.
+    Report(report::Args),
     /// Show the suspension modes in the frequency responses of a universal file.
     Modes(modes::Args),
     /// Replay recorded scans through the whole rig.
@@ -197,6 +200,7 @@ pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
         Command::Solve(args) => solve::run(&args, output),
         Command::Export(args) => export::run(&args, output),
         Command::Plot(args) => plot::run(&args, output),
+        Command::Report(args) => report::run(&args, output),
         Command::Modes(args) => modes::run(&args, output),
         Command::Replay(args) => replay::run(&args, output),
         Command::Simulate(args) => simulate::run(&args, output),

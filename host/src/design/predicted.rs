@@ -1,5 +1,6 @@
 //! The predicted uncertainty of a layout, what limits it, and the effect of one sensor or hit more or less.
 
+use massline_shared::body::RigidBody;
 use massline_shared::design::{Criterion, Part, parts, total};
 use massline_shared::identify::maximum_likelihood::workspace;
 use massline_shared::identify::{Applicability, Method, Methods};
@@ -67,8 +68,18 @@ impl Predicted {
 impl DesignReport {
     /// The prediction for a layout file, with `noise` relative to 1/m.
     pub fn of(file: &LayoutFile, noise: f64) -> Self {
+        let (criterion, whose) = criterion_for(file, file.layout.characteristic_length(), noise);
+        Self::with(file, criterion, whose)
+    }
+
+    /// The same for this body; `whose` names it.
+    pub fn of_body(file: &LayoutFile, body: RigidBody<f64>, whose: String, noise: f64) -> Self {
+        let criterion = Criterion::new(body, file.layout.characteristic_length(), noise);
+        Self::with(file, criterion, whose)
+    }
+
+    fn with(file: &LayoutFile, criterion: Criterion<f64>, whose: String) -> Self {
         let layout = &file.layout;
-        let (criterion, whose) = criterion_for(file, layout.characteristic_length(), noise);
         let methods: Methods = Method::of_mass_lines().collect();
         let applicability = Applicability::new(layout, &criterion.body, &methods);
         let possible = methods.iter().any(|&method| applicability.admits(method));

@@ -206,7 +206,7 @@ impl Described {
         Self {
             name: "written",
             summary: "a file that was written",
-            commands: &["layout new", "calibrate pull"],
+            commands: &["layout new", "calibrate pull", "report"],
             schema: of::<WrittenFile>,
         },
         Self {

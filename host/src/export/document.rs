@@ -55,7 +55,7 @@ fn read_named(path: &Path) -> Result<(Vec<u8>, String)> {
         Some(name) => name.to_string_lossy(),
         None => path.to_string_lossy(),
     };
-    let bytes = if stdin { read_stdin() } else { crate::file::read(path, MAX_BYTES) };
+    let bytes = if stdin { read_stdin() } else { crate::embedded::read(path, MAX_BYTES) };
     let bytes = bytes.map_err(|e| {
         let file = if stdin { name.clone() } else { path.to_string_lossy() };
         Error::input(

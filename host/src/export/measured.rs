@@ -9,6 +9,7 @@ use super::document::of_value;
 use super::subject::Exported;
 use super::test_data::{Node, Responses, TestData};
 use crate::archive::{Archive, ArchivedNode};
+use crate::document::Measurement;
 use crate::error::Result;
 use crate::host_solution::HostSolution;
 use crate::identification::Selection;
@@ -34,14 +35,22 @@ fn document_of(result: &MeasurementResult, layout: Option<&HostLayout>) -> Value
     if let Some(layout) = layout {
         HostSolution::new(result, layout, Selection::All).add_to(&mut document);
     }
+    with_version(&document)
+}
+
+/// The document of an archive's result, solved again and searched for a single mistake, with what the test cannot see.
+pub fn document_of_archive(archive: &Archive) -> Value {
+    let mut document = report::measurement_json(&archive.result);
+    let again = HostSolution::examined(&archive.result, &archive.layout.nominal(), Selection::All);
+    again.add_to(&mut document);
+    document.cannot_see = Some(again.cannot_see());
+    with_version(&document)
+}
+
+fn with_version(document: &Measurement) -> Value {
     let mut value = json!(document);
     value["schema_version"] = json!(SCHEMA_VERSION);
     value
-}
-
-/// The document of an archive's result, solved again.
-pub fn document_of_archive(archive: &Archive) -> Value {
-    document_of(&archive.result, Some(&archive.layout.resolved))
 }
 
 /// The result of an archive, with nodes and frequency responses.

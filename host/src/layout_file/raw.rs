@@ -63,6 +63,38 @@ pub(super) struct RawLayout {
     #[serde(default)]
     #[schemars(with = "RawReference")]
     pub(super) reference: Option<RawReference>,
+    /// What `massline report` states about the test and no program can know.
+    #[serde(default)]
+    #[schemars(with = "RawStatements")]
+    pub(super) report: Option<RawStatements>,
+}
+
+/// What `massline report` states about the test and no program can know: free text without control characters.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default, expecting = "a table [report]")]
+#[schemars(rename = "report")]
+pub(super) struct RawStatements {
+    /// What was measured: description, serial number, condition.
+    #[schemars(with = "String")]
+    pub(super) object: Option<Spanned<String>>,
+    /// How it hung or stood: cords, springs, foam.
+    #[schemars(with = "String")]
+    pub(super) support: Option<Spanned<String>>,
+    /// The hammer: model, mass, tip.
+    #[schemars(with = "String")]
+    pub(super) hammer: Option<Spanned<String>>,
+    /// The sensors: model, how they were mounted.
+    #[schemars(with = "String")]
+    pub(super) sensors: Option<Spanned<String>>,
+    /// Who measured.
+    #[schemars(with = "String")]
+    pub(super) operator: Option<Spanned<String>>,
+    /// Where it was measured: laboratory, temperature.
+    #[schemars(with = "String")]
+    pub(super) place: Option<Spanned<String>>,
+    /// Anything else.
+    #[schemars(with = "String")]
+    pub(super) remarks: Option<Spanned<String>>,
 }
 
 /// A numbered point of the object.

@@ -14,12 +14,12 @@ use super::entry::{RawHit, RawSensor};
 use super::error::{Fault, LayoutFileError, Place};
 use super::known::{Uncertainty, attached, priors, sensor_mass};
 use super::policy::policy;
-use super::raw::{RawLayout, RawNode, RawReference};
+use super::raw::{RawLayout, RawNode, RawReference, RawStatements};
 use super::source::Source;
 use super::tensor::tensor_fault;
 use super::test_settings::{places, target, test};
 use super::values::RawAxes;
-use super::{LayoutFile, Node, Reference, SensorDetails};
+use super::{LayoutFile, Node, Reference, SensorDetails, Statements};
 use crate::units::GRAVITY_ON_EARTH;
 
 /// How far an axis may be from unit length or orthogonality: the rounding error of four typed digits.
@@ -40,7 +40,8 @@ pub(super) fn is_complete(raw: &RawLayout, source: &Source<'_>) -> Result<(), La
 pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile, LayoutFileError> {
     let nodes = nodes(&raw.node, source)?;
     let uncertainty = Uncertainty::of(&raw, source)?;
-    let title = title(raw.title.as_ref(), source)?;
+    let title = text(raw.title.as_ref(), "title", source)?;
+    let statements = statements(raw.report.as_ref(), source)?;
     let mut layout = HostLayout {
         title: cut(&title),
         gravity: gravity(raw.gravity.as_ref(), source)?,
@@ -91,16 +92,48 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
     let reference = raw.reference.as_ref().map(|r| reference(r, source)).transpose()?;
     let places = raw.test.as_ref().map_or_else(Vec::new, |test| places(test, source));
     let text = source.text.to_owned();
-    Ok(LayoutFile { title, layout, nodes, sensors, uncertainty, reference, text, places })
+    Ok(LayoutFile {
+        title,
+        layout,
+        nodes,
+        sensors,
+        uncertainty,
+        reference,
+        statements,
+        text,
+        places,
+    })
 }
 
-fn title(raw: Option<&Spanned<String>>, source: &Source<'_>) -> Result<String, LayoutFileError> {
+/// Free text without control characters; empty where there is none.
+fn text(
+    raw: Option<&Spanned<String>>,
+    key: &str,
+    source: &Source<'_>,
+) -> Result<String, LayoutFileError> {
     let Some(raw) = raw else { return Ok(String::new()) };
-    let title = raw.get_ref();
-    match title.chars().find(|c| c.is_control()) {
-        Some(found) => Err(source.fault(raw.span(), "title", Fault::ControlCharacter { found })),
-        None => Ok(title.clone()),
+    let text = raw.get_ref();
+    match text.chars().find(|c| c.is_control()) {
+        Some(found) => Err(source.fault(raw.span(), key, Fault::ControlCharacter { found })),
+        None => Ok(text.clone()),
     }
+}
+
+fn statements(
+    raw: Option<&RawStatements>,
+    source: &Source<'_>,
+) -> Result<Statements, LayoutFileError> {
+    let Some(raw) = raw else { return Ok(Statements::default()) };
+    let text = |raw: &Option<Spanned<String>>, key| text(raw.as_ref(), key, source);
+    Ok(Statements {
+        object: text(&raw.object, "report.object")?,
+        support: text(&raw.support, "report.support")?,
+        hammer: text(&raw.hammer, "report.hammer")?,
+        sensors: text(&raw.sensors, "report.sensors")?,
+        operator: text(&raw.operator, "report.operator")?,
+        place: text(&raw.place, "report.place")?,
+        remarks: text(&raw.remarks, "report.remarks")?,
+    })
 }
 
 /// As much of a title as a rig has room for, in whole letters.

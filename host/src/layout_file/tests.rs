@@ -87,7 +87,7 @@ fn the_template_s_comments_are_valid_too() {
     let mut text = String::new();
     for line in TEMPLATE.lines() {
         let bare = line.strip_prefix("# ").unwrap_or(line);
-        let is_table = ["[prior]", "[[attached]]", "[reference]"].contains(&bare);
+        let is_table = ["[prior]", "[[attached]]", "[reference]", "[report]"].contains(&bare);
         let is_entry = ["mass_kg =", "center_of_mass_m =", "inertia_kg_m2 =", "    [", "]", "axes"];
         let is_value = line.starts_with("# ") && is_entry.iter().any(|e| bare.starts_with(e));
         text += if is_table || is_value && !bare.contains("the sensor's") { bare } else { line };
@@ -215,7 +215,7 @@ fn a_known_value_without_its_sigma_is_told_how_to_write_it() {
 
 #[test]
 fn a_value_of_a_wrong_type_is_answered_without_names_of_the_program() {
-    let tables = ["test", "policy", "uncertainty", "prior", "reference"];
+    let tables = ["test", "policy", "uncertainty", "prior", "reference", "report"];
     let top = tables.map(|key| format!("{key} = \"a\"\n{GOOD}"));
     let lists = ["node", "attached", "sensors", "hits", "title", "gravity"];
     let alone = lists.map(|key| format!("{key} = [{{ id = true }}, true, 1.5]"));
@@ -229,6 +229,7 @@ fn a_value_of_a_wrong_type_is_answered_without_names_of_the_program() {
         ("prior", "mass_kg"),
         ("reference", "mass_kg"),
         ("reference", "inertia_kg_m2"),
+        ("report", "support"),
     ];
     let inner = keys.map(|(table, key)| format!("{GOOD}\n[{table}]\n{key} = true"));
     let sensor = ["axes", "attached_mass_kg", "uncertainty", "calibration"]
@@ -402,4 +403,14 @@ fn millimetres_and_other_units_are_suspected() {
     // 0.01 kg m² is 10⁴ kg mm².
     let said = suspicion(&reference(1e4)).unwrap();
     assert!(said.contains("radius of gyration") && said.contains("1e-6"), "{said}");
+}
+
+#[test]
+fn statements_for_the_report_are_text_in_one_line() {
+    let with = |what: &str| parse(&format!("{GOOD}\n[report]\n{what}"));
+    let said = with("support = \"two cords\"").unwrap().statements;
+    assert_eq!((said.support.as_str(), said.hammer.as_str()), ("two cords", ""));
+    let error = with("operator = \"a\\nb\"").unwrap_err().to_string();
+    assert!(error.contains("report.operator"), "{error}");
+    assert!(with("hamer = \"100 g\"").unwrap_err().to_string().contains("hamer"));
 }

@@ -40,20 +40,19 @@ impl InSpace {
         let (title, layout) = (source.title.clone(), source.layout().cloned());
         Ok(layout.map(|layout| Self { title, layout, body }))
     }
+}
 
-    /// Semi-axes, m, as columns, of the homogeneous ellipsoid with the mass and the inertia of the body.
-    fn ellipsoid(&self) -> Option<[Vector3<f64>; 3]> {
-        let body = self.body?;
-        let principal = body.principal()?;
-        let half = principal.moments.sum() / 2.0;
-        // The second moment along an axis is m a²/5.
-        let axis = |k: usize| {
-            let second = half - principal.moments[k];
-            (second > 0.0 && body.mass > 0.0)
-                .then(|| principal.axes.column(k) * (5.0 * second / body.mass).sqrt())
-        };
-        Some([axis(0)?, axis(1)?, axis(2)?])
-    }
+/// Semi-axes, m, of the homogeneous ellipsoid with the mass and the inertia of a body; `None` for one that cannot be.
+pub fn ellipsoid(body: &RigidBody<f64>) -> Option<[Vector3<f64>; 3]> {
+    let principal = body.principal()?;
+    let half = principal.moments.sum() / 2.0;
+    // The second moment along an axis is m a²/5.
+    let axis = |k: usize| {
+        let second = half - principal.moments[k];
+        (second > 0.0 && body.mass > 0.0)
+            .then(|| principal.axes.column(k) * (5.0 * second / body.mass).sqrt())
+    };
+    Some([axis(0)?, axis(1)?, axis(2)?])
 }
 
 /// The view: points in m become pixels.
@@ -175,7 +174,7 @@ impl InSpace {
             self.layout.sensors.iter().map(|s| Vector3::from(s.position)).collect();
         let hits: Vec<_> = self.layout.hits.iter().map(|h| Vector3::from(h.position)).collect();
         let center = self.body.map(|body| body.center_of_mass);
-        let arms = self.ellipsoid();
+        let arms = self.body.as_ref().and_then(ellipsoid);
         let mut points: Vec<Vector3<f64>> = vec![Vector3::zeros()];
         points.extend(sensors.iter().chain(&hits).chain(&center));
         if let Some((center, arms)) = center.zip(arms) {

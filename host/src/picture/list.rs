@@ -70,6 +70,22 @@ impl Picture {
         }
     }
 
+    /// What it shows, as a caption under it.
+    pub fn caption(self) -> &'static str {
+        match self {
+            Self::Estimates => "The ten properties with their 95 % intervals",
+            Self::Layout => "The test in space",
+            Self::Frf => "Frequency responses with the mass lines",
+            Self::Hits => "All hits one above the other",
+            Self::DrivingPoints => "Driving points: does every point move with its force?",
+            Self::Pulls => "Pulls of sensors and hits: what contradicts the error budget",
+            Self::Budget => "The error budget as stated and as learned",
+            Self::NormIndicator => "How much of each suspension mode each hit shows",
+            Self::Mac => "Modal assurance criterion of the suspension modes",
+            Self::Stabilisation => "Poles of the suspension modes over the order of the fit",
+        }
+    }
+
     /// What a result must have for it, to complete the sentence "it needs …".
     pub fn needs(self) -> &'static str {
         match self {

@@ -26,7 +26,7 @@ pub use driving_points::DrivingPoints;
 pub use estimates::{Estimates, Series};
 pub use hits::HitsOfDof;
 pub use indicators::Indicators;
-pub use layout::InSpace;
+pub use layout::{InSpace, ellipsoid};
 pub use list::{DrawnFile, Picture};
 pub use pulls::{Pull, Pulls};
 pub use responses::Responses;

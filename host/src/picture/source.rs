@@ -22,13 +22,16 @@ pub const LAYOUT_NEEDED: &str = "layout_needed";
 
 /// A result with its test.
 pub struct Source {
-    /// The title of the layout, or the name of the file.
+    /// The title of the layout, or the name of the file, as long as a picture has room for.
     pub title: String,
+    /// The same in full length.
+    pub whole_title: String,
     /// The name of the file.
     pub name: String,
     document: Value,
     archive: Option<Archive>,
     layout: Option<HostLayout>,
+    layout_file: Option<LayoutFile>,
     /// The ten properties of the reference, where they are known.
     reference: Option<[f64; 10]>,
 }
@@ -52,8 +55,11 @@ impl Source {
         let said = document["title"].as_str().filter(|title| !title.is_empty());
         let title = layout.map(|file| file.title.as_str()).filter(|title| !title.is_empty());
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let whole_title = one_line(said.or(title).unwrap_or(&stem));
         Ok(Self {
-            title: shown(said.or(title).unwrap_or(&stem)),
+            title: shortened(&whole_title),
+            whole_title,
+            layout_file: layout.cloned(),
             layout: stored.or(layout.map(|file| &file.layout)).cloned(),
             reference: layout.and_then(|file| file.reference?.complete()),
             document,
@@ -98,6 +104,33 @@ impl Source {
     /// The layout, where it is known.
     pub fn layout(&self) -> Option<&HostLayout> {
         self.layout.as_ref()
+    }
+
+    /// The layout file, where there is one: in the archive, or given beside the result.
+    pub fn layout_file(&self) -> Option<&LayoutFile> {
+        self.layout_file.as_ref()
+    }
+
+    /// The best answer in the document, as it stands there; null without one.
+    pub fn best_entry(&self) -> &Value {
+        let of_host = &self.document["host"]["results"][0];
+        if of_host.is_object() { of_host } else { &self.document["results"][0] }
+    }
+
+    /// The document of the result, that of an archive solved again.
+    pub fn document(&self) -> &Value {
+        &self.document
+    }
+
+    /// The JSON text from which this result can be read again: the archive without the records of hits, or the document.
+    ///
+    /// # Errors
+    /// When the archive cannot be written.
+    pub fn json(&self) -> Result<String> {
+        let Some(archive) = &self.archive else { return Ok(self.document.to_string()) };
+        let mut lean = archive.clone();
+        lean.hit_records.clear();
+        Ok(String::from_utf8_lossy(&lean.to_bytes(&self.name)?).into_owned())
     }
 
     /// The archive, for a result that is one.

@@ -1,0 +1,182 @@
+//! The verdict and the ten properties.
+
+use massline_shared::body::INERTIAL_PARAMETERS;
+use serde_json::Value;
+
+use super::limits::Limits;
+use crate::error::Result;
+use crate::export::Exported;
+use crate::picture::Source;
+use crate::report::{as_exact_as, two_digits, with_sigma};
+
+/// Whether a result can be used, and why.
+pub(super) struct Verdict {
+    /// `good`, `warning` or `bad`: the class of the page's element.
+    pub tone: &'static str,
+    /// In a few words.
+    pub headline: String,
+    /// What is behind it, in sentences.
+    pub reasons: Vec<String>,
+}
+
+/// One of the ten properties, in the unit of tables.
+pub(super) struct Row {
+    /// The symbol without its index, and the index.
+    pub symbol: (&'static str, &'static str),
+    pub name: &'static str,
+    pub value: String,
+    /// Half width and ends of the 95 % interval; empty where it is not known.
+    pub half_width: String,
+    pub low: String,
+    pub high: String,
+    pub unit: &'static str,
+    /// Half width in % of the scale.
+    pub percent: String,
+    /// What the uncertainty is mostly from.
+    pub mostly: String,
+    /// The expected value and the error in % of scale; empty where none is stated.
+    pub expected: String,
+    pub error: String,
+}
+
+/// Names of the ten properties.
+const NAMES: [&str; 10] = [
+    "mass",
+    "centre of mass, x",
+    "centre of mass, y",
+    "centre of mass, z",
+    "moment of inertia about x",
+    "moment of inertia about y",
+    "moment of inertia about z",
+    "product of inertia xy",
+    "product of inertia xz",
+    "product of inertia yz",
+];
+
+impl Row {
+    /// The ten rows of an answer.
+    ///
+    /// # Errors
+    /// When the scale is needed and the layout is not known.
+    pub fn all(source: &Source, answer: &Exported, limits: &Limits) -> Result<Vec<Self>> {
+        let (theta, sigma, half) = (answer.theta(), answer.sigma(), answer.half_widths);
+        let scale = source.layout().map(|_| source.scale(answer.body.mass)).transpose()?;
+        let expected = source.layout_file().and_then(|file| file.reference);
+        let expected = expected.map_or([None; 10], |of| of.properties());
+        let row = |(k, parameter): (usize, &massline_shared::body::InertialParameter)| {
+            let factor = parameter.table_factor;
+            let exact = sigma.map(|sigma| sigma[k] * factor);
+            let number = |si: f64| as_exact_as(si * factor, exact);
+            let of_half =
+                |text: &dyn Fn(f64) -> String| half.map_or(String::new(), |half| text(half[k]));
+            let percent = |si: f64| scale.map(|scale| 100.0 * si / scale[k]);
+            Self {
+                symbol: parameter.symbol.split_once('_').unwrap_or((parameter.symbol, "")),
+                name: NAMES[k],
+                value: number(theta[k]),
+                half_width: of_half(&number),
+                low: of_half(&|half| number(theta[k] - half)),
+                high: of_half(&|half| number(theta[k] + half)),
+                unit: parameter.table_unit,
+                percent: of_half(&|half| percent(half).map_or(String::new(), two_digits)),
+                mostly: limits.mostly(k),
+                expected: expected[k].map_or(String::new(), number),
+                error: expected[k]
+                    .and_then(|of| percent(theta[k] - of))
+                    .map_or(String::new(), |error| format!("{error:+.2}")),
+            }
+        };
+        Ok(INERTIAL_PARAMETERS.iter().enumerate().map(row).collect())
+    }
+}
+
+/// Principal moments, largest last, and the axes, in a sentence each; empty without real ones.
+pub(super) fn principal(source: &Source, answer: &Exported) -> Vec<String> {
+    let Some(principal) = answer.body.principal() else { return Vec::new() };
+    let sigmas: Option<[f64; 3]> =
+        serde_json::from_value(source.best_entry()["principal_moments_kg_m2"]["sigma"].clone())
+            .ok();
+    let line = |k: usize| {
+        let moment = principal.moments[k] * 1e3;
+        let moment =
+            sigmas.map_or_else(|| as_exact_as(moment, None), |s| with_sigma(moment, s[k] * 1e3));
+        let axis: Vec<String> =
+            principal.axes.column(k).iter().map(|x| format!("{x:.3}")).collect();
+        format!("{moment} g m² about the axis ({})", axis.join(", "))
+    };
+    (0..3).map(line).collect()
+}
+
+impl Verdict {
+    /// The verdict on a result and its best answer.
+    pub fn of(source: &Source, answer: Option<&Exported>) -> Self {
+        let Some(answer) = answer else { return Self::without_answer(source) };
+        let grave = grave(source);
+        if let Some(condition) = answer.violated_condition() {
+            let mut reasons = vec![condition];
+            reasons.extend(grave);
+            return Self::bad("No real body has these properties", reasons);
+        }
+        let agreement = &source.document()["agreement"];
+        let verdict = agreement["verdict"].as_str().unwrap_or_default().to_owned();
+        if agreement["doubt"].is_string() || agreement["agree"] == false {
+            let mut reasons = vec![verdict];
+            reasons.extend(grave);
+            return Self { tone: "warning", headline: "The answer is in doubt".into(), reasons };
+        }
+        match grave.len() {
+            0 => Self {
+                tone: "good",
+                headline: "Good: nothing was found that puts the answer in doubt".into(),
+                reasons: Vec::new(),
+            },
+            1 => Self { tone: "warning", headline: "One warning".into(), reasons: grave },
+            count => {
+                Self { tone: "warning", headline: format!("{count} warnings"), reasons: grave }
+            }
+        }
+    }
+
+    fn without_answer(source: &Source) -> Self {
+        let mut reasons = grave(source);
+        for refusal in list(&source.document()["not_applicable"]) {
+            let sentence = format!("{}: {}", words(&refusal["method"]), words(&refusal["message"]));
+            reasons.push(sentence);
+        }
+        Self::bad("No answer: the data do not determine the ten properties", reasons)
+    }
+
+    fn bad(headline: &str, reasons: Vec<String>) -> Self {
+        Self { tone: "bad", headline: headline.into(), reasons }
+    }
+}
+
+/// Every finding about a result and its best answer: severity and sentence, each once.
+pub(super) fn findings(source: &Source) -> Vec<(String, String)> {
+    let document = source.document();
+    let all = [&document["diagnostics"], &source.best_entry()["diagnostics"]];
+    let mut found: Vec<(String, String)> = Vec::new();
+    for finding in all.into_iter().flat_map(list) {
+        let entry = (words(&finding["severity"]), words(&finding["message"]));
+        if !found.contains(&entry) {
+            found.push(entry);
+        }
+    }
+    found
+}
+
+/// The sentences of warnings and errors.
+fn grave(source: &Source) -> Vec<String> {
+    let all = findings(source).into_iter();
+    all.filter(|(severity, _)| severity != "note").map(|(_, sentence)| sentence).collect()
+}
+
+/// The entries of a list in a document; none where it is not one.
+pub(super) fn list(value: &Value) -> &[Value] {
+    value.as_array().map_or(&[], Vec::as_slice)
+}
+
+/// A text in a document; empty where it is not one.
+pub(super) fn words(value: &Value) -> String {
+    value.as_str().unwrap_or_default().to_owned()
+}

@@ -1,0 +1,86 @@
+//! The hit DOFs of a test, and its single hits.
+
+use massline_shared::layout::HostLayout;
+
+use crate::error::Result;
+use crate::picture::Source;
+
+/// A DOF that was hit.
+pub(super) struct DofRow {
+    pub dof: String,
+    /// Where, mm, and along which direction of the body frame.
+    pub position: String,
+    pub direction: String,
+    /// Number of averaged hits; empty where it is not known.
+    pub hits: String,
+    pub band: String,
+    /// The smallest mean coherence of a response over the band.
+    pub coherence: String,
+    /// How far the fit pulls it, in standard deviations of its budget, and what it leaves of its readings over their noise.
+    pub pull: String,
+    pub residual: String,
+}
+
+/// A single hit, as the rig has graded it.
+pub(super) struct HitRow {
+    pub number: u32,
+    pub dof: String,
+    pub force: String,
+    pub acceleration: String,
+    /// `good`, `warning` or `bad`: the class of the element.
+    pub tone: &'static str,
+    pub verdict: String,
+}
+
+/// The DOFs of a result, in the order of its layout; none where that is not known.
+///
+/// # Errors
+/// When the details of the fit are malformed.
+pub(super) fn dofs(source: &Source) -> Result<Vec<DofRow>> {
+    let Some(layout) = source.layout() else { return Ok(Vec::new()) };
+    let details = source.details()?;
+    let row = |hit: &massline_shared::layout::Hit<f64>| {
+        let dof = hit.dof.to_string();
+        let measured = source
+            .archive()
+            .and_then(|archive| archive.result.dofs.iter().find(|of| of.dof == hit.dof));
+        let fitted = details.iter().flat_map(|of| &of.hits).find(|of| of.dof == dof);
+        let sensors = layout.sensors.len();
+        let coherence = measured
+            .and_then(|of| of.coherence)
+            .map(|all| all.into_iter().take(3 * sensors).fold(f32::INFINITY, f32::min));
+        DofRow {
+            dof,
+            position: millimetres(hit.position),
+            direction: unit_vector(hit.direction),
+            hits: measured.map_or(String::new(), |of| of.hits.to_string()),
+            band: measured.map_or(String::new(), |of| {
+                format!("{:.1} to {:.1}", of.band_hz[0], of.band_hz[1])
+            }),
+            coherence: coherence.map_or(String::new(), |least| format!("{least:.4}")),
+            pull: fitted.map_or(String::new(), |of| format!("{:.2}", of.pull)),
+            residual: fitted.map_or(String::new(), |of| format!("{:.2}", of.normalized_residual)),
+        }
+    };
+    Ok(layout.hits.iter().map(row).collect())
+}
+
+/// The sensors: node, position and axes.
+pub(super) fn sensors(layout: &HostLayout) -> Vec<[String; 4]> {
+    let row = |sensor: &massline_shared::layout::Sensor<f64>| {
+        let [x, y, _] = sensor.axes;
+        [sensor.node.to_string(), millimetres(sensor.position), unit_vector(x), unit_vector(y)]
+    };
+    layout.sensors.iter().map(row).collect()
+}
+
+fn millimetres(position: [f64; 3]) -> String {
+    position.map(|x| format!("{:.1}", 1e3 * x + 0.0)).join(", ")
+}
+
+fn unit_vector(direction: [f64; 3]) -> String {
+    // Adding zero takes the sign from a negative zero.
+    direction
+        .map(|x| format!("{:.3}", x + 0.0).trim_end_matches('0').trim_end_matches('.').to_owned())
+        .join(", ")
+}

@@ -1,0 +1,65 @@
+//! Results as one HTML page for people: readable on a phone, printable on A4, without any other file and without network.
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | `section` | everything about one result |
+//! | `answer` | the verdict and the ten properties |
+//! | `limits` | what limits the answer, and what to do next time |
+//! | `facts` | how it was measured: rig, calibration, settings, layout |
+//! | `hits` | the hit DOFs and the single hits |
+//! | `scene` | the test in space, which a small script turns |
+//! | `several` | the answers of several results side by side |
+//!
+//! The page is `templates/report/page.html`; the template library escapes every text that is put into it.
+
+mod answer;
+mod facts;
+mod hits;
+mod limits;
+mod scene;
+mod section;
+mod several;
+
+use askama::Template;
+
+use crate::clock;
+use crate::error::{Error, Result};
+use crate::picture::Source;
+
+use section::Section;
+use several::Several;
+
+/// The page.
+#[derive(Template)]
+#[template(path = "report/page.html")]
+struct Page {
+    title: String,
+    written: String,
+    program: &'static str,
+    sections: Vec<Section>,
+    several: Option<Several>,
+}
+
+/// The report of one result, or of several side by side.
+///
+/// # Errors
+/// When a result is malformed or a picture cannot be drawn.
+pub fn html(sources: &[Source]) -> Result<String> {
+    let sections = (1..).zip(sources).map(|(number, source)| Section::of(number, source));
+    let page = Page {
+        title: match sources {
+            [one] => one.title.clone(),
+            _ => format!("{} results", sources.len()),
+        },
+        written: clock::now(),
+        program: env!("CARGO_PKG_VERSION"),
+        sections: sections.collect::<Result<_>>()?,
+        several: Several::of(sources)?,
+    };
+    page.render().map_err(|e| {
+        Error::internal(
+            "report_not_written",
+            format!("the report cannot be written: {e}; report this"),
+        )
+    })
+}

@@ -1,0 +1,81 @@
+//! The answers of several results side by side.
+
+use massline_shared::body::INERTIAL_PARAMETERS;
+
+use super::answer::words;
+use crate::error::Result;
+use crate::picture::{ImageFormat, LAYOUT_NEEDED, Picture, Source};
+use crate::report::with_sigma;
+
+/// A table: a row for each property, a column for each result.
+pub(super) struct Several {
+    pub header: Vec<String>,
+    /// Symbol with unit, and the cells.
+    pub rows: Vec<(String, Vec<String>)>,
+    pub methods: Vec<String>,
+    pub boards: Vec<String>,
+    /// The picture of the answers, where the layouts are known.
+    pub figure: Option<String>,
+}
+
+impl Several {
+    /// The table; `None` for a single result.
+    ///
+    /// # Errors
+    /// When a result is malformed.
+    pub fn of(sources: &[Source]) -> Result<Option<Self>> {
+        if sources.len() < 2 {
+            return Ok(None);
+        }
+        let mut answers = Vec::new();
+        for source in sources {
+            answers.push(source.answers()?.into_iter().next());
+        }
+        let row = |(k, parameter): (usize, &massline_shared::body::InertialParameter)| {
+            let factor = parameter.table_factor;
+            let cells = answers.iter().map(|answer| {
+                answer.as_ref().map_or("–".into(), |answer| {
+                    let sigma = answer.sigma().map_or(f64::NAN, |sigma| sigma[k] * factor);
+                    with_sigma(answer.theta()[k] * factor, sigma)
+                })
+            });
+            (
+                format!("{}, {}", parameter.symbol.replace('_', ""), parameter.table_unit),
+                cells.collect(),
+            )
+        };
+        let dash = |text: String| if text.is_empty() { "–".into() } else { text };
+        Ok(Some(Self {
+            header: sources.iter().map(|of| of.title.clone()).collect(),
+            rows: INERTIAL_PARAMETERS.iter().enumerate().map(row).collect(),
+            figure: picture(sources)?,
+            methods: answers
+                .iter()
+                .map(|of| dash(of.as_ref().map_or(String::new(), |of| of.method.clone())))
+                .collect(),
+            boards: sources
+                .iter()
+                .map(|of| {
+                    dash(
+                        of.archive().map_or_else(
+                            || words(&of.document()["board"]),
+                            |a| a.rig.board.clone(),
+                        ),
+                    )
+                })
+                .collect(),
+        }))
+    }
+}
+
+/// The answers drawn against each other.
+fn picture(sources: &[Source]) -> Result<Option<String>> {
+    match Picture::Estimates.of(sources, ImageFormat::Svg) {
+        Ok(drawn) => {
+            let first = drawn.into_iter().next();
+            Ok(first.map(|file| String::from_utf8_lossy(&file.bytes).into_owned()))
+        }
+        Err(error) if error.code() == LAYOUT_NEEDED => Ok(None),
+        Err(error) => Err(error),
+    }
+}
