@@ -27,6 +27,7 @@
 //! | [`monte_carlo`] | many simulated tests, compared with the truth and the Cramér-Rao bound |
 //! | `embedded` | results inside an HTML report |
 //! | [`html_report`] | results as a page for people |
+//! | [`result_file`] | one result with its test, read from a file |
 //! | [`report`] | results as JSON and tables, diagnostics as sentences |
 //! | [`spectra`] | collects the spectra of a campaign, DOF by DOF |
 //! | [`tape`] | recorded scans |
@@ -70,6 +71,7 @@ pub mod precision;
 pub mod qemu;
 pub mod recording;
 pub mod report;
+pub mod result_file;
 pub mod rig;
 pub mod single_fault;
 pub mod solve;

@@ -7,7 +7,8 @@ use crate::document::DrawnPictures;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::output::Output;
-use crate::picture::{DrawnFile, ImageFormat, LAYOUT_NEEDED, Picture, Source};
+use crate::picture::{DrawnFile, ImageFormat, Picture};
+use crate::result_file::{LAYOUT_NEEDED, ResultFile};
 
 /// Arguments of `massline plot`.
 #[derive(Debug, clap::Args)]
@@ -51,7 +52,7 @@ pub struct Args {
 /// When a result cannot be read or has nothing to draw, or a file cannot be written.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let layout = args.layout.as_deref().map(|path| files::layout(path, output)).transpose()?;
-    let read = |path: &PathBuf| Source::read(path, layout.as_ref());
+    let read = |path: &PathBuf| ResultFile::read(path, layout.as_ref());
     let sources = args.results.iter().map(read).collect::<Result<Vec<_>>>()?;
     let (wanted, format) = (args.wanted(), args.file_format()?);
     let (mut drawn, mut lacking) = (Vec::new(), None);
@@ -94,7 +95,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     })
 }
 
-fn nothing(picture: Picture, sources: &[Source]) -> Error {
+fn nothing(picture: Picture, sources: &[ResultFile]) -> Error {
     let names: Vec<&str> = sources.iter().map(|source| source.name.as_str()).collect();
     let (names, name, needs) = (names.join(", "), picture.name(), picture.needs());
     let text =

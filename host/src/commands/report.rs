@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::file;
 use crate::html_report::html;
 use crate::output::Output;
-use crate::picture::Source;
+use crate::result_file::ResultFile;
 
 /// Arguments of `massline report`.
 #[derive(Debug, clap::Args)]
@@ -52,7 +52,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let path = args.output.clone().unwrap_or_else(|| default_name(&args.results));
     file::check(&path, args.replace.existing())?;
     let layout = args.layout.as_deref().map(|path| files::layout(path, output)).transpose()?;
-    let read = |path: &PathBuf| Source::read(path, layout.as_ref());
+    let read = |path: &PathBuf| ResultFile::read(path, layout.as_ref());
     let sources = args.results.iter().map(read).collect::<Result<Vec<_>>>()?;
     file::write(&path, html(&sources)?.as_bytes(), args.replace.existing())?;
     let value = WrittenFile { written: path };

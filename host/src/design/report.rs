@@ -190,7 +190,7 @@ pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> St
 }
 
 /// The error sources with the largest shares.
-fn most(parts: &[Part<f64>], share: impl Fn(&Part<f64>) -> f64, count: usize) -> String {
+pub(crate) fn most(parts: &[Part<f64>], share: impl Fn(&Part<f64>) -> f64, count: usize) -> String {
     let mut parts: Vec<_> = parts.iter().filter(|part| share(part) > MIN_SHARE).collect();
     parts.sort_by(|a, b| share(b).total_cmp(&share(a)));
     let words = parts.iter().take(count).map(|part| {
@@ -210,7 +210,8 @@ fn methods_text(applicability: &Applicability<f64>) -> String {
     Method::of_mass_lines().map(message_of).collect::<Vec<_>>().join(", ")
 }
 
-fn advice_text(advice: &Advice, file: &LayoutFile) -> String {
+/// What one sensor or hit more or less would change, a line each.
+pub(crate) fn advice_text(advice: &Advice, file: &LayoutFile) -> String {
     let layout = &file.layout;
     let mut text = String::new();
     if let Some((dof, total)) = advice.further_hit {

@@ -6,8 +6,8 @@ use serde_json::Value;
 use super::limits::Limits;
 use crate::error::Result;
 use crate::export::Exported;
-use crate::picture::Source;
 use crate::report::{as_exact_as, two_digits, with_sigma};
+use crate::result_file::ResultFile;
 
 /// Whether a result can be used, and why.
 pub(super) struct Verdict {
@@ -58,7 +58,7 @@ impl Row {
     ///
     /// # Errors
     /// When the scale is needed and the layout is not known.
-    pub fn all(source: &Source, answer: &Exported, limits: &Limits) -> Result<Vec<Self>> {
+    pub fn all(source: &ResultFile, answer: &Exported, limits: &Limits) -> Result<Vec<Self>> {
         let (theta, sigma, half) = (answer.theta(), answer.sigma(), answer.half_widths);
         let scale = source.layout().map(|_| source.scale(answer.body.mass)).transpose()?;
         let expected = source.layout_file().and_then(|file| file.reference);
@@ -90,8 +90,21 @@ impl Row {
     }
 }
 
+/// A property with its standard deviation, in the unit of tables.
+pub(super) fn cell(answer: &Exported, k: usize) -> String {
+    let factor = INERTIAL_PARAMETERS[k].table_factor;
+    let sigma = answer.sigma().map_or(f64::NAN, |sigma| sigma[k] * factor);
+    with_sigma(answer.theta()[k] * factor, sigma)
+}
+
+/// Symbol and unit of a property.
+pub(super) fn label(k: usize) -> String {
+    let parameter = &INERTIAL_PARAMETERS[k];
+    format!("{}, {}", parameter.symbol.replace('_', ""), parameter.table_unit)
+}
+
 /// Principal moments, largest last, and the axes, in a sentence each; empty without real ones.
-pub(super) fn principal(source: &Source, answer: &Exported) -> Vec<String> {
+pub(super) fn principal(source: &ResultFile, answer: &Exported) -> Vec<String> {
     let Some(principal) = answer.body.principal() else { return Vec::new() };
     let sigmas: Option<[f64; 3]> =
         serde_json::from_value(source.best_entry()["principal_moments_kg_m2"]["sigma"].clone())
@@ -109,7 +122,7 @@ pub(super) fn principal(source: &Source, answer: &Exported) -> Vec<String> {
 
 impl Verdict {
     /// The verdict on a result and its best answer.
-    pub fn of(source: &Source, answer: Option<&Exported>) -> Self {
+    pub fn of(source: &ResultFile, answer: Option<&Exported>) -> Self {
         let Some(answer) = answer else { return Self::without_answer(source) };
         let grave = grave(source);
         if let Some(condition) = answer.violated_condition() {
@@ -137,7 +150,7 @@ impl Verdict {
         }
     }
 
-    fn without_answer(source: &Source) -> Self {
+    fn without_answer(source: &ResultFile) -> Self {
         let mut reasons = grave(source);
         for refusal in list(&source.document()["not_applicable"]) {
             let sentence = format!("{}: {}", words(&refusal["method"]), words(&refusal["message"]));
@@ -152,7 +165,7 @@ impl Verdict {
 }
 
 /// Every finding about a result and its best answer: severity and sentence, each once.
-pub(super) fn findings(source: &Source) -> Vec<(String, String)> {
+pub(super) fn findings(source: &ResultFile) -> Vec<(String, String)> {
     let document = source.document();
     let all = [&document["diagnostics"], &source.best_entry()["diagnostics"]];
     let mut found: Vec<(String, String)> = Vec::new();
@@ -166,7 +179,7 @@ pub(super) fn findings(source: &Source) -> Vec<(String, String)> {
 }
 
 /// The sentences of warnings and errors.
-fn grave(source: &Source) -> Vec<String> {
+fn grave(source: &ResultFile) -> Vec<String> {
     let all = findings(source).into_iter();
     all.filter(|(severity, _)| severity != "note").map(|(_, sentence)| sentence).collect()
 }

@@ -7,8 +7,8 @@ use crate::archive::Archive;
 use crate::calibration::day::Day;
 use crate::error::Result;
 use crate::layout_file::Statements;
-use crate::picture::Source;
 use crate::report::hash_text;
+use crate::result_file::ResultFile;
 
 /// Rows under a heading.
 pub(super) struct Group {
@@ -27,7 +27,7 @@ pub(super) struct Fact {
 ///
 /// # Errors
 /// When the calibration of the archive is not one.
-pub(super) fn groups(source: &Source) -> Result<Vec<Group>> {
+pub(super) fn groups(source: &ResultFile) -> Result<Vec<Group>> {
     let mut groups = vec![statements(source)];
     if let Some(archive) = source.archive() {
         groups.push(rig(archive));
@@ -47,7 +47,7 @@ fn fact(label: &'static str, value: impl Into<String>) -> Fact {
 }
 
 /// What only a person can state.
-fn statements(source: &Source) -> Group {
+fn statements(source: &ResultFile) -> Group {
     let nothing = Statements::default();
     let of = source.layout_file().map_or(&nothing, |file| &file.statements);
     let document = source.document();
@@ -152,7 +152,7 @@ fn dated(date: &str, measured: Option<&str>) -> String {
     }
 }
 
-fn settings(source: &Source, test: &TestSettings<f64>) -> Group {
+fn settings(source: &ResultFile, test: &TestSettings<f64>) -> Group {
     let document = source.document();
     let automatic = document["band_automatic"] == true;
     let band = match test.band_hz {
@@ -212,7 +212,7 @@ fn budget(layout: &HostLayout) -> Group {
     Group { heading: "Error budget as stated (1 sd, first sensor and hit)", rows }
 }
 
-fn files(source: &Source) -> Group {
+fn files(source: &ResultFile) -> Group {
     let document = source.document();
     let program = source.archive().map(|archive| archive.program.clone()).unwrap_or_default();
     let mut rows = vec![fact("file", &source.name)];

@@ -6,20 +6,16 @@ use massline_shared::identify::maximum_likelihood::BudgetScales;
 
 use super::answer::words;
 use crate::design::DesignReport;
+use crate::design::report::{advice_text, most};
 use crate::export::Exported;
-use crate::picture::Source;
-
-/// Sources of error with a smaller share are not named.
-const MIN_SHARE: f64 = 0.1;
-/// An improvement by less than this share of the whole is not worth a sentence.
-const WORTH: f64 = 0.05;
+use crate::result_file::ResultFile;
 
 /// The sources of error of an answer, by the Cramér-Rao bound for the body that was found, and advice.
 #[derive(Default)]
 pub(super) struct Limits {
     parts: Vec<Part<f64>>,
     /// What the uncertainty of the ten properties together comes from.
-    pub sources: Vec<String>,
+    pub sources: String,
     /// What would help most next time.
     pub advice: Vec<String>,
 }
@@ -27,7 +23,7 @@ pub(super) struct Limits {
 impl Limits {
     /// The limits of an answer from mass lines; nothing where the layout file is not known, or where the answer comes from
     /// suspension modes, whose bound is another.
-    pub fn of(source: &Source, answer: &Exported) -> Self {
+    pub fn of(source: &ResultFile, answer: &Exported) -> Self {
         let Some(file) = source.layout_file() else { return Self::default() };
         if source.document()["suspension"].is_object() {
             return Self::default();
@@ -44,38 +40,28 @@ impl Limits {
             "the body that was found".into(),
             noise(source, &body),
         );
-        let share = |part: &Part<f64>| (part.source, part.share);
-        let sources = largest(design.parts.iter().map(share), usize::MAX);
-        let now = design.predicted.map(|predicted| predicted.total_percent_of_scale);
+        let most_of_all = most(&design.parts, |part| part.share, usize::MAX);
         let mut advice = Vec::new();
-        if let (Some(now), Some(found)) = (now, &design.advice) {
-            let worth = |then: f64| then < now * (1.0 - WORTH);
-            if let Some((dof, then)) = found.further_hit.filter(|(_, then)| worth(*then)) {
-                advice.push(format!(
-                    "A further hit DOF helps most at {dof}: {now:.2} % of scale over all ten becomes {then:.2} %."
-                ));
-            }
-            if let Some((node, then)) = found.further_sensor.filter(|(_, then)| worth(*then)) {
-                advice.push(format!(
-                    "A further sensor helps most at node {node}: {now:.2} % becomes {then:.2} %."
-                ));
-            }
+        if let (Some(predicted), Some(found)) = (design.predicted, &design.advice) {
+            advice.push(format!(
+                "all ten as they are: {:.3} % of scale",
+                predicted.total_percent_of_scale
+            ));
+            advice.extend(advice_text(found, file).lines().map(str::to_owned));
         }
-        if let Some((source, _)) = design.parts.iter().map(share).max_by(|a, b| a.1.total_cmp(&b.1))
-        {
-            advice.push(remedy(source).into());
-        }
-        Self { parts: design.parts, sources, advice }
+        let largest = design.parts.iter().max_by(|a, b| a.share.total_cmp(&b.share));
+        advice.extend(largest.map(|part| remedy(part.source).to_owned()));
+        Self { parts: design.parts, sources: most_of_all, advice }
     }
 
     /// The two largest sources of a property's uncertainty.
     pub fn mostly(&self, property: usize) -> String {
-        largest(self.parts.iter().map(|part| (part.source, part.shares[property])), 2).join(", ")
+        most(&self.parts, |part| part.shares[property], 2)
     }
 }
 
 /// What the answer has learned about its error budget.
-fn learned(source: &Source) -> Option<BudgetScales<f64>> {
+fn learned(source: &ResultFile) -> Option<BudgetScales<f64>> {
     let of = &source.best_entry()["learned_budget"];
     Some(BudgetScales {
         hit_position: of["hit_position_scale"].as_f64()?,
@@ -84,18 +70,8 @@ fn learned(source: &Source) -> Option<BudgetScales<f64>> {
     })
 }
 
-/// The sources with the largest shares, in words.
-fn largest(shares: impl Iterator<Item = (ErrorSource, f64)>, count: usize) -> Vec<String> {
-    let mut shares: Vec<_> = shares.filter(|(_, share)| *share >= MIN_SHARE).collect();
-    shares.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let sentence = |(source, share): &(ErrorSource, f64)| {
-        format!("{} {:.0} %", source.name().replace('_', " "), 100.0 * share)
-    };
-    shares.iter().take(count).map(sentence).collect()
-}
-
 /// The standard deviation of an accelerance of one hit relative to 1/m, as measured.
-fn noise(source: &Source, body: &RigidBody<f64>) -> f64 {
+fn noise(source: &ResultFile, body: &RigidBody<f64>) -> f64 {
     let Some(archive) = source.archive() else { return massline_shared::design::DEFAULT_NOISE };
     let sensors = archive.layout.resolved.sensors.len();
     let squares = archive.result.dofs.iter().flat_map(|dof| {
@@ -144,7 +120,7 @@ fn remedy(source: ErrorSource) -> &'static str {
 }
 
 /// What the test cannot see, in sentences.
-pub(super) fn unseen(source: &Source) -> Vec<String> {
+pub(super) fn unseen(source: &ResultFile) -> Vec<String> {
     let all = super::answer::list(&source.document()["cannot_see"]);
     all.iter().map(|of| words(&of["message"])).collect()
 }

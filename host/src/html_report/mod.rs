@@ -6,7 +6,7 @@
 //! | `answer` | the verdict and the ten properties |
 //! | `limits` | what limits the answer, and what to do next time |
 //! | `facts` | how it was measured: rig, calibration, settings, layout |
-//! | `hits` | the hit DOFs and the single hits |
+//! | `points` | the sensors and the hit DOFs |
 //! | `scene` | the test in space, which a small script turns |
 //! | `several` | the answers of several results side by side |
 //!
@@ -14,8 +14,8 @@
 
 mod answer;
 mod facts;
-mod hits;
 mod limits;
+mod points;
 mod scene;
 mod section;
 mod several;
@@ -24,7 +24,7 @@ use askama::Template;
 
 use crate::clock;
 use crate::error::{Error, Result};
-use crate::picture::Source;
+use crate::result_file::ResultFile;
 
 use section::Section;
 use several::Several;
@@ -44,7 +44,7 @@ struct Page {
 ///
 /// # Errors
 /// When a result is malformed or a picture cannot be drawn.
-pub fn html(sources: &[Source]) -> Result<String> {
+pub fn html(sources: &[ResultFile]) -> Result<String> {
     let sections = (1..).zip(sources).map(|(number, source)| Section::of(number, source));
     let page = Page {
         title: match sources {

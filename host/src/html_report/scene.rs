@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use crate::export::Exported;
-use crate::picture::{Source, ellipsoid};
+use crate::picture::ellipsoid;
+use crate::result_file::ResultFile;
 
 /// What the script draws.
 #[derive(Serialize)]
@@ -20,7 +21,7 @@ pub(super) struct Scene {
 
 impl Scene {
     /// The scene as JSON that can stand in a script element; `None` without a layout.
-    pub fn of(source: &Source, answer: Option<&Exported>) -> Option<String> {
+    pub fn of(source: &ResultFile, answer: Option<&Exported>) -> Option<String> {
         let layout = source.layout()?;
         let scene = Self {
             sensors: layout.sensors.iter().map(|of| (of.node.to_string(), of.position)).collect(),

@@ -2,16 +2,19 @@
 
 use askama::Template;
 
-use super::answer::{Row, Verdict, findings, list, principal, words};
+use super::answer::{Row, Verdict, cell, findings, label, list, principal, words};
 use super::facts::{Group, groups};
-use super::hits::{DofRow, HitRow, dofs, sensors};
 use super::limits::{Limits, unseen};
+use super::points::{DofRow, dofs, sensors};
 use super::scene::Scene;
 use crate::embedded;
 use crate::error::Result;
 use crate::export::Exported;
-use crate::picture::{ImageFormat, Picture, Source};
+use crate::picture::{ImageFormat, Picture};
+use crate::result_file::{LAYOUT_NEEDED, ResultFile, shortened};
 
+/// How many of the ten properties the table of methods has room for: mass, centre and moments.
+const SHOWN: usize = 7;
 /// Longest title, characters.
 const MOST_OF_TITLE: usize = 160;
 /// Bytes of pictures of all hits of one DOF that a report has room for; they are the largest ones.
@@ -35,7 +38,6 @@ pub(super) struct Section {
     notes: Vec<String>,
     dofs: Vec<DofRow>,
     sensors: Vec<[String; 4]>,
-    hits: Vec<HitRow>,
     figures: Vec<Figure>,
     more_figures: Vec<Figure>,
     omitted: bool,
@@ -64,7 +66,7 @@ impl Section {
     ///
     /// # Errors
     /// When the result is malformed or a picture cannot be drawn.
-    pub fn of(number: usize, source: &Source) -> Result<Self> {
+    pub fn of(number: usize, source: &ResultFile) -> Result<Self> {
         let answers = source.answers()?;
         let answer = answers.first();
         let limits = answer.map(|answer| Limits::of(source, answer)).unwrap_or_default();
@@ -75,7 +77,7 @@ impl Section {
         let refusals = list(&document["not_applicable"]).iter();
         Ok(Self {
             number,
-            title: cut(&source.whole_title),
+            title: shortened(&source.whole_title, MOST_OF_TITLE),
             method: answer.map(|of| of.method.clone()).unwrap_or_default(),
             verdict: Verdict::of(source, answer),
             has_expected: rows.iter().any(|row| !row.expected.is_empty()),
@@ -92,7 +94,6 @@ impl Section {
                 .collect(),
             dofs: dofs(source)?,
             sensors: source.layout().map(sensors).unwrap_or_default(),
-            hits: Vec::new(),
             figures,
             more_figures,
             omitted,
@@ -103,52 +104,32 @@ impl Section {
     }
 }
 
-/// A title that is cut in the middle of a text ends with an ellipsis.
-fn cut(title: &str) -> String {
-    match title.char_indices().nth(MOST_OF_TITLE) {
-        Some((end, _)) => format!("{}…", &title[..end]),
-        None => title.to_owned(),
-    }
-}
-
 impl Agreement {
-    fn of(source: &Source, answers: &[Exported]) -> Option<Self> {
-        use massline_shared::body::INERTIAL_PARAMETERS;
+    fn of(source: &ResultFile, answers: &[Exported]) -> Option<Self> {
         let verdict = words(&source.document()["agreement"]["verdict"]);
         if verdict.is_empty() || answers.len() < 2 {
             return None;
         }
-        let shown = &INERTIAL_PARAMETERS[..7];
         let row = |answer: &Exported| {
-            let (theta, sigma) = (answer.theta(), answer.sigma());
-            let cell = |(k, parameter): (usize, &massline_shared::body::InertialParameter)| {
-                let factor = parameter.table_factor;
-                crate::report::with_sigma(
-                    theta[k] * factor,
-                    sigma.map_or(f64::NAN, |s| s[k] * factor),
-                )
-            };
-            (answer.method.clone(), shown.iter().enumerate().map(cell).collect())
+            let cells = (0..SHOWN).map(|k| cell(answer, k));
+            (answer.method.clone(), cells.collect())
         };
         Some(Self {
             verdict,
             rows: answers.iter().map(row).collect(),
-            header: shown
-                .iter()
-                .map(|of| format!("{}, {}", of.symbol.replace('_', ""), of.table_unit))
-                .collect(),
+            header: (0..SHOWN).map(label).collect(),
         })
     }
 }
 
 /// The pictures that are shown at once, those to be opened, and whether some are left out.
-fn figures(source: &Source) -> Result<(Vec<Figure>, Vec<Figure>, bool)> {
+fn figures(source: &ResultFile) -> Result<(Vec<Figure>, Vec<Figure>, bool)> {
     let (mut first, mut more, mut omitted) = (Vec::new(), Vec::new(), false);
     for picture in Picture::ALL {
         let drawn = match picture.of(std::slice::from_ref(source), ImageFormat::Svg) {
             Ok(drawn) => drawn,
             // The others do not need it.
-            Err(error) if error.code() == crate::picture::LAYOUT_NEEDED => continue,
+            Err(error) if error.code() == LAYOUT_NEEDED => continue,
             Err(error) => return Err(error),
         };
         let is_too_large = drawn.iter().map(|of| of.bytes.len()).sum::<usize>() > MOST_OF_HITS;

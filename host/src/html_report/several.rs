@@ -1,11 +1,9 @@
 //! The answers of several results side by side.
 
-use massline_shared::body::INERTIAL_PARAMETERS;
-
-use super::answer::words;
+use super::answer::{cell, label, words};
 use crate::error::Result;
-use crate::picture::{ImageFormat, LAYOUT_NEEDED, Picture, Source};
-use crate::report::with_sigma;
+use crate::picture::{ImageFormat, Picture};
+use crate::result_file::{LAYOUT_NEEDED, ResultFile};
 
 /// A table: a row for each property, a column for each result.
 pub(super) struct Several {
@@ -23,7 +21,7 @@ impl Several {
     ///
     /// # Errors
     /// When a result is malformed.
-    pub fn of(sources: &[Source]) -> Result<Option<Self>> {
+    pub fn of(sources: &[ResultFile]) -> Result<Option<Self>> {
         if sources.len() < 2 {
             return Ok(None);
         }
@@ -31,23 +29,14 @@ impl Several {
         for source in sources {
             answers.push(source.answers()?.into_iter().next());
         }
-        let row = |(k, parameter): (usize, &massline_shared::body::InertialParameter)| {
-            let factor = parameter.table_factor;
-            let cells = answers.iter().map(|answer| {
-                answer.as_ref().map_or("–".into(), |answer| {
-                    let sigma = answer.sigma().map_or(f64::NAN, |sigma| sigma[k] * factor);
-                    with_sigma(answer.theta()[k] * factor, sigma)
-                })
-            });
-            (
-                format!("{}, {}", parameter.symbol.replace('_', ""), parameter.table_unit),
-                cells.collect(),
-            )
+        let row = |k: usize| {
+            let cells = answers.iter().map(|of| of.as_ref().map_or("–".into(), |of| cell(of, k)));
+            (label(k), cells.collect())
         };
         let dash = |text: String| if text.is_empty() { "–".into() } else { text };
         Ok(Some(Self {
             header: sources.iter().map(|of| of.title.clone()).collect(),
-            rows: INERTIAL_PARAMETERS.iter().enumerate().map(row).collect(),
+            rows: (0..10).map(row).collect(),
             figure: picture(sources)?,
             methods: answers
                 .iter()
@@ -69,7 +58,7 @@ impl Several {
 }
 
 /// The answers drawn against each other.
-fn picture(sources: &[Source]) -> Result<Option<String>> {
+fn picture(sources: &[ResultFile]) -> Result<Option<String>> {
     match Picture::Estimates.of(sources, ImageFormat::Svg) {
         Ok(drawn) => {
             let first = drawn.into_iter().next();

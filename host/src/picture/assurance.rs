@@ -4,8 +4,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{Area, Drawing, Drawn, write};
-use super::source::{ShownModes, Source};
 use super::theme::{INK, LABEL, PAPER, SMALL, shade};
+use crate::result_file::{ResultFile, ShownModes};
 
 /// From this value on, the number is written in the colour of the paper.
 const DARK: f64 = 0.6;
@@ -23,7 +23,7 @@ pub struct Assurance {
 
 impl Assurance {
     /// The criterion of a result's modes.
-    pub fn of(source: &Source, modes: &ShownModes) -> Self {
+    pub fn of(source: &ResultFile, modes: &ShownModes) -> Self {
         let (title, values) = (source.title.clone(), modes.modal_assurance.clone());
         Self { title, frequencies_hz: modes.frequencies_hz(), values }
     }

@@ -3,10 +3,10 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, legend, number, text, write};
-use super::source::{ShownDetails, Source};
-use super::theme::{COLORS, FAINT, INK, LABEL, SMALL};
+use super::canvas::{Area, Drawing, Drawn, legend, number, styled, write};
+use super::theme::{COLORS, LABEL};
 use crate::document::{ErrorBudget, StatedAndLearned};
+use crate::result_file::{ResultFile, ShownDetails};
 
 /// A larger value is drawn as this.
 const LARGEST_DRAWN: f64 = 1e9;
@@ -33,7 +33,7 @@ pub struct Budget {
 
 impl Budget {
     /// The budget of a result; `None` when the data have taught nothing about it.
-    pub fn of(source: &Source, details: &ShownDetails) -> Option<Self> {
+    pub fn of(source: &ResultFile, details: &ShownDetails) -> Option<Self> {
         let ErrorBudget { hit_position_m, hit_direction_rad, constant_scale } =
             details.error_budget?;
         let entry = |name, quantity, factor: f64, of: StatedAndLearned| Entry {
@@ -62,17 +62,11 @@ impl Entry {
             .set_label_area_size(LabelAreaPosition::Left, 110)
             .set_label_area_size(LabelAreaPosition::Bottom, 50)
             .build_cartesian_2d(0.0..2.0, 0.0..top)?;
-        chart
-            .configure_mesh()
+        styled(&mut chart.configure_mesh())
             .disable_x_mesh()
             .disable_x_axis()
-            .light_line_style(FAINT.mix(0.0))
-            .bold_line_style(FAINT)
-            .axis_style(INK)
             .y_labels(6)
             .y_desc(self.quantity)
-            .label_style(text(SMALL))
-            .axis_desc_style(text(LABEL))
             .draw()?;
         let bar = |(place, value): (usize, &f64)| {
             let left = place as f64 + 0.2;

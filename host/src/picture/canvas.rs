@@ -2,12 +2,14 @@
 
 use std::sync::OnceLock;
 
+use plotters::chart::MeshStyle;
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::Ranged;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, register_font};
 
-use super::theme::{INK, LABEL, PAPER, SIZE, TITLE};
+use super::theme::{FAINT, INK, LABEL, PAPER, SIZE, SMALL, TITLE};
 use crate::error::{Error, Result};
 
 /// Fonts by which a viewer of an SVG file looks for ours.
@@ -137,4 +139,15 @@ pub(super) fn legend<B: DrawingBackend>(
         x += needs;
     }
     Ok(y + LINE)
+}
+
+/// Gives the frame of a chart the lines and letters of all pictures.
+pub(super) fn styled<'m, 'a, 'b, X: Ranged, Y: Ranged, B: DrawingBackend>(
+    mesh: &'m mut MeshStyle<'a, 'b, X, Y, B>,
+) -> &'m mut MeshStyle<'a, 'b, X, Y, B> {
+    mesh.light_line_style(FAINT.mix(0.0))
+        .bold_line_style(FAINT)
+        .axis_style(INK)
+        .label_style(text(SMALL))
+        .axis_desc_style(text(LABEL))
 }

@@ -13,11 +13,11 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{Area, Drawing, Drawn, legend, write};
 use super::panel::{Curve, Panel, range_of};
-use super::source::Source;
 use super::theme::{COLORS, INK, LABEL};
 use crate::archive::ArchivedSpectra;
 use crate::error::Result;
 use crate::identification::lines_of;
+use crate::result_file::ResultFile;
 use crate::uff::Frf;
 
 /// The range of the frequency, over the ends of the band of the mass lines.
@@ -59,7 +59,7 @@ impl DrivingPoints {
     ///
     /// # Errors
     /// When calibration or answer are malformed.
-    pub fn of(source: &Source) -> Result<Option<Self>> {
+    pub fn of(source: &ResultFile) -> Result<Option<Self>> {
         let Some(archive) = source.archive() else { return Ok(None) };
         // An edited archive may have more sensors than its rig.
         let mut layout = archive.layout.resolved.clone();

@@ -7,11 +7,11 @@ use massline_shared::body::INERTIAL_PARAMETERS;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, legend, text, write};
-use super::source::Source;
-use super::theme::{FAINT, INK, LABEL, SMALL, color};
+use super::canvas::{Area, Drawing, Drawn, legend, styled, write};
+use super::theme::{INK, LABEL, color};
 use crate::error::Result;
 use crate::export::Exported;
+use crate::result_file::ResultFile;
 
 /// An answer.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +43,7 @@ impl Estimates {
     ///
     /// # Errors
     /// When a result is malformed, has no answer among several, or without a layout.
-    pub fn of(sources: &[Source]) -> Result<Option<Self>> {
+    pub fn of(sources: &[ResultFile]) -> Result<Option<Self>> {
         let mut answers = Vec::new();
         match sources {
             [one] => answers.extend(one.answers()?.into_iter().map(|of| (of.method.clone(), of))),
@@ -103,17 +103,11 @@ impl Drawing for Estimates {
             .set_label_area_size(LabelAreaPosition::Left, 130)
             .set_label_area_size(LabelAreaPosition::Bottom, 50)
             .build_cartesian_2d(-0.5..9.5, -limit..limit)?;
-        chart
-            .configure_mesh()
+        styled(&mut chart.configure_mesh())
             .disable_x_mesh()
             .disable_x_axis()
-            .light_line_style(FAINT.mix(0.0))
-            .bold_line_style(FAINT)
-            .axis_style(INK)
             .y_labels(9)
             .y_desc("% of scale, with 95 % interval")
-            .label_style(text(SMALL))
-            .axis_desc_style(text(LABEL))
             .draw()?;
         chart.draw_series([PathElement::new([(-0.5, 0.0), (9.5, 0.0)], INK.stroke_width(2))])?;
         let width = 0.8 / self.series.len().max(1) as f64;

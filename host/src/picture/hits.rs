@@ -11,10 +11,10 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{Area, Drawing, Drawn, legend, write};
 use super::panel::{Curve, Panel, range_of};
-use super::source::Source;
 use super::theme::{LABEL, color};
 use crate::archive::{Archive, ArchivedSampler, HitRecord};
 use crate::error::Result;
+use crate::result_file::ResultFile;
 
 /// Time before the trigger that is shown, and the shortest time after it, ms.
 const BEFORE: f64 = 4.0;
@@ -63,7 +63,7 @@ impl HitsOfDof {
     ///
     /// # Errors
     /// When the calibration of the archive is not one.
-    pub fn of(source: &Source) -> Result<Vec<Self>> {
+    pub fn of(source: &ResultFile) -> Result<Vec<Self>> {
         let Some(archive) = source.archive() else { return Ok(Vec::new()) };
         let (Some(calibration), Some(sampler)) = (archive.calibration()?, archive.rig.sampler)
         else {

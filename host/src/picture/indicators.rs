@@ -4,9 +4,9 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{Area, Drawing, Drawn, legend, write};
-use super::source::{ShownModes, Source};
 use super::theme::{COLORS, FAINT, LABEL, SMALL};
 use crate::document::{Indicator, Mode};
+use crate::result_file::{ResultFile, ShownModes};
 
 /// Room for the names of the modes and for those of the hits, pixels.
 const LEFT: i32 = 200;
@@ -25,7 +25,7 @@ pub struct Indicators {
 
 impl Indicators {
     /// The indicators of a result's modes.
-    pub fn of(source: &Source, modes: &ShownModes) -> Self {
+    pub fn of(source: &ResultFile, modes: &ShownModes) -> Self {
         let hits = modes.modes.first().map(|mode| &mode.norm_indicators).into_iter().flatten();
         let of_hit = |(place, hit): (usize, &Indicator)| {
             let of_mode = |mode: &Mode| mode.norm_indicators.get(place).map_or(0.0, |of| of.value);

@@ -9,9 +9,9 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{Area, Drawing, Drawn, legend, text, write};
-use super::source::Source;
 use super::theme::{COLORS, INK, SMALL};
 use crate::error::Result;
+use crate::result_file::ResultFile;
 
 /// Where the picture looks from: azimuth about z, and elevation, rad.
 const AZIMUTH: f64 = 0.6;
@@ -35,7 +35,7 @@ impl InSpace {
     ///
     /// # Errors
     /// When the result is malformed.
-    pub fn of(source: &Source) -> Result<Option<Self>> {
+    pub fn of(source: &ResultFile) -> Result<Option<Self>> {
         let body = source.answers()?.first().map(|answer| answer.body);
         let (title, layout) = (source.title.clone(), source.layout().cloned());
         Ok(layout.map(|layout| Self { title, layout, body }))

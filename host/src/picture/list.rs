@@ -2,9 +2,10 @@
 
 use super::{
     Assurance, Budget, Drawing, DrivingPoints, Estimates, HitsOfDof, ImageFormat, InSpace,
-    Indicators, Pulls, Responses, Source, Stabilisation, render,
+    Indicators, Pulls, Responses, Stabilisation, render,
 };
 use crate::error::Result;
+use crate::result_file::ResultFile;
 
 /// A picture that can be made of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -110,7 +111,7 @@ impl Picture {
     ///
     /// # Errors
     /// When a result is malformed, and without a layout for the estimates.
-    pub fn of(self, sources: &[Source], format: ImageFormat) -> Result<Vec<DrawnFile>> {
+    pub fn of(self, sources: &[ResultFile], format: ImageFormat) -> Result<Vec<DrawnFile>> {
         let [first, ..] = sources else { return Ok(Vec::new()) };
         let (modes, details) = (|| first.modes(), || first.details());
         match self {

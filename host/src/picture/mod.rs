@@ -15,7 +15,6 @@ mod list;
 mod panel;
 mod pulls;
 mod responses;
-mod source;
 mod stabilisation;
 mod theme;
 
@@ -30,5 +29,4 @@ pub use layout::{InSpace, ellipsoid};
 pub use list::{DrawnFile, Picture};
 pub use pulls::{Pull, Pulls};
 pub use responses::Responses;
-pub use source::{LAYOUT_NEEDED, ShownDetails, ShownModes, Source};
 pub use stabilisation::Stabilisation;

@@ -2,8 +2,8 @@
 
 use plotters::prelude::*;
 
-use super::canvas::{Area, Drawn, text};
-use super::theme::{FAINT, INK, LABEL, SMALL};
+use super::canvas::{Area, Drawn, styled};
+use super::theme::FAINT;
 
 /// A curve of a panel.
 pub(super) struct Curve {
@@ -74,14 +74,7 @@ impl Panel<'_> {
         }
         let nothing = |_: &f64| String::new();
         let mut mesh = chart.configure_mesh();
-        mesh.light_line_style(FAINT.mix(0.0))
-            .bold_line_style(FAINT)
-            .axis_style(INK)
-            .label_style(text(SMALL))
-            .axis_desc_style(text(LABEL))
-            .x_labels(6)
-            .y_labels(5)
-            .y_desc(self.left);
+        styled(&mut mesh).x_labels(6).y_labels(5).y_desc(self.left);
         match self.below {
             Some(name) => mesh.x_desc(name),
             None => mesh.x_label_formatter(&nothing),

@@ -7,8 +7,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{Area, Drawing, Drawn, legend, number, write};
-use super::source::{ShownDetails, Source, shown};
 use super::theme::{COLORS, FAINT, INK, LABEL, PAPER, SMALL};
+use crate::result_file::{ResultFile, ShownDetails, shown};
 
 /// Room for the names at the left, and for numbers and name of the axis, pixels.
 const LEFT: i32 = 260;
@@ -44,7 +44,7 @@ pub struct Pulls {
 
 impl Pulls {
     /// The pulls of a result; `None` when it has none.
-    pub fn of(source: &Source, details: &ShownDetails) -> Option<Self> {
+    pub fn of(source: &ResultFile, details: &ShownDetails) -> Option<Self> {
         let sensors = details.sensors.iter().take(HOST_SENSORS).map(|sensor| Pull {
             name: format!("sensor at node {}", sensor.node),
             pull: sensor.pull,

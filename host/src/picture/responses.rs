@@ -6,11 +6,11 @@ use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, legend, text, write};
-use super::source::Source;
-use super::theme::{COLORS, FAINT, INK, LABEL, SMALL};
+use super::canvas::{Area, Drawing, Drawn, legend, styled, write};
+use super::theme::{COLORS, LABEL};
 use crate::archive::ArchivedSpectra;
 use crate::error::Result;
+use crate::result_file::ResultFile;
 use crate::uff::Frf;
 
 /// The responses of one DOF.
@@ -48,7 +48,7 @@ impl Responses {
     ///
     /// # Errors
     /// When its calibration is not one.
-    pub fn of(source: &Source) -> Result<Vec<Self>> {
+    pub fn of(source: &ResultFile) -> Result<Vec<Self>> {
         let Some(archive) = source.archive() else { return Ok(Vec::new()) };
         let frfs = archive.frfs()?;
         let nodes: Vec<u16> =
@@ -65,7 +65,7 @@ impl Responses {
     }
 
     fn of_dof(
-        source: &Source,
+        source: &ResultFile,
         spectra: &ArchivedSpectra,
         frfs: &[Frf],
         dof: &DofResult,
@@ -140,14 +140,7 @@ impl Responses {
         let name = |f: &f64| if is_lowest { format!("{f}") } else { String::new() };
         let nothing = |_: &f64| String::new();
         let mut mesh = chart.configure_mesh();
-        mesh.light_line_style(FAINT.mix(0.0))
-            .bold_line_style(FAINT)
-            .axis_style(INK)
-            .label_style(text(SMALL))
-            .axis_desc_style(text(LABEL))
-            .x_labels(4)
-            .y_labels(5)
-            .x_label_formatter(&name);
+        styled(&mut mesh).x_labels(4).y_labels(5).x_label_formatter(&name);
         if is_lowest {
             mesh.x_desc("frequency, Hz");
         }

@@ -2,10 +2,10 @@
 
 use plotters::prelude::*;
 
-use super::canvas::{Area, Drawing, Drawn, legend, text};
-use super::source::{ShownModes, Source};
-use super::theme::{COLORS, FAINT, INK, LABEL, SMALL};
+use super::canvas::{Area, Drawing, Drawn, legend, styled};
+use super::theme::{COLORS, INK};
 use crate::document::Order;
+use crate::result_file::{ResultFile, ShownModes};
 
 /// The poles of the fits of all orders.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,7 +21,7 @@ pub struct Stabilisation {
 
 impl Stabilisation {
     /// The orders of a result's fit of the modes.
-    pub fn of(source: &Source, modes: &ShownModes) -> Self {
+    pub fn of(source: &ResultFile, modes: &ShownModes) -> Self {
         let poles = |order: &Order| {
             let all = order.poles.iter().map(|pole| (pole.frequency_hz, pole.stable));
             (order.used, all.collect())
@@ -53,17 +53,11 @@ impl Drawing for Stabilisation {
             .set_label_area_size(LabelAreaPosition::Left, 110)
             .set_label_area_size(LabelAreaPosition::Bottom, 80)
             .build_cartesian_2d(low..high, 0.4..self.orders.len() as f64 + 0.6)?;
-        chart
-            .configure_mesh()
-            .light_line_style(FAINT.mix(0.0))
-            .bold_line_style(FAINT)
-            .axis_style(INK)
+        styled(&mut chart.configure_mesh())
             .x_desc("frequency, Hz")
             .y_desc("modes in the fit")
             .y_labels(self.orders.len())
             .y_label_formatter(&|order| format!("{order:.0}"))
-            .label_style(text(SMALL))
-            .axis_desc_style(text(LABEL))
             .draw()?;
         for (place, (used, poles)) in self.orders.iter().enumerate() {
             let order = (place + 1) as f64;

@@ -22,6 +22,7 @@ mod pipes;
 mod plot;
 mod recorded_units;
 mod replay;
+mod report;
 #[cfg(unix)]
 mod rig;
 mod schema;

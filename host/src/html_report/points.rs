@@ -1,9 +1,9 @@
-//! The hit DOFs of a test, and its single hits.
+//! The sensors and hit DOFs of a test.
 
 use massline_shared::layout::HostLayout;
 
 use crate::error::Result;
-use crate::picture::Source;
+use crate::result_file::ResultFile;
 
 /// A DOF that was hit.
 pub(super) struct DofRow {
@@ -21,22 +21,11 @@ pub(super) struct DofRow {
     pub residual: String,
 }
 
-/// A single hit, as the rig has graded it.
-pub(super) struct HitRow {
-    pub number: u32,
-    pub dof: String,
-    pub force: String,
-    pub acceleration: String,
-    /// `good`, `warning` or `bad`: the class of the element.
-    pub tone: &'static str,
-    pub verdict: String,
-}
-
 /// The DOFs of a result, in the order of its layout; none where that is not known.
 ///
 /// # Errors
 /// When the details of the fit are malformed.
-pub(super) fn dofs(source: &Source) -> Result<Vec<DofRow>> {
+pub(super) fn dofs(source: &ResultFile) -> Result<Vec<DofRow>> {
     let Some(layout) = source.layout() else { return Ok(Vec::new()) };
     let details = source.details()?;
     let row = |hit: &massline_shared::layout::Hit<f64>| {

@@ -1,4 +1,4 @@
-//! What pictures are drawn from: one result with its test.
+//! One result with its test, read from a file: what pictures and reports are made of.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ const MOST_OF_TITLE: usize = 40;
 pub const LAYOUT_NEEDED: &str = "layout_needed";
 
 /// A result with its test.
-pub struct Source {
+pub struct ResultFile {
     /// The title of the layout, or the name of the file, as long as a picture has room for.
     pub title: String,
     /// The same in full length.
@@ -36,7 +36,7 @@ pub struct Source {
     reference: Option<[f64; 10]>,
 }
 
-impl Source {
+impl ResultFile {
     /// Reads an archive or the JSON output of a command; `layout` is the layout file of the test, which an archive has.
     ///
     /// # Errors
@@ -57,7 +57,7 @@ impl Source {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let whole_title = one_line(said.or(title).unwrap_or(&stem));
         Ok(Self {
-            title: shortened(&whole_title),
+            title: shortened(&whole_title, MOST_OF_TITLE),
             whole_title,
             layout_file: layout.cloned(),
             layout: stored.or(layout.map(|file| &file.layout)).cloned(),
@@ -210,15 +210,15 @@ impl Source {
 }
 
 /// Text of a file as a picture shows it: in one line, and not too long.
-pub(super) fn shown(words: &str) -> String {
-    shortened(&one_line(words))
+pub(crate) fn shown(words: &str) -> String {
+    shortened(&one_line(words), MOST_OF_TITLE)
 }
 
-/// A title that fits a picture.
-fn shortened(title: &str) -> String {
-    match title.char_indices().nth(MOST_OF_TITLE) {
-        Some((end, _)) => format!("{}…", &title[..end]),
-        None => title.to_owned(),
+/// A text of at most so many characters; one that is cut ends with an ellipsis.
+pub(crate) fn shortened(text: &str, most: usize) -> String {
+    match text.char_indices().nth(most) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
     }
 }
 

@@ -1,0 +1,115 @@
+//! `massline report`: the page of a committed archive, what it holds, and texts that look like markup.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::program::{run, success};
+
+/// Largest page, bytes: one that can be mailed.
+const MOST: usize = 2 << 20;
+
+fn archive() -> String {
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/archive/version-1.massline");
+    path.display().to_string()
+}
+
+/// The page of these results.
+fn page(folder: &Path, results: &[&str]) -> (PathBuf, String) {
+    let path = folder.join("page.html");
+    let name = path.display().to_string();
+    let mut arguments = vec!["report"];
+    arguments.extend(results);
+    arguments.extend(["-o", &name, "--force"]);
+    let printed = success(&arguments);
+    assert_eq!(printed["written"], name);
+    let text = fs::read_to_string(&path).unwrap();
+    (path, text)
+}
+
+#[test]
+fn a_page_has_the_ten_properties_and_needs_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, text) = page(folder.path(), &[&archive()]);
+    for words in
+        ["The ten properties", "moment of inertia about x", "How it was measured", "<canvas"]
+    {
+        assert!(text.contains(words), "{words}");
+    }
+    // The address of the SVG name space is a name; nothing is fetched from it.
+    let other = text.replace("http://www.w3.org/2000/svg", "");
+    for address in ["http://", "https://", "src=", "@import", "url("] {
+        assert!(!other.contains(address), "{address}");
+    }
+    assert!(text.len() < MOST, "{} bytes", text.len());
+}
+
+#[test]
+fn a_page_is_solved_like_its_archive() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, _) = page(folder.path(), &[&archive()]);
+    let of_page = success(&["solve", &path.display().to_string()]);
+    let of_archive = success(&["solve", &archive()]);
+    assert_eq!(of_page, of_archive);
+}
+
+#[test]
+fn of_two_results_in_a_page_one_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, text) = page(folder.path(), &[&archive(), &archive()]);
+    assert!(text.contains("side by side"));
+    let name = path.display().to_string();
+    let none = run(&["solve", &name]);
+    assert!(none.exit == 2 && none.says("#result-1"), "{}", none.stderr);
+    let second = success(&["solve", &format!("{name}#result-2")]);
+    assert_eq!(second, success(&["solve", &archive()]));
+    let third = run(&["solve", &format!("{name}#result-3")]);
+    assert_eq!(third.exit, 2, "{}", third.stderr);
+}
+
+/// Markup, signs that turn the direction of text, and a text without end.
+#[test]
+fn texts_of_a_result_are_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let hostile = [
+        "</title><script>alert('title')</script>".to_owned(),
+        "\u{202e}desrever <img src=x onerror=alert(1)>".to_owned(),
+        "<b>&".repeat(1024),
+    ];
+    for title in hostile {
+        let mut value: Value = serde_json::from_slice(&fs::read(archive()).unwrap()).unwrap();
+        value["layout"]["title"] = title.clone().into();
+        let toml = value["layout"]["toml"].as_str().unwrap();
+        let first = toml.lines().find(|line| line.starts_with("title")).unwrap();
+        let statements = format!("\n[report]\nsupport = {0}\n", Value::from(title.as_str()));
+        let changed =
+            toml.replace(first, &format!("title = {}", Value::from(title.as_str()))) + &statements;
+        value["layout"]["toml"] = changed.into();
+        let path = folder.path().join("hostile.massline");
+        fs::write(&path, value.to_string()).unwrap();
+        let (_, text) = page(folder.path(), &[&path.display().to_string()]);
+        for markup in ["<script>alert", "<img", "<b>"] {
+            assert!(!text.contains(markup), "{markup} in the page of {title:.40}");
+        }
+        // The page's own scripts: the test in space, the result, and the one that turns.
+        assert_eq!(text.matches("<script").count(), 3, "{title:.40}");
+        assert!(text.len() < MOST);
+    }
+}
+
+#[test]
+fn what_is_no_result_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let other = folder.path().join("other.html");
+    fs::write(&other, "<!DOCTYPE html><p>hello").unwrap();
+    let refused = run(&["report", &other.display().to_string(), "-o", "/nowhere/page.html"]);
+    assert!(refused.exit == 2 && refused.says("nowhere"), "{}", refused.stderr);
+    let page = folder.path().join("page.html").display().to_string();
+    let refused = run(&["report", &other.display().to_string(), "-o", &page]);
+    assert!(refused.exit == 2 && refused.says("holds no result"), "{}", refused.stderr);
+    success(&["report", &archive(), "-o", &page]);
+    let again = run(&["report", &archive(), "-o", &page]);
+    assert!(again.exit == 2 && again.says("--force"), "{}", again.stderr);
+}
