@@ -1,9 +1,9 @@
 //! The verdict and the ten properties.
 
 use massline_shared::body::INERTIAL_PARAMETERS;
-use serde_json::Value;
 
 use super::limits::Limits;
+use super::values::{list, words};
 use crate::error::Result;
 use crate::export::Exported;
 use crate::report::{as_exact_as, two_digits, with_sigma};
@@ -182,14 +182,4 @@ pub(super) fn findings(source: &ResultFile) -> Vec<(String, String)> {
 fn grave(source: &ResultFile) -> Vec<String> {
     let all = findings(source).into_iter();
     all.filter(|(severity, _)| severity != "note").map(|(_, sentence)| sentence).collect()
-}
-
-/// The entries of a list in a document; none where it is not one.
-pub(super) fn list(value: &Value) -> &[Value] {
-    value.as_array().map_or(&[], Vec::as_slice)
-}
-
-/// A text in a document; empty where it is not one.
-pub(super) fn words(value: &Value) -> String {
-    value.as_str().unwrap_or_default().to_owned()
 }

@@ -4,7 +4,7 @@ use massline_shared::body::RigidBody;
 use massline_shared::design::{ErrorSource, Part};
 use massline_shared::identify::maximum_likelihood::BudgetScales;
 
-use super::answer::words;
+use super::values::{list, words};
 use crate::design::DesignReport;
 use crate::design::report::{advice_text, most};
 use crate::export::Exported;
@@ -121,6 +121,6 @@ fn remedy(source: ErrorSource) -> &'static str {
 
 /// What the test cannot see, in sentences.
 pub(super) fn unseen(source: &ResultFile) -> Vec<String> {
-    let all = super::answer::list(&source.document()["cannot_see"]);
+    let all = list(&source.document()["cannot_see"]);
     all.iter().map(|of| words(&of["message"])).collect()
 }

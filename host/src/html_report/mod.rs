@@ -9,6 +9,7 @@
 //! | `points` | the sensors and the hit DOFs |
 //! | `scene` | the test in space, which a small script turns |
 //! | `several` | the answers of several results side by side |
+//! | `values` | values in the document of a result |
 //!
 //! The page is `templates/report/page.html`; the template library escapes every text that is put into it.
 
@@ -19,6 +20,7 @@ mod points;
 mod scene;
 mod section;
 mod several;
+mod values;
 
 use askama::Template;
 

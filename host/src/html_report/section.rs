@@ -2,11 +2,12 @@
 
 use askama::Template;
 
-use super::answer::{Row, Verdict, cell, findings, label, list, principal, words};
+use super::answer::{Row, Verdict, cell, findings, label, principal};
 use super::facts::{Group, groups};
 use super::limits::{Limits, unseen};
 use super::points::{DofRow, dofs, sensors};
 use super::scene::Scene;
+use super::values::{list, words};
 use crate::embedded;
 use crate::error::Result;
 use crate::export::Exported;

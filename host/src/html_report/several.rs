@@ -1,6 +1,7 @@
 //! The answers of several results side by side.
 
-use super::answer::{cell, label, words};
+use super::answer::{cell, label};
+use super::values::words;
 use crate::error::Result;
 use crate::picture::{ImageFormat, Picture};
 use crate::result_file::{LAYOUT_NEEDED, ResultFile};
