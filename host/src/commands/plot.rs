@@ -22,7 +22,7 @@ is in the source beside it.
 Examples:
   massline plot frame.massline
   massline plot frame.massline --picture estimates -o frame.png
-  massline plot frame.massline --picture pulls --picture driving-points -o pictures
+  massline plot frame.massline --picture pulls --picture hits -o pictures
   massline solve wheel.toml wheel.uff --json > wheel.json
   massline plot wheel.json --layout wheel.toml -o pictures
   massline plot test-1.massline test-2.massline -o both.svg")]
