@@ -67,12 +67,15 @@ pub mod output;
 mod parallel;
 pub mod picture;
 pub mod precision;
+mod projection;
 #[cfg(unix)]
 pub mod qemu;
+mod readings;
 pub mod recording;
 pub mod report;
 pub mod result_file;
 pub mod rig;
+mod screen;
 pub mod single_fault;
 pub mod solve;
 pub mod spectra;

@@ -44,6 +44,8 @@ pub struct Output {
     notes: Notes,
     json: bool,
     color: bool,
+    /// Whether stderr alone shows colours.
+    notes_color: bool,
     /// Whether stdout is a terminal.
     out_terminal: bool,
     keyboard: bool,
@@ -66,6 +68,11 @@ impl Output {
         let no_color = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
         let dumb = std::env::var_os("TERM").is_some_and(|name| name == "dumb");
         let (out_terminal, err_terminal) = (io::stdout().is_terminal(), io::stderr().is_terminal());
+        let shows = |terminal| match color {
+            ColorChoice::Auto => terminal && !no_color && !dumb,
+            ColorChoice::Always => true,
+            ColorChoice::Never => false,
+        };
         Self {
             out: Box::new(io::stdout()),
             notes: match err_terminal {
@@ -73,11 +80,8 @@ impl Output {
                 false => Notes::to(io::stderr()),
             },
             json,
-            color: match color {
-                ColorChoice::Auto => out_terminal && err_terminal && !no_color && !dumb,
-                ColorChoice::Always => true,
-                ColorChoice::Never => false,
-            },
+            color: shows(out_terminal && err_terminal),
+            notes_color: shows(err_terminal),
             out_terminal,
             keyboard: io::stdin().is_terminal() && err_terminal,
             interrupt,
@@ -96,6 +100,7 @@ impl Output {
             notes: Notes::to(err),
             json,
             color: false,
+            notes_color: false,
             out_terminal: false,
             keyboard: false,
             interrupt: Interrupt::new(),
@@ -111,6 +116,16 @@ impl Output {
     /// True when the command can ask a person at the keyboard.
     pub fn has_keyboard(&self) -> bool {
         self.keyboard
+    }
+
+    /// True when there are a keyboard and a terminal on which a full screen can be drawn.
+    pub fn has_screen(&self) -> bool {
+        self.keyboard && self.notes.moves()
+    }
+
+    /// Whether the full screen, which is drawn beside the answer, has colours.
+    pub fn screen_in_color(&self) -> bool {
+        self.notes_color
     }
 
     /// Sets whether the terminal is in raw mode, where a line feed does not return to the first column.

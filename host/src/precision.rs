@@ -2,7 +2,7 @@
 //! would help most, solved in double precision from the mass lines of the rig.
 
 use massline_protocol::object::DofResult;
-use massline_shared::body::INERTIAL_PARAMETERS;
+use massline_shared::body::{INERTIAL_PARAMETERS, RigidBody};
 use massline_shared::design::{FurtherHit, FurtherHitSearch, HitCandidates, Precision, Widths};
 use massline_shared::identify::{self as solvers, IdentifySettings, Method, Methods, Progress};
 use massline_shared::layout::HostLayout;
@@ -21,6 +21,8 @@ pub struct PrecisionReport<'a> {
     pub precision: Option<Precision<f64>>,
     /// The hit that would narrow the interval of the worst property most.
     pub further: Option<FurtherHit<f64>>,
+    /// The body, where the intervals are known.
+    pub body: Option<RigidBody<f64>>,
 }
 
 impl<'a> PrecisionReport<'a> {
@@ -28,7 +30,7 @@ impl<'a> PrecisionReport<'a> {
     pub fn of(layout: &'a HostLayout, dofs: &[DofResult]) -> Self {
         let lines = lines_of_dofs(dofs);
         let measured = lines.len();
-        let found = Self { layout, measured, precision: None, further: None };
+        let found = Self { layout, measured, precision: None, further: None, body: None };
         let wanted: Methods = Method::of_mass_lines().collect();
         let mut memory = vec![0.0; solvers::workspace(&wanted, layout.sensors.len(), 0)];
         let observed = HostObservations::of_mass_lines(layout, &lines);
@@ -42,7 +44,8 @@ impl<'a> PrecisionReport<'a> {
         let candidates = HitCandidates::Following;
         let mut search = FurtherHitSearch::new(&precision, best, &lines, sensors, candidates);
         while search.step(layout, &lines, &mut memory) == Progress::Going {}
-        Self { precision: Some(precision), further: search.found(), ..found }
+        let body = Some(best.body);
+        Self { precision: Some(precision), further: search.found(), body, ..found }
     }
 
     /// True when the target is reached.
@@ -62,18 +65,26 @@ impl<'a> PrecisionReport<'a> {
 
     /// The report as text: one or two lines.
     pub fn to_text(&self) -> String {
+        if self.precision.is_none() {
+            return format!("after {}: {}", self.progress(), self.advice());
+        }
+        let (widths, advice) = (self.widths(), self.advice().replace('\n', "\n  "));
+        format!("after {}, 95 % intervals: {widths}\n  {advice}", self.progress())
+    }
+
+    /// What is known worst and what helps, one or two lines.
+    pub fn advice(&self) -> String {
         let Some(precision) = &self.precision else {
-            return format!("after {}: more are needed for the ten properties", self.progress());
+            return "more are needed for the ten properties".into();
         };
-        let widths = in_words(&precision.widths());
-        let mut text = format!("after {}, 95 % intervals: {widths}", self.progress());
+        let mut text = String::new();
         if precision.contradicted {
-            text += "\n  the data contradict the error budget, so these intervals promise too much";
+            text += "the data contradict the error budget, so these intervals promise too much\n";
         }
         let (worst, _) = precision.worst();
         let now = precision.in_target_units(worst, precision.half_widths[worst]);
         let name = INERTIAL_PARAMETERS[worst].name;
-        text += &format!("\n  the worst is {name}, {}", width(worst, now));
+        text += &format!("the worst is {name}, {}", width(worst, now));
         if let Some(FurtherHit { dof, property, half_width }) = self.further {
             text += &format!(
                 "; a further hit helps most at {}: about {}",
@@ -182,7 +193,6 @@ impl PrecisionMonitor {
 mod tests {
     use super::*;
     use crate::layout_file::LayoutFile;
-    use massline_shared::body::RigidBody;
     use massline_shared::identify::MassLines;
     use massline_shared::layout::Target;
     use massline_shared::layout::{RIG_SENSORS, RigLayout};

@@ -242,6 +242,8 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("TakeReading answer", answer::<TakeReading>(())),
         ("GetRestStatistics request", request::<GetRestStatistics>(())),
         ("GetRestStatistics answer", answer::<GetRestStatistics>(reading())),
+        ("GetLevels request", request::<GetLevels>(())),
+        ("GetLevels answer", answer::<GetLevels>([0, 1, 2, 3, 4, 5, 6, 7, 8, 16])),
         ("GetMassLines request", request::<GetMassLines>(2)),
         ("GetMassLines answer", answer::<GetMassLines>(result(1).dofs[0].clone())),
         ("refusal", frame(REFUSED, &Refusal::from(Reason::WrongPhase))),

@@ -4,9 +4,9 @@ use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
 use massline_protocol::message::{
     ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, GetCalibration, GetIdentity,
-    GetLayout, GetMassLines, GetObjectInfo, GetRestStatistics, GetStats, GetStatus, LayoutAnswer,
-    ListRequest, ListResults, PutCalibration, PutLayout, ReadObject, Reason, ResultPage, SetStream,
-    TakeReading,
+    GetLayout, GetLevels, GetMassLines, GetObjectInfo, GetRestStatistics, GetStats, GetStatus,
+    LayoutAnswer, ListRequest, ListResults, PutCalibration, PutLayout, ReadObject, Reason,
+    ResultPage, SetStream, TakeReading,
 };
 use massline_protocol::object::{ChunkRef, ChunkRequest, DofResult};
 use massline_protocol::{Endpoint, Frame, MAX_FRAME, PlainFrame, crc32, encode_frame};
@@ -96,6 +96,7 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
                 let dof = self.mass_lines(index.into()).ok_or(Reason::NotFound)?;
                 reply.with::<GetMassLines>(&dof)
             }
+            GetLevels::KIND => reply.with::<GetLevels>(&rig.levels.get()),
             SetStream::KIND => {
                 self.set_stream(reply.request::<SetStream>()?)?;
                 reply.with::<SetStream>(&())

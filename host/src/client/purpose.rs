@@ -2,9 +2,9 @@
 
 use massline_protocol::Endpoint;
 use massline_protocol::message::{
-    Command, DeleteResult, GetCalibration, GetIdentity, GetLayout, GetMassLines, GetObjectInfo,
-    GetRestStatistics, GetStats, GetStatus, ListResults, PutCalibration, PutLayout, ReadObject,
-    SetStream, TakeReading,
+    Command, DeleteResult, GetCalibration, GetIdentity, GetLayout, GetLevels, GetMassLines,
+    GetObjectInfo, GetRestStatistics, GetStats, GetStatus, ListResults, PutCalibration, PutLayout,
+    ReadObject, SetStream, TakeReading,
 };
 
 /// What a request asks for, as in "the rig was asked to …".
@@ -25,6 +25,7 @@ pub(super) fn purpose(kind: u16) -> &'static str {
         SetStream::KIND => "start or stop the stream of scans",
         TakeReading::KIND => "take a reading at rest",
         GetRestStatistics::KIND => "send its reading at rest",
+        GetLevels::KIND => "send the levels of its channels",
         GetMassLines::KIND => "send the mass lines of a DOF",
         _ => UNKNOWN,
     }

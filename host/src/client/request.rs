@@ -3,9 +3,9 @@
 use massline_protocol::PROTOCOL_MAJOR;
 use massline_protocol::message::{
     CampaignCommand, Command, CommandRequest, DeleteResult, GetCalibration, GetIdentity, GetLayout,
-    GetMassLines, GetRestStatistics, GetStats, GetStatus, Identity, LayoutAnswer, ListRequest,
-    ListResults, PutCalibration, PutLayout, Reason, ResultEntry, SetStream, Stats, Status,
-    TakeReading,
+    GetLevels, GetMassLines, GetRestStatistics, GetStats, GetStatus, Identity, LayoutAnswer,
+    Levels, ListRequest, ListResults, PutCalibration, PutLayout, Reason, ResultEntry, SetStream,
+    Stats, Status, TakeReading,
 };
 use massline_protocol::object::DofResult;
 use massline_shared::calibration::CalibrationRecord;
@@ -118,6 +118,18 @@ impl Client {
         match self.ask::<GetMassLines>(&index) {
             Ok(dof) => Ok(Some(dof)),
             Err(e) if e.refusal() == Some(Reason::NotFound) => Ok(None),
+            Err(e) => Err(e),
+        }
+    }
+
+    /// The level of every channel while the rig waits for a hit; `None` from a rig whose firmware is older than this message.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn levels(&mut self) -> Result<Option<Levels>, ClientError> {
+        match self.ask::<GetLevels>(&()) {
+            Ok(levels) => Ok(Some(levels)),
+            Err(e) if e.refusal() == Some(Reason::UnknownMessage) => Ok(None),
             Err(e) => Err(e),
         }
     }

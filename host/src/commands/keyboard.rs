@@ -33,17 +33,25 @@ impl Keyboard {
         Ok(Some(Self { quit_once: false }))
     }
 
-    /// The action for the key that was pressed, if any.
+    /// The action for the key that was pressed, if any; `takes` gets every key first, and returns true for one that is
+    /// none of the campaign's.
     ///
     /// # Errors
     /// When the terminal cannot be read any more.
-    pub fn poll(&mut self, phase: Option<Phase>) -> io::Result<Option<OperatorAction>> {
+    pub fn poll(
+        &mut self,
+        phase: Option<Phase>,
+        mut takes: impl FnMut(KeyCode) -> bool,
+    ) -> io::Result<Option<OperatorAction>> {
         while event::poll(Duration::ZERO)? {
             let Event::Key(key) = event::read()? else { continue };
             if key.kind != KeyEventKind::Press {
                 continue;
             }
             let control = key.modifiers.contains(KeyModifiers::CONTROL);
+            if !control && takes(key.code) {
+                continue;
+            }
             if let Some(steer) = self.meaning(key.code, control, phase) {
                 return Ok(Some(steer));
             }

@@ -1,6 +1,8 @@
 //! `massline measure`: a campaign on a real rig, from the layout to the result.
 
 mod collected;
+mod full_screen;
+mod presenter;
 mod watch;
 
 use std::path::{Path, PathBuf};
@@ -32,6 +34,7 @@ use crate::report;
 use crate::single_fault::NominalTest;
 
 use collected::Collected;
+pub(super) use full_screen::{ScreenArgs, Shown};
 pub(super) use watch::{Watching, watch};
 
 /// Arguments of `massline measure`.
@@ -67,6 +70,8 @@ pub struct Args {
     /// Finish without asking when the target of the layout is reached.
     #[arg(long)]
     yes: bool,
+    #[command(flatten)]
+    screen: ScreenArgs,
     /// Calibration file; default: the calibration stored on the rig.
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
@@ -114,10 +119,17 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
              deviations with age is left out",
         );
     }
+    let on_screen = args.screen.wants_screen(output);
+    let shown = on_screen.then_some(Shown {
+        kind: "measurement",
+        title: &layout.title,
+        identity: &identity,
+        calibration: in_force,
+    });
     let mut monitor = PrecisionMonitor::new(with_gains(&file.layout, in_force, age));
     let how = StartOptions {
         // A hit that waits for its verdict leaves time to read spectra and records.
-        confirm: args.confirm || args.archive.path().is_some(),
+        confirm: args.confirm || args.archive.path().is_some() || on_screen,
         force: args.any_layout,
         restart: args.restart,
         started_unix_s: clock::unix_seconds(),
@@ -130,7 +142,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let archive = args.archive.path();
     let mut collected = Collected::of_campaign(archive, &mut client)?;
-    let followed = follow(args, &mut client, &layout, &mut monitor, &mut collected, output);
+    let followed =
+        follow(args, &mut client, &layout, (&mut monitor, shown), &mut collected, output);
     if followed.is_err() {
         collected.keep(&layout, output);
     }
@@ -159,7 +172,7 @@ fn follow(
     args: &Args,
     client: &mut Client,
     layout: &RigLayout,
-    monitor: &mut PrecisionMonitor,
+    (monitor, shown): (&mut PrecisionMonitor, Option<Shown<'_>>),
     collected: &mut Collected,
     output: &mut Output,
 ) -> Result<MeasurementResult> {
@@ -170,6 +183,7 @@ fn follow(
         records: args.records.then_some(&mut collected.records),
         confirm: args.confirm,
         yes: args.yes,
+        shown,
     };
     let number = match watch(client, layout, watching, output)? {
         CampaignOutcome::Done(number) => number,

@@ -96,6 +96,11 @@ impl<'o> Progress<'o> {
         Err(Error::undetermined("always_rejected", text))
     }
 
+    /// Reports that a command came at the wrong time.
+    pub fn refused(&mut self, command: CampaignCommand) {
+        self.line(&not_possible(command));
+    }
+
     /// Shows a graded hit.
     pub fn hit(&mut self, hit: &HitEvent) {
         self.rejected = if hit.good { 0 } else { self.rejected + 1 };
@@ -114,24 +119,24 @@ impl<'o> Progress<'o> {
         );
         self.line(&line);
     }
+}
 
-    /// Reports that a command came at the wrong time.
-    pub fn refused(&mut self, command: CampaignCommand) {
-        let action = match command {
-            CampaignCommand::Start => "starting",
-            CampaignCommand::Pause => "pausing",
-            CampaignCommand::Resume => "resuming",
-            CampaignCommand::Accept => "accepting a hit",
-            CampaignCommand::Reject => "rejecting a hit",
-            CampaignCommand::Redo => "repeating the DOF",
-            CampaignCommand::Skip => "skipping the DOF",
-            CampaignCommand::Finish => "finishing the DOF",
-            CampaignCommand::Abort => "ending the campaign",
-            CampaignCommand::Conclude => "finishing at the target",
-            CampaignCommand::Continue => "going on after the target",
-        };
-        self.line(&format!("{action} is not possible now"));
-    }
+/// The sentence on a command that came at the wrong time.
+pub fn not_possible(command: CampaignCommand) -> String {
+    let action = match command {
+        CampaignCommand::Start => "starting",
+        CampaignCommand::Pause => "pausing",
+        CampaignCommand::Resume => "resuming",
+        CampaignCommand::Accept => "accepting a hit",
+        CampaignCommand::Reject => "rejecting a hit",
+        CampaignCommand::Redo => "repeating the DOF",
+        CampaignCommand::Skip => "skipping the DOF",
+        CampaignCommand::Finish => "finishing the DOF",
+        CampaignCommand::Abort => "ending the campaign",
+        CampaignCommand::Conclude => "finishing at the target",
+        CampaignCommand::Continue => "going on after the target",
+    };
+    format!("{action} is not possible now")
 }
 
 impl Drop for Progress<'_> {

@@ -2,12 +2,12 @@
 
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::tone::harmless;
+use super::tone::{harmless, plain};
 use super::width;
 use super::wrap::wrapped;
 
@@ -20,13 +20,27 @@ pub struct Notes {
     /// The bars, which make room for a note; `None` where there are none.
     bars: Option<MultiProgress>,
     raw: Arc<AtomicBool>,
+    diverted: Arc<Mutex<Option<Diverted>>>,
+}
+
+/// Where notes go while a full screen has the terminal.
+struct Diverted {
+    take: Box<dyn FnMut(&str) + Send>,
+    /// All of them, for afterwards.
+    taken: Vec<String>,
 }
 
 impl Notes {
     /// Notes on a stream that is not a terminal.
     pub(super) fn to(err: impl Write + Send + 'static) -> Self {
         let err: Box<dyn Write + Send> = Box::new(err);
-        Self { err: Arc::new(Mutex::new(err)), terminal: false, bars: None, raw: Arc::default() }
+        Self {
+            err: Arc::new(Mutex::new(err)),
+            terminal: false,
+            bars: None,
+            raw: Arc::default(),
+            diverted: Arc::default(),
+        }
     }
 
     /// Notes on the terminal of stderr; with bars if it can move its cursor.
@@ -37,6 +51,10 @@ impl Notes {
 
     /// Writes a note.
     pub fn note(&self, text: &str) {
+        if let Some(diverted) = &mut *self.diverted() {
+            diverted.taken.push(text.into());
+            return (diverted.take)(&plain(&harmless(text)));
+        }
         self.verbatim(wrapped(text, width(self.terminal)));
     }
 
@@ -53,6 +71,26 @@ impl Notes {
         };
         // A failure to write to stderr cannot be reported anywhere.
         written.ok();
+    }
+
+    /// True for a terminal that can move its cursor.
+    pub(super) fn moves(&self) -> bool {
+        self.bars.is_some()
+    }
+
+    /// From now on, `take` gets the notes, without colours; [`Self::resume`] ends it.
+    pub fn divert(&self, take: impl FnMut(&str) + Send + 'static) {
+        *self.diverted() = Some(Diverted { take: Box::new(take), taken: Vec::new() });
+    }
+
+    /// Writes what was diverted meanwhile, and goes on writing.
+    pub fn resume(&self) {
+        let diverted = self.diverted().take();
+        diverted.into_iter().flat_map(|diverted| diverted.taken).for_each(|text| self.note(&text));
+    }
+
+    fn diverted(&self) -> MutexGuard<'_, Option<Diverted>> {
+        self.diverted.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Sets whether the terminal is in raw mode, where a line feed does not return to the first column.
@@ -76,6 +114,19 @@ impl Notes {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn diverted_notes_are_written_afterwards() {
+        let notes = Notes::to(std::io::sink());
+        let seen = Arc::new(Mutex::new(Vec::new()));
+        let taken = Arc::clone(&seen);
+        notes.divert(move |text| taken.lock().unwrap().push(text.to_owned()));
+        notes.clone().note("\x1b[33mwarning:\x1b[0m a\x1b[2Jb");
+        assert_eq!(*seen.lock().unwrap(), ["warning: a\u{fffd}[2Jb"]);
+        notes.resume();
+        notes.note("later");
+        assert_eq!(seen.lock().unwrap().len(), 1);
+    }
 
     #[test]
     fn a_label_of_a_bar_has_no_control_characters() {

@@ -68,10 +68,15 @@ pub(super) fn escaped(json: &str) -> Cow<'_, str> {
     text.into()
 }
 
-/// The text without the control characters of files, rigs and systems, which a terminal would obey; those of
-/// [`Tone`] stay.
+/// True for a character that a terminal obeys: control characters, and those that turn the direction of the text after them.
+fn is_obeyed(c: char) -> bool {
+    let turns = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    turns || (c.is_control() && !matches!(c, '\n' | '\t'))
+}
+
+/// The text without the characters of files, rigs and systems that a terminal would obey; those of [`Tone`] stay.
 pub(crate) fn harmless(text: &str) -> Cow<'_, str> {
-    let obeyed = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    let obeyed = is_obeyed;
     if !text.contains(obeyed) {
         return text.into();
     }

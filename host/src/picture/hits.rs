@@ -2,9 +2,7 @@
 //! responses of all axes over the impulse of their hit, which are equal for equal hits of any strength.
 
 use massline_shared::layout::{RIG_SENSORS, TestSettings};
-use massline_shared::signal::{
-    AdcProperties, CHANNELS, Calibration, HAMMER, HitAnalysis, RESPONSES, Samples, Scan,
-};
+use massline_shared::signal::{AdcProperties, Calibration, HitAnalysis, Scan};
 use nalgebra::Complex;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -14,6 +12,7 @@ use super::panel::{Curve, Panel, range_of};
 use super::theme::{LABEL, color};
 use crate::archive::{Archive, ArchivedSampler, HitRecord};
 use crate::error::Result;
+use crate::readings::{Chain, Readings};
 use crate::result_file::ResultFile;
 
 /// Time before the trigger that is shown, and the shortest time after it, ms.
@@ -69,10 +68,10 @@ impl HitsOfDof {
         else {
             return Ok(Vec::new());
         };
-        let chain = Chain { archive, calibration: &calibration.calibration, sampler };
+        let records = Records { archive, calibration: &calibration.calibration, sampler };
         // A DOF that the layout does not have would be any text in a name of a file.
         let dofs = archive.layout.resolved.hits.iter().map(|hit| hit.dof.to_string());
-        Ok(dofs.filter_map(|dof| chain.hits_of(&dof, source.title.clone())).collect())
+        Ok(dofs.filter_map(|dof| records.hits_of(&dof, source.title.clone())).collect())
     }
 
     /// Time of a scan after the trigger, ms.
@@ -194,14 +193,14 @@ impl Drawing for HitsOfDof {
     }
 }
 
-/// From codes to physical units.
-struct Chain<'a> {
+/// The records of an archive, and what turns them into hits.
+struct Records<'a> {
     archive: &'a Archive,
     calibration: &'a Calibration,
     sampler: ArchivedSampler,
 }
 
-impl Chain<'_> {
+impl Records<'_> {
     fn hits_of(&self, dof: &str, title: String) -> Option<HitsOfDof> {
         let ArchivedSampler { adc, pre_trigger_scans } = self.sampler;
         let layout = &self.archive.layout.resolved;
@@ -231,38 +230,20 @@ impl Chain<'_> {
         if !impulse.is_normal() {
             return None;
         }
-        let mut channels: Vec<Vec<f64>> =
-            (0..CHANNELS).map(|channel| self.readings(codes, channel)).collect();
-        for scan in 0..codes.len() {
-            let mut readings = [0.0; RESPONSES];
-            for (to, from) in readings.iter_mut().zip(channels.iter().skip(HAMMER + 1)) {
-                *to = from[scan] / impulse;
-            }
-            self.calibration.undo_cross_axis(&mut readings);
-            for (to, from) in channels.iter_mut().skip(HAMMER + 1).zip(readings) {
-                to[scan] = from;
-            }
-        }
+        let Readings { force, mut responses } = self.chain().readings(codes);
+        responses.iter_mut().flatten().for_each(|value| *value /= impulse);
         let level = |bin: &Complex<f64>| 20.0 * (bin.norm() / impulse.abs()).log10();
         Some(Hit {
             number: record.hit,
-            force: channels.remove(HAMMER),
-            responses: channels,
+            force,
+            responses,
             spectrum: spectrum.iter().map(level).collect(),
         })
     }
 
-    /// The readings of a channel without its rest value, N or m/s²: zeros for a channel that the rig does not have.
-    fn readings(&self, codes: &[Scan], channel: usize) -> Vec<f64> {
+    fn chain(&self) -> Chain<'_> {
         let ArchivedSampler { adc, pre_trigger_scans } = self.sampler;
-        let scale = f64::from(self.calibration.per_code(&adc, channel));
-        let all = Samples::<f64>::readings(codes, channel, 0);
-        let mut values: Vec<f64> = all.map(|code| scale * code).collect();
-        // The scans next to the trigger may belong to the hit.
-        let rest = (usize::from(pre_trigger_scans) * 7 / 8).clamp(1, values.len().max(1));
-        let mean = values.iter().take(rest).sum::<f64>() / rest as f64;
-        values.iter_mut().for_each(|value| *value -= mean);
-        values
+        Chain { calibration: self.calibration, adc, pre_trigger_scans }
     }
 
     /// The spectrum of the force, N s; `None` for a record that is too long or too short for one.

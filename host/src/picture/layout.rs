@@ -11,11 +11,9 @@ use plotters::style::text_anchor::{HPos, VPos};
 use super::canvas::{Area, Drawing, Drawn, legend, text, write};
 use super::theme::{COLORS, INK, SMALL};
 use crate::error::Result;
+use crate::projection::across;
 use crate::result_file::ResultFile;
 
-/// Where the picture looks from: azimuth about z, and elevation, rad.
-const AZIMUTH: f64 = 0.6;
-const ELEVATION: f64 = 0.45;
 /// Length of an arrow's head, pixels.
 const HEAD: f64 = 24.0;
 /// Points of a drawn ellipse.
@@ -66,9 +64,7 @@ struct View {
 impl View {
     /// One that shows all points in an area of this size.
     fn of(points: &[Vector3<f64>], (width, height): (u32, u32)) -> Self {
-        let (sin, cos) = AZIMUTH.sin_cos();
-        let (up, flat) = ELEVATION.sin_cos();
-        let across = Matrix2x3::new(-sin, cos, 0.0, -up * cos, -up * sin, flat);
+        let across = across();
         let seen: Vec<Vector2<f64>> = points.iter().map(|p| across * p).collect();
         let start = seen.first().copied().unwrap_or_default();
         let low = seen.iter().fold(start, |a, b| a.inf(b));

@@ -12,6 +12,7 @@ mod documents;
 mod export;
 #[cfg(unix)]
 mod full_disk;
+mod full_screen;
 mod hits;
 mod layout;
 #[cfg(target_os = "linux")]

@@ -12,16 +12,21 @@ use crate::program::{LAYOUT, layout_with_hits, run, words};
 use crate::virtual_process::VirtualProcess;
 
 /// The program on a terminal of its own.
-struct Terminal {
-    process: Child,
-    screen: File,
+pub struct Terminal {
+    pub process: Child,
+    pub screen: File,
     /// All that it has written.
-    text: String,
+    pub text: String,
 }
 
 impl Terminal {
     fn start(columns: u16, name: &str, arguments: &[&str]) -> Self {
-        let size = Winsize { ws_row: 50, ws_col: columns, ws_xpixel: 0, ws_ypixel: 0 };
+        Self::of_size([columns, 50], name, arguments)
+    }
+
+    /// The program on a terminal with this number of columns and rows.
+    pub fn of_size([columns, rows]: [u16; 2], name: &str, arguments: &[&str]) -> Self {
+        let size = Winsize { ws_row: rows, ws_col: columns, ws_xpixel: 0, ws_ypixel: 0 };
         let ends = openpty(Some(&size), None).unwrap();
         let end = || File::from(ends.slave.try_clone().unwrap());
         // The terminal has to be that of the process: its size is asked for by that way.
@@ -43,7 +48,7 @@ impl Terminal {
     }
 
     /// Reads until `found` or the end of the process.
-    fn until(&mut self, found: impl Fn(&str) -> bool) -> bool {
+    pub fn until(&mut self, found: impl Fn(&str) -> bool) -> bool {
         let mut buffer = [0; 4096];
         let mut bytes = std::mem::take(&mut self.text).into_bytes();
         loop {
@@ -63,8 +68,30 @@ impl Terminal {
         }
     }
 
+    /// What is on the terminal of this size now.
+    pub fn shown(&self, [columns, rows]: [u16; 2]) -> String {
+        let mut terminal = vt100::Parser::new(rows, columns, 0);
+        terminal.process(self.text.as_bytes());
+        terminal.screen().contents()
+    }
+
+    /// Reads until this is on the terminal; false at the end of the process.
+    pub fn until_shown(&mut self, size: [u16; 2], found: impl Fn(&str) -> bool) -> bool {
+        let shown = |text: &str| {
+            let mut terminal = vt100::Parser::new(size[1], size[0], 0);
+            terminal.process(text.as_bytes());
+            found(&terminal.screen().contents())
+        };
+        self.until(shown)
+    }
+
+    /// Types keys.
+    pub fn type_keys(&mut self, keys: &str) {
+        self.screen.write_all(keys.as_bytes()).unwrap();
+    }
+
     /// Reads to the end: exit code and everything.
-    fn end(mut self) -> (i32, String) {
+    pub fn end(mut self) -> (i32, String) {
         self.until(|_| false);
         (self.process.wait().unwrap().code().unwrap(), self.text)
     }
@@ -178,7 +205,8 @@ fn a_silent_rig_is_told_of_above_the_progress_bar() {
     let folder = tempfile::tempdir().unwrap();
     let rig = VirtualProcess::start(&[]);
     let layout = layout_with_hits(folder.path(), 20);
-    let mut measure = Terminal::start(80, "xterm", &["measure", &layout, "--port", &rig.port]);
+    let mut measure =
+        Terminal::start(80, "xterm", &["measure", &layout, "--plain", "--port", &rig.port]);
     assert!(measure.until(|text| text.contains("good")), "{}", measure.text);
     let process = Pid::from_raw(rig.process.id() as i32);
     kill(process, Signal::SIGSTOP).unwrap();

@@ -10,7 +10,7 @@ use massline_shared::diagnosis::Diagnostics;
 use massline_shared::layout::{RIG_HITS, RigLayout};
 use massline_shared::measurement::StartError;
 use massline_shared::measurement::campaign::{Command as Steering, CommandError};
-use massline_shared::signal::{AdcProperties, RestStatistics};
+use massline_shared::signal::{AdcProperties, CHANNELS, RestStatistics};
 
 /// Connects a request with its kind and its answer. The kind of the answer is that of the request with
 /// [`ANSWER`] set.
@@ -86,6 +86,8 @@ endpoints! {
     /// Asks for the mass lines of a DOF of the current campaign or of the last one, by its index in the layout.
     /// Refused with [`Reason::NotFound`] before the DOF is closed.
     GetMassLines = 16: u8 => crate::object::DofResult;
+    /// Asks for the level of every channel while the rig waits for a hit, the hammer first.
+    GetLevels = 17: () => Levels;
 }
 
 /// Largest framed answer to a request that changes the rig, bytes.
@@ -156,6 +158,10 @@ pub struct Status {
     #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
 }
+
+/// Level of every channel over the last tenth of a second: the number of bits of the range of its codes, 0 when the code
+/// did not change.
+pub type Levels = [u8; CHANNELS];
 
 /// Counters of the rig since power-on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -11,7 +11,7 @@ use massline_shared::layout::RigLayout;
 use massline_shared::signal::HAMMER;
 use serde_json::json;
 
-use super::rig::{BlockRig, RigArgs};
+use super::rig::{BlockRig, BlockShown, RigArgs};
 use super::{OriginArgs, report, store};
 use crate::calibration::block::{Block, Conditions};
 use crate::calibration::capacitor::{self, extra_capacitors};
@@ -21,7 +21,7 @@ use crate::calibration::plausible;
 use crate::calibration::verify::{Verdict, drifts};
 use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
 use crate::clock;
-use crate::commands::measure::{fits, make_room, paused};
+use crate::commands::measure::{ScreenArgs, fits, make_room, paused};
 use crate::commands::{files, show};
 use crate::document::BlockCalibration;
 use crate::error::{Error, Result};
@@ -241,7 +241,7 @@ impl BlockArgs {
         let path = self.layout.as_deref().unwrap_or(Path::new(DEFAULT_NAME));
         let layout = files::for_rig(&file, path)?;
         let mass = BlockMass { mass: self.mass, sigma: self.mass_sigma };
-        Ok(BlockTest { file, layout, mass, restart: self.restart })
+        Ok(BlockTest { file, layout, mass, restart: self.restart, screen: self.rig.screen })
     }
 }
 
@@ -256,6 +256,8 @@ pub struct BlockTest {
     pub mass: BlockMass<f64>,
     /// Discard a running campaign.
     pub restart: bool,
+    /// Whether a person sees a full screen.
+    pub screen: ScreenArgs,
 }
 
 impl BlockTest {
@@ -286,7 +288,9 @@ impl BlockTest {
             StartOutcome::Joined => output.note("joins the block test that is under way"),
         }
         let mut collection = SpectraCollection::default();
-        let result = match rig.follow(&self.layout, &mut collection, output)? {
+        let title = if self.layout.title.is_empty() { "block" } else { &self.layout.title };
+        let shown = BlockShown { screen: self.screen, title, calibration: record };
+        let result = match rig.follow(&self.layout, &mut collection, shown, output)? {
             CampaignOutcome::Done(number) => rig.client.result(number)?,
             CampaignOutcome::Stopped(status) => return Err(show::stopped(&status)),
             CampaignOutcome::Paused(status) => return Err(paused(&status)),

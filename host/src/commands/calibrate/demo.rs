@@ -7,12 +7,14 @@ use massline_shared::signal::HAMMER;
 use massline_virtual::bench::{Bench, TumbleSource};
 
 use super::block::{BlockTest, LAYOUT};
+use super::helper::Lines;
 use super::rig::{BlockRig, TumbleRig};
 use super::{report, store, tumble};
 use crate::calibration::tumble::TumbleFile;
 use crate::commands::bench_test::{BenchTest, nominal_calibration};
 use crate::commands::compare::Comparison;
 use crate::commands::demo::LAYOUTS;
+use crate::commands::measure::ScreenArgs;
 use crate::commands::simulated::narrow;
 use crate::document::{BeforeAndAfter, CalibratedTest, CalibrationDemo, CalibrationErrors};
 use crate::error::{Error, Result};
@@ -90,7 +92,7 @@ pub fn calibrate(seed: u64, output: &mut Output) -> Result<CalibrationRecord> {
     let mut record = {
         let mut rig = TumbleRig::on_bench(&bench, file.layout.sensors.len(), seed, Some(&flash))?;
         let mut readings = TumbleFile::new(&directory.path().join("tumble.toml"));
-        tumble::take(&mut rig, &mut readings, &limits, output)?;
+        tumble::take(&mut rig, &mut readings, &limits, &mut Lines::new(output))?;
         let mut record = CalibrationRecord::from(nominal_calibration(&bench));
         let found = readings.solve(&limits)?;
         tumble::judge_level(&found, &limits)?;
@@ -101,7 +103,8 @@ pub fn calibrate(seed: u64, output: &mut Output) -> Result<CalibrationRecord> {
     let mut rig = BlockRig::on_bench(&bench, &file.layout, seed, Some(&flash))?;
     let mass = BlockMass { mass: bench.truth().mass, sigma: 0.001 };
     let layout = narrow(&file.layout)?;
-    let test = BlockTest { file, layout, mass, restart: false };
+    let screen = ScreenArgs::default();
+    let test = BlockTest { file, layout, mass, restart: false, screen };
     // The calibration that the rig has stored across its restart.
     let kept = rig.client.calibration()?;
     test.run(&mut rig, &kept, output)?.write(&mut record);

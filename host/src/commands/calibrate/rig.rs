@@ -1,11 +1,11 @@
 //! The rig that is calibrated: a real one at a port, or a virtual one with a bench.
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{Identity, Status};
+use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::tumble::Position;
 use massline_shared::layout::HostLayout;
 use massline_virtual::bench::{Bench, BenchSource, TumbleHandle, TumbleSource};
@@ -17,15 +17,11 @@ use crate::campaign::{CampaignOutcome, Observer, follow};
 use crate::client::{Client, PipeTransport};
 use crate::commands::bench_test::{bench_help, open_bench};
 use crate::commands::connect::PortArgs;
-use crate::commands::measure::{Watching, watch};
+use crate::commands::measure::{ScreenArgs, Shown, Watching, watch};
 use crate::commands::progress::{Progress, Prompts};
 use crate::error::{Error, Result};
-use crate::file;
 use crate::output::Output;
 use crate::spectra::{Collecting, SpectraCollection};
-
-/// Longest line that a person types, bytes.
-const MOST_LINE_BYTES: usize = 4096;
 
 /// A virtual rig without progress for this long is stuck.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -52,6 +48,8 @@ pub struct RigArgs {
     /// Store the flash of the simulated rig in this file; default: discarded at the end.
     #[arg(long, value_name = "FILE", requires = "rig")]
     flash: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) screen: ScreenArgs,
 }
 
 /// A simulated rig.
@@ -120,7 +118,7 @@ pub struct TumbleRig {
 /// Who turns the sensors.
 #[derive(Debug)]
 enum Turner {
-    /// A person, who presses Enter after turning them.
+    /// A person, who says when they lie there.
     Person,
     /// The bench.
     Bench(TumbleHandle),
@@ -143,30 +141,21 @@ impl TumbleRig {
         Ok(Self { client, identity, turner, _rig: Some(rig) })
     }
 
-    /// Turns the sensors to this position, and returns when they lie there.
+    /// Turns the sensors to this position, or has `ask` ask a person for it, and returns when they lie there.
     ///
     /// # Errors
-    /// When there is nobody to turn the sensors.
-    pub fn turn_to(&mut self, position: Position, prompt: &str, output: &mut Output) -> Result<()> {
+    /// Those of `ask`.
+    pub fn turn_to(
+        &mut self,
+        position: Position,
+        ask: impl FnOnce(&mut Client, &Identity) -> Result<()>,
+    ) -> Result<()> {
         match &self.turner {
             Turner::Bench(handle) => {
                 handle.turn_to(position);
                 Ok(())
             }
-            Turner::Person => {
-                output.note(prompt);
-                match file::line(&mut io::stdin().lock(), MOST_LINE_BYTES) {
-                    Ok(Some(_)) => Ok(()),
-                    Err(error) => {
-                        Err(Error::input("no_keyboard", format!("standard input: {error}")))
-                    }
-                    Ok(None) => Err(Error::input(
-                        "no_keyboard",
-                        "a person must say when the sensors lie in their position, and stdin has \
-                         ended: run this in a terminal; what has been read is kept",
-                    )),
-                }
-            }
+            Turner::Person => ask(&mut self.client, &self.identity),
         }
     }
 
@@ -174,6 +163,17 @@ impl TumbleRig {
     pub fn can_repeat(&self) -> bool {
         matches!(self.turner, Turner::Person)
     }
+}
+
+/// What a person sees of a block test.
+#[derive(Clone, Copy, Debug)]
+pub struct BlockShown<'a> {
+    /// Whether it is a full screen.
+    pub screen: ScreenArgs,
+    /// What is measured.
+    pub title: &'a str,
+    /// The calibration in force.
+    pub calibration: &'a CalibrationRecord,
 }
 
 /// A rig whose sensors are glued to a hanging block.
@@ -211,10 +211,15 @@ impl BlockRig {
         &mut self,
         layout: &massline_shared::layout::RigLayout,
         collection: &mut SpectraCollection,
+        shown: BlockShown<'_>,
         output: &mut Output,
     ) -> Result<CampaignOutcome> {
         if self.rig.is_none() {
-            let watching = Watching { collection: Some(collection), ..Watching::default() };
+            let BlockShown { screen, title, calibration } = shown;
+            let identity = &self.identity;
+            let shown = Shown { kind: "block test", title, identity, calibration };
+            let shown = screen.wants_screen(output).then_some(shown);
+            let watching = Watching { collection: Some(collection), shown, ..Watching::default() };
             return watch(&mut self.client, layout, watching, output);
         }
         let interrupt = output.interrupt().clone();

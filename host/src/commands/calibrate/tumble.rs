@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use massline_shared::calibration::tumble::{Position, RestHum, RestVoltages, Tumble, TumbleLimits};
 use massline_shared::layout::RIG_SENSORS;
 
+use super::helper::{Helper, Lines, OnScreen};
 use super::rig::{RigArgs, TumbleRig};
 use super::{OriginArgs, report, store};
 use crate::calibration::electronics::{ConversionOrder, Memory};
@@ -68,7 +69,13 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if !readings.is_empty() {
         output.note(format!("resuming with the readings of {}", args.readings.display()));
     }
-    let hum = take(&mut rig, &mut readings, &limits, output)?;
+    let on_screen = rig.can_repeat() && args.rig.screen.wants_screen(output);
+    let hum = if on_screen {
+        let mut helper = OnScreen::open(&mut rig.client, &readings.wanted(), output)?;
+        take(&mut rig, &mut readings, &limits, &mut helper)
+    } else {
+        take(&mut rig, &mut readings, &limits, &mut Lines::new(output))
+    }?;
     if let Some(loudest) = hum.iter().max_by(|a, b| a.volts().total_cmp(&b.volts())) {
         output.warn(loudest.text());
     }
@@ -172,39 +179,28 @@ fn read(rig: &mut TumbleRig) -> Result<(RestVoltages<f64>, Option<RestHum<f64>>)
 /// Reads every position that is still missing; returns the mains hum in them.
 ///
 /// # Errors
-/// When the rig refuses, or the sensors of a simulated rig move.
+/// When the rig refuses, there is nobody to turn the sensors, or those of a simulated rig move.
 pub fn take(
     rig: &mut TumbleRig,
     readings: &mut TumbleFile,
     limits: &TumbleLimits<f64>,
-    output: &mut Output,
+    helper: &mut dyn Helper,
 ) -> Result<Vec<PositionHum>> {
-    let wanted = readings.wanted();
     let mut heard = Vec::new();
-    let bar = output.bar(wanted.len() as u64, "positions");
-    for position in wanted {
-        let reading = loop {
-            rig.turn_to(position, &prompt(position), output)?;
+    for position in readings.wanted() {
+        let (reading, hum) = loop {
+            rig.turn_to(position, |client, identity| helper.ask(position, client, identity))?;
             let (reading, hum) = read(rig)?;
             match check_rest(&reading, position, limits) {
-                Err(moved) if rig.can_repeat() => output.warn(moved.to_string()),
+                Err(moved) if rig.can_repeat() => helper.moved(&moved),
                 other => break other.map(|()| (reading, hum))?,
             }
         };
-        let (reading, hum) = reading;
         heard.extend(hum.map(|hum| PositionHum { position, hum }));
         readings.add(position, reading, limits)?;
-        output.note(format!("{position}  read"));
-        bar.inc(1);
+        helper.done(position);
     }
-    bar.finish_and_clear();
     Ok(heard)
-}
-
-fn prompt(position: Position) -> String {
-    let name = position.name();
-    let way = if name.starts_with('+') { "up" } else { "down" };
-    format!("turn the sensors so that {} points {way}, let go, and press Enter", &name[1..])
 }
 
 /// Rejects positions that were not level.

@@ -15,6 +15,9 @@ use crate::output::Output;
 use crate::precision::PrecisionMonitor;
 use crate::spectra::{Collecting, SpectraCollection};
 
+use super::full_screen::{FullScreen, Shown};
+use super::presenter::Presenter;
+
 /// What is done while a campaign is followed.
 #[derive(Debug, Default)]
 pub(in crate::commands) struct Watching<'a> {
@@ -28,6 +31,8 @@ pub(in crate::commands) struct Watching<'a> {
     pub confirm: bool,
     /// Finish at the target without asking.
     pub yes: bool,
+    /// What is shown on a full screen; lines without it, or without a terminal for it.
+    pub shown: Option<Shown<'a>>,
 }
 
 /// Follows the running campaign with a person at the keyboard.
@@ -38,21 +43,27 @@ pub(in crate::commands) fn watch(
     output: &mut Output,
 ) -> Result<CampaignOutcome> {
     let interrupt = output.interrupt().clone();
-    let keyboard = if output.has_keyboard() {
-        let taken = Keyboard::take();
-        taken.map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))?
-    } else {
-        None
-    };
-    output.set_raw(keyboard.is_some());
-    if keyboard.is_some() {
-        output.note(keyboard::HELP);
-    }
-    let Watching { monitor, collection, records, confirm, yes } = watching;
+    let Watching { monitor, collection, records, confirm, yes, shown } = watching;
     let accepts = collection.is_some() && !confirm;
-    let prompts = if accepts { Prompts::Hits } else { Prompts::HitsAndVerdicts };
-    let progress = Progress::new(output, "hits", layout, prompts);
-    let mut person = Person { progress, keyboard, monitor, yes, accepts, asked: false };
+    let no_terminal = |e| Error::internal("no_keyboard", format!("the terminal: {e}"));
+    let keyboard =
+        if output.has_keyboard() { Keyboard::take().map_err(no_terminal)? } else { None };
+    output.set_raw(keyboard.is_some());
+    let shown = shown.filter(|_| keyboard.is_some());
+    let on_screen = shown.is_some();
+    let presenter: Box<dyn Presenter + '_> = match shown {
+        Some(shown) => Box::new(FullScreen::open(shown, layout, monitor.is_some(), output)?),
+        None => {
+            if keyboard.is_some() {
+                output.note(keyboard::HELP);
+            }
+            let prompts = if accepts { Prompts::Hits } else { Prompts::HitsAndVerdicts };
+            Box::new(Progress::new(output, "hits", layout, prompts))
+        }
+    };
+    // For the screen, the rig waits with every hit until its record has been read.
+    let accepts = accepts || (on_screen && !confirm);
+    let mut person = Person { presenter, keyboard, monitor, yes, accepts, asked: false };
     let ending = match collection {
         Some(collection) => {
             let records = records.map(|records| (records, layout));
@@ -68,7 +79,7 @@ pub(in crate::commands) fn watch(
 
 /// The operator with a hammer, who may have a keyboard.
 struct Person<'o> {
-    progress: Progress<'o>,
+    presenter: Box<dyn Presenter + 'o>,
     keyboard: Option<Keyboard>,
     monitor: Option<&'o mut PrecisionMonitor>,
     /// Finish at the target without asking.
@@ -85,7 +96,7 @@ impl Person<'_> {
         let Some(monitor) = &mut self.monitor else { return Ok(()) };
         let at_target = is_at_target(status);
         if read_new(client, monitor, status, |dof| dof != status.dof || at_target)? {
-            self.progress.line(&monitor.report().to_text());
+            self.presenter.precision(&monitor.report());
         }
         Ok(())
     }
@@ -108,7 +119,7 @@ impl Person<'_> {
 
     /// Only good hits wait for a verdict; the rig has been asked to wait by another program or on its panel.
     fn accept_unasked(&mut self, status: &Status) -> OperatorAction {
-        self.progress.line(&format!(
+        self.presenter.line(&format!(
             "hit {} is accepted: the rig asks for a verdict, and there is no keyboard to give it",
             status.last_hit
         ));
@@ -121,8 +132,9 @@ impl Person<'_> {
 
     fn poll(&mut self, status: &Status) -> Result<Option<OperatorAction>> {
         let Some(keyboard) = &mut self.keyboard else { return Ok(None) };
+        let presenter = &mut self.presenter;
         keyboard
-            .poll(Phase::try_from(status.phase).ok())
+            .poll(Phase::try_from(status.phase).ok(), |key| presenter.key(key))
             .map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))
     }
 }
@@ -154,11 +166,11 @@ fn is_at_target(status: &Status) -> bool {
 
 impl Observer for Person<'_> {
     fn status(&mut self, status: &Status) {
-        self.progress.status(status);
+        self.presenter.status(status);
     }
 
     fn hit(&mut self, hit: &HitEvent) {
-        self.progress.hit(hit);
+        self.presenter.hit(hit);
     }
 
     fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
@@ -168,7 +180,9 @@ impl Observer for Person<'_> {
         if self.keyboard.is_none() && waits && !self.accepts {
             return Ok(Some(self.accept_unasked(status)));
         }
-        self.poll(status)
+        self.presenter.look(client, status)?;
+        let accept = OperatorAction::Command(CampaignCommand::Accept);
+        Ok(self.poll(status)?.or((waits && self.accepts).then_some(accept)))
     }
 
     fn at_target(
@@ -180,8 +194,9 @@ impl Observer for Person<'_> {
         if !self.asked {
             self.asked = true;
             let question = self.question();
-            self.progress.line(&question);
+            self.presenter.question(&question);
         }
+        self.presenter.look(client, status)?;
         if self.asks() {
             return self.poll(status);
         }
@@ -189,6 +204,6 @@ impl Observer for Person<'_> {
     }
 
     fn refused(&mut self, command: CampaignCommand) {
-        self.progress.refused(command);
+        self.presenter.refused(command);
     }
 }

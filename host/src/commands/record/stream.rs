@@ -56,7 +56,7 @@ pub(super) fn record(
         }
         tape.prompt(output);
         let steer = match &mut keyboard {
-            Some(keyboard) => keyboard.poll(None).unwrap_or(Some(OperatorAction::Leave)),
+            Some(keyboard) => keyboard.poll(None, |_| false).unwrap_or(Some(OperatorAction::Leave)),
             None => None,
         };
         if interrupt.pressed() || steer.is_some_and(|s| tape.steer(s)) {

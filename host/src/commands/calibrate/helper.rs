@@ -1,0 +1,184 @@
+//! How a person who turns the sensors is asked for the next position of a tumble test.
+
+use std::io;
+use std::time::Duration;
+
+use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use indicatif::ProgressBar;
+use massline_protocol::message::Identity;
+use massline_shared::calibration::tumble::Position;
+use massline_shared::signal::{Calibration, HAMMER, RESPONSES, RestStatistics};
+use nalgebra::Vector3;
+
+use crate::client::Client;
+use crate::error::{Error, Result};
+use crate::file;
+use crate::output::Output;
+use crate::screen::Screen;
+use crate::screen::positions::Positions;
+
+/// Longest line that a person types, bytes.
+const MOST_LINE_BYTES: usize = 4096;
+/// How long a key is waited for between two looks at the sensors.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+/// Asks for positions, and tells how it went.
+pub trait Helper {
+    /// Returns when the sensors lie in this position.
+    ///
+    /// # Errors
+    /// When there is nobody to turn the sensors, or the person leaves.
+    fn ask(&mut self, position: Position, client: &mut Client, identity: &Identity) -> Result<()>;
+
+    /// The sensors moved while they were read; they are read again.
+    fn moved(&mut self, how: &Error);
+
+    /// A position has been read.
+    fn done(&mut self, position: Position);
+}
+
+/// Asks in lines, and reads Enter from standard input.
+pub struct Lines<'o> {
+    output: &'o mut Output,
+    bar: ProgressBar,
+}
+
+impl<'o> Lines<'o> {
+    /// A helper with a bar that counts positions.
+    pub fn new(output: &'o mut Output) -> Self {
+        let bar = output.bar(Position::ALL.len() as u64, "positions");
+        Self { output, bar }
+    }
+}
+
+impl Drop for Lines<'_> {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Helper for Lines<'_> {
+    fn ask(&mut self, position: Position, _: &mut Client, _: &Identity) -> Result<()> {
+        self.output.note(in_words(position));
+        match file::line(&mut io::stdin().lock(), MOST_LINE_BYTES) {
+            Ok(Some(_)) => Ok(()),
+            Err(error) => Err(Error::input("no_keyboard", format!("standard input: {error}"))),
+            Ok(None) => Err(Error::input(
+                "no_keyboard",
+                "a person must say when the sensors lie in their position, and stdin has ended: run this in a \\
+                 terminal; what has been read is kept",
+            )),
+        }
+    }
+
+    fn moved(&mut self, how: &Error) {
+        self.output.warn(how.to_string());
+    }
+
+    fn done(&mut self, position: Position) {
+        self.output.note(format!("{position}  read"));
+        self.bar.inc(1);
+    }
+}
+
+/// What a person is to do.
+fn in_words(position: Position) -> String {
+    let name = position.name();
+    let way = if name.starts_with('+') { "up" } else { "down" };
+    format!("turn the sensors so that {} points {way}, let go, and press Enter", &name[1..])
+}
+
+/// Shows on a full screen how the sensors lie until Enter is pressed.
+pub struct OnScreen {
+    screen: Screen<Positions>,
+    /// The calibration that the rig has now, for what is shown.
+    calibration: Calibration,
+}
+
+impl OnScreen {
+    /// Takes the terminal.
+    ///
+    /// # Errors
+    /// When the terminal cannot be taken or the rig cannot be reached.
+    pub fn open(client: &mut Client, wanted: &[Position], output: &Output) -> Result<Self> {
+        let calibration = client.calibration()?.calibration;
+        let screen = Screen::open(Positions::new(wanted), output).map_err(no_terminal)?;
+        Ok(Self { screen, calibration })
+    }
+
+    /// What each sensor reads, g.
+    fn lies(&self, statistics: &RestStatistics, identity: &Identity) -> Vec<Vector3<f64>> {
+        let volts = identity.adc.volts_per_code();
+        let of = |channel: usize| {
+            let zero = self.calibration.channels[channel].zero.0 / volts;
+            let reading = self.calibration.per_code(&identity.adc, channel)
+                * (statistics.mean[channel] - zero);
+            f64::from(reading) / massline_shared::STANDARD_GRAVITY
+        };
+        let sensors = usize::from(identity.max_sensors).min(RESPONSES / 3);
+        let first = |sensor: usize| HAMMER + 1 + 3 * sensor;
+        (0..sensors).map(|s| Vector3::from_fn(|axis, _| of(first(s) + axis))).collect()
+    }
+}
+
+impl Helper for OnScreen {
+    fn ask(&mut self, position: Position, client: &mut Client, identity: &Identity) -> Result<()> {
+        self.screen.update(|view| view.ask(position));
+        loop {
+            self.screen.draw();
+            match pressed().map_err(no_terminal)? {
+                Some(Pressed::Enter) => break,
+                Some(Pressed::Leave) => {
+                    return Err(Error::interrupted(
+                        "the tumble test is interrupted; what has been read is kept: the same command goes on",
+                    ));
+                }
+                None => {}
+            }
+            let statistics = client.rest_statistics()?;
+            let lies = self.lies(&statistics, identity);
+            self.screen.update(|view| view.lies(lies));
+        }
+        self.screen.update(Positions::read);
+        self.screen.draw();
+        Ok(())
+    }
+
+    fn moved(&mut self, how: &Error) {
+        self.screen.update(|view| crate::screen::View::note(view, &how.to_string()));
+    }
+
+    fn done(&mut self, position: Position) {
+        self.screen.update(|view| view.done(position));
+        self.screen.draw();
+    }
+}
+
+fn no_terminal(error: io::Error) -> Error {
+    Error::internal("no_keyboard", format!("the terminal: {error}"))
+}
+
+/// A key of the tumble test.
+enum Pressed {
+    Enter,
+    Leave,
+}
+
+/// The key that was pressed meanwhile, if it is one of the tumble test.
+fn pressed() -> io::Result<Option<Pressed>> {
+    while event::poll(PATIENCE)? {
+        let Event::Key(KeyEvent { code, modifiers, kind: KeyEventKind::Press, .. }) =
+            event::read()?
+        else {
+            continue;
+        };
+        let control = modifiers.contains(KeyModifiers::CONTROL);
+        match code {
+            KeyCode::Enter => return Ok(Some(Pressed::Enter)),
+            KeyCode::Char('p' | 'q') | KeyCode::Esc => return Ok(Some(Pressed::Leave)),
+            KeyCode::Char('c') if control => return Ok(Some(Pressed::Leave)),
+            _ => {}
+        }
+    }
+    Ok(None)
+}

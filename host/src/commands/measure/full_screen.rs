@@ -1,0 +1,209 @@
+//! A campaign on a full screen: what is read from the rig for it, and when.
+
+use std::time::{Duration, Instant};
+
+use crossterm::event::KeyCode;
+use massline_protocol::event::HitEvent;
+use massline_protocol::message::{Identity, Status};
+use massline_protocol::object::{ObjectId, ObjectKind};
+use massline_shared::calibration::CalibrationRecord;
+use massline_shared::layout::RigLayout;
+use massline_shared::measurement::campaign::Phase;
+
+use super::presenter::Presenter;
+use crate::client::{Client, ClientError, scans_of};
+use crate::error::{Error, Result};
+use crate::output::{Output, harmless};
+use crate::precision::PrecisionReport;
+use crate::readings::Chain;
+use crate::report;
+use crate::screen::guide::{Guide, HitReadings};
+use crate::screen::{Screen, View};
+
+/// Time between two requests for the levels.
+const LEVELS: Duration = Duration::from_millis(200);
+/// A record that takes longer than this keeps a person waiting.
+const SLOW: Duration = Duration::from_secs(2);
+
+/// Whether a campaign is followed on a full screen.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub struct ScreenArgs {
+    /// Lines instead of a full screen, for a screen reader or a log.
+    #[arg(long)]
+    plain: bool,
+}
+
+impl ScreenArgs {
+    /// True where there is a terminal for a full screen, and nobody wants lines.
+    pub fn wants_screen(self, output: &Output) -> bool {
+        output.has_screen() && !self.plain
+    }
+}
+
+/// What the full screen needs to know of a campaign.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown<'a> {
+    /// `measurement` or `block test`.
+    pub kind: &'static str,
+    /// What is measured.
+    pub title: &'a str,
+    /// The rig.
+    pub identity: &'a Identity,
+    /// The calibration in force.
+    pub calibration: &'a CalibrationRecord,
+}
+
+/// A campaign on a full screen.
+pub(super) struct FullScreen {
+    screen: Screen<Guide>,
+    identity: Identity,
+    calibration: CalibrationRecord,
+    began: Instant,
+    /// When the levels were asked for; `None` from a rig that does not send them.
+    levels: Option<Instant>,
+    /// The last hit whose record was asked for; `None` when the link is too slow for records.
+    record: Option<u32>,
+    /// DOF and number of the hits whose spectra were asked for last.
+    spectra: (u8, u8),
+}
+
+impl FullScreen {
+    /// Takes the terminal.
+    ///
+    /// # Errors
+    /// When the terminal cannot be taken.
+    pub fn open(
+        shown: Shown<'_>,
+        layout: &RigLayout,
+        estimates: bool,
+        output: &Output,
+    ) -> Result<Self> {
+        let Shown { kind, title, identity, calibration } = shown;
+        let guide = Guide::new(&harmless(title), kind, layout, identity.adc.bits, estimates);
+        let screen = Screen::open(guide, output)
+            .map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))?;
+        Ok(Self {
+            screen,
+            identity: identity.clone(),
+            calibration: calibration.clone(),
+            began: Instant::now(),
+            levels: Some(Instant::now()),
+            record: Some(0),
+            spectra: (0, 0),
+        })
+    }
+
+    fn read_levels(&mut self, client: &mut Client) -> Result<()> {
+        if self.levels.is_none_or(|asked| asked.elapsed() < LEVELS) {
+            return Ok(());
+        }
+        self.levels = client.levels()?.map(|levels| {
+            self.screen.update(|guide| guide.levels(levels));
+            Instant::now()
+        });
+        Ok(())
+    }
+
+    /// Reads the record of the hit that waits for a verdict.
+    fn read_record(&mut self, client: &mut Client, status: &Status) -> Result<()> {
+        let number = status.last_hit;
+        if self.record.is_none_or(|read| read == number) {
+            return Ok(());
+        }
+        self.record = Some(number);
+        let began = Instant::now();
+        let object = ObjectId { kind: ObjectKind::Record as u8, number };
+        let Some(bytes) = unless_refused(client.download(object, |_, _| ()))? else {
+            return Ok(());
+        };
+        if began.elapsed() > SLOW {
+            self.record = None;
+            self.line("the link is slow: hits are no longer drawn");
+        }
+        let Identity { adc, pre_trigger_scans, .. } = self.identity;
+        let calibration = &self.calibration.calibration;
+        let readings = Chain { calibration, adc, pre_trigger_scans }.readings(&scans_of(&bytes));
+        let step = 1.0 / f64::from(adc.rate.0);
+        let before = f64::from(pre_trigger_scans) * step;
+        self.screen.update(|guide| guide.readings(HitReadings { number, readings, step, before }));
+        self.screen.draw();
+        Ok(())
+    }
+
+    /// Reads the averages of the DOF in hand when they have changed.
+    fn read_spectra(&mut self, client: &mut Client, status: &Status) -> Result<()> {
+        let hits = status.accepted.get(usize::from(status.dof)).copied().unwrap_or(0);
+        if hits == 0 || self.spectra == (status.dof, hits) || self.record.is_none() {
+            return Ok(());
+        }
+        self.spectra = (status.dof, hits);
+        if let Some(spectra) = unless_refused(client.spectra(status.dof))? {
+            self.screen.update(|guide| guide.spectra(spectra));
+            self.screen.draw();
+        }
+        Ok(())
+    }
+}
+
+/// What a rig refuses to send is not shown.
+fn unless_refused<T>(answer: Result<T, ClientError>) -> Result<Option<T>> {
+    match answer {
+        Ok(found) => Ok(Some(found)),
+        Err(e) if e.refusal().is_some() => Ok(None),
+        Err(e) => Err(e.into()),
+    }
+}
+
+impl Presenter for FullScreen {
+    fn status(&mut self, status: &Status) {
+        let at = self.began.elapsed();
+        self.screen.update(|guide| guide.status(status, at));
+        self.screen.draw();
+    }
+
+    fn hit(&mut self, hit: &HitEvent) {
+        let verdict = if hit.good {
+            "good".to_owned()
+        } else {
+            format!("rejected: {}", report::messages(&hit.findings))
+        };
+        self.screen.update(|guide| guide.hit(hit, harmless(&verdict).into_owned()));
+        self.screen.draw();
+    }
+
+    fn precision(&mut self, report: &PrecisionReport<'_>) {
+        self.screen.update(|guide| guide.precision(report));
+        self.screen.draw();
+    }
+
+    fn question(&mut self, text: &str) {
+        self.screen.update(|guide| guide.question(text.into()));
+        self.screen.draw();
+    }
+
+    fn line(&mut self, text: &str) {
+        self.screen.update(|guide| guide.note(&harmless(text)));
+        self.screen.draw();
+    }
+
+    fn look(&mut self, client: &mut Client, status: &Status) -> Result<()> {
+        match Phase::try_from(status.phase).ok() {
+            Some(Phase::Armed) => {
+                self.read_spectra(client, status)?;
+                self.read_levels(client)?;
+            }
+            Some(Phase::Confirming) => self.read_record(client, status)?,
+            _ => {}
+        }
+        self.screen.refresh();
+        Ok(())
+    }
+
+    fn key(&mut self, key: KeyCode) -> bool {
+        let taken = self.screen.update(|guide| guide.key(key));
+        if taken {
+            self.screen.draw();
+        }
+        taken
+    }
+}

@@ -1,0 +1,70 @@
+//! How a person at the terminal sees a campaign: as lines, or on a full screen.
+
+use crossterm::event::KeyCode;
+use massline_protocol::event::HitEvent;
+use massline_protocol::message::{CampaignCommand, Status};
+
+use crate::client::Client;
+use crate::commands::progress::{Progress, not_possible};
+use crate::error::Result;
+use crate::precision::PrecisionReport;
+
+/// Shows a campaign to a person.
+pub(super) trait Presenter {
+    /// The status has changed.
+    fn status(&mut self, status: &Status);
+
+    /// A hit was graded.
+    fn hit(&mut self, hit: &HitEvent);
+
+    /// The precision after a further DOF.
+    fn precision(&mut self, report: &PrecisionReport<'_>);
+
+    /// A question that a key answers, or that answers itself.
+    fn question(&mut self, text: &str);
+
+    /// Something else to be read.
+    fn line(&mut self, text: &str);
+
+    /// Called again and again: reads from the rig what is shown besides.
+    ///
+    /// # Errors
+    /// When the link is lost.
+    fn look(&mut self, client: &mut Client, status: &Status) -> Result<()> {
+        let _ = (client, status);
+        Ok(())
+    }
+
+    /// Takes a key that only changes what is shown; false for any other key.
+    fn key(&mut self, key: KeyCode) -> bool {
+        let _ = key;
+        false
+    }
+
+    /// A command came at the wrong time.
+    fn refused(&mut self, command: CampaignCommand) {
+        self.line(&not_possible(command));
+    }
+}
+
+impl Presenter for Progress<'_> {
+    fn status(&mut self, status: &Status) {
+        Progress::status(self, status);
+    }
+
+    fn hit(&mut self, hit: &HitEvent) {
+        Progress::hit(self, hit);
+    }
+
+    fn precision(&mut self, report: &PrecisionReport<'_>) {
+        Progress::line(self, &report.to_text());
+    }
+
+    fn question(&mut self, text: &str) {
+        Progress::line(self, text);
+    }
+
+    fn line(&mut self, text: &str) {
+        Progress::line(self, text);
+    }
+}

@@ -1,0 +1,90 @@
+//! The last hit: its verdict with the reason, and its force and responses over time.
+
+use massline_shared::layout::AXIS_LETTERS;
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Paragraph, Wrap};
+
+use super::framed;
+use super::spectra::{Curves, plot};
+use crate::screen::Theme;
+use crate::screen::guide::{Guide, HitReadings};
+
+/// Rows of the verdict, with its frame.
+pub(super) const HEIGHT: u16 = 6;
+/// Time that is shown before and after the trigger, s.
+const SHOWN: [f64; 2] = [-0.004, 0.026];
+
+/// The verdict on the last hit.
+pub(super) fn verdict(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
+    let block = framed(" last hit ", theme);
+    let Some(hit) = &guide.hit else {
+        let text = Paragraph::new("none yet").block(block).style(theme.faint());
+        return frame.render_widget(text, area);
+    };
+    let numbers = format!(
+        "hit {} at {}: {:.1} N, {:.1} m/s²",
+        hit.number,
+        guide.name(hit.dof),
+        hit.peak_force,
+        hit.peak_acceleration,
+    );
+    let said = guide.verdicts.back().map_or("", |(_, verdict)| verdict.as_str());
+    let style = if hit.good { theme.good() } else { theme.bad() };
+    let lines = vec![Line::raw(numbers), Line::from(Span::styled(said, style))];
+    let text = Paragraph::new(lines).block(block).wrap(Wrap { trim: true });
+    frame.render_widget(text, area);
+}
+
+/// Force and responses of the last hit that was read.
+pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
+    let Some(of) = &guide.readings else {
+        let text = Paragraph::new("nothing read yet").block(framed(" hit over time ", theme));
+        return frame.render_widget(text.style(theme.faint()), area);
+    };
+    let [force, responses] =
+        Layout::vertical([Constraint::Fill(1), Constraint::Fill(1)]).areas(area);
+    let title = format!(" hit {}: force, N, over ms ", of.number);
+    let curves = Curves {
+        title: &title,
+        names: vec!["force".into()],
+        points: vec![points(of, &of.readings.force)],
+        x: SHOWN.map(|time| 1e3 * time),
+        y: None,
+    };
+    plot(&curves, frame, force, theme);
+    let largest = largest(of, guide.layout.sensors.len());
+    let name = |response: &usize| {
+        let sensor = guide.layout.sensors.get(response / 3).map_or(0, |sensor| sensor.node);
+        format!("{sensor}{}", AXIS_LETTERS[response % 3])
+    };
+    let curves = Curves {
+        title: " largest responses, m/s², over ms ",
+        names: largest.iter().map(name).collect(),
+        points: largest.iter().map(|&k| points(of, &of.readings.responses[k])).collect(),
+        x: SHOWN.map(|time| 1e3 * time),
+        y: None,
+    };
+    plot(&curves, frame, responses, theme);
+}
+
+/// Points over time in ms, as far as they are shown.
+fn points(of: &HitReadings, values: &[f64]) -> Vec<(f64, f64)> {
+    let [from, to] = SHOWN;
+    let timed =
+        values.iter().enumerate().map(|(scan, value)| (scan as f64 * of.step - of.before, *value));
+    timed
+        .filter(|(time, _)| (from..=to).contains(time))
+        .map(|(time, value)| (1e3 * time, value))
+        .collect()
+}
+
+/// The three responses that move most, the largest first.
+fn largest(of: &HitReadings, sensors: usize) -> Vec<usize> {
+    let peak = |k: &usize| of.readings.responses[*k].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+    let mut all: Vec<usize> = (0..of.readings.responses.len().min(3 * sensors)).collect();
+    all.sort_by(|a, b| peak(b).total_cmp(&peak(a)));
+    all.truncate(3);
+    all
+}

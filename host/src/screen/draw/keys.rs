@@ -1,0 +1,60 @@
+//! The keys.
+
+use massline_shared::measurement::campaign::Phase;
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Paragraph, Wrap};
+
+use super::framed;
+use crate::screen::Theme;
+use crate::screen::guide::{Guide, Page};
+
+/// Every key with what it does.
+const KEYS: [(&str, &str); 10] = [
+    ("a  Enter", "accept the hit that waits for a verdict"),
+    ("r  Backspace", "reject it"),
+    ("d", "redo the DOF: its hits are discarded"),
+    ("s", "skip the DOF"),
+    ("f", "finish the DOF with the hits that it has"),
+    ("y  n", "answer the question at the target"),
+    ("p  Ctrl-C", "pause and leave; the same command goes on"),
+    ("q q", "abort: every hit of the campaign is discarded"),
+    ("Tab  ← →", "another page: hit, spectra, estimate"),
+    ("?", "this page"),
+];
+
+/// The last line: the keys of the moment.
+pub(super) fn line(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
+    let keys: &[&str] = match guide.phase() {
+        _ if guide.help => &["? back"],
+        Some(Phase::Confirming) => &["a accept", "r reject", "d redo", "p pause", "? help"],
+        Some(Phase::TargetReached) => &["y finish", "n go on", "p pause", "? help"],
+        Some(Phase::Solving | Phase::Done) => &["? help"],
+        _ => &["d redo", "s skip", "f finish DOF", "p pause", "q q abort", "? help"],
+    };
+    let pages = Page::ALL.iter().filter(|(page, _)| guide.estimates || *page != Page::Estimate);
+    let pages: Vec<&str> = pages.map(|(_, name)| *name).collect();
+    let text = format!(" {}  Tab {}", keys.join("  "), pages.join("/"));
+    frame.render_widget(Paragraph::new(text).style(theme.bar()), area);
+}
+
+/// All keys.
+pub(super) fn help(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
+    let mut lines: Vec<Line<'_>> = KEYS
+        .iter()
+        .map(|(key, does)| {
+            Line::from(vec![Span::styled(format!("{key:13}"), theme.strong()), Span::raw(*does)])
+        })
+        .collect();
+    lines.push(Line::raw(""));
+    lines.push(Line::raw(
+        "The rig keeps every accepted hit. If the cable comes off or this program ends, the same command goes on.",
+    ));
+    if let Some(note) = guide.notes.back() {
+        lines.push(Line::raw(""));
+        lines.push(Line::raw(note.as_str()));
+    }
+    let text = Paragraph::new(lines).block(framed(" keys ", theme)).wrap(Wrap { trim: false });
+    frame.render_widget(text, area);
+}

@@ -1,0 +1,143 @@
+//! How a view looks: which parts there are on a terminal of this size, and each part in a file.
+
+mod estimate;
+mod hit;
+mod keys;
+mod levels;
+mod place;
+mod positions;
+mod sketch;
+mod spectra;
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Paragraph, Wrap};
+
+use super::guide::{Guide, Page};
+use super::positions::Positions;
+use super::{Theme, pace};
+
+/// Below this, only the words of what to do are shown.
+const SMALLEST: [u16; 2] = [60, 18];
+/// From this height on, all pages are shown one above the other, and from this width on beside each other.
+const TALL: u16 = 40;
+const WIDE: u16 = 150;
+
+/// The guide of a campaign.
+pub(super) fn guide(guide: &Guide, frame: &mut Frame<'_>, theme: Theme) {
+    let area = frame.area();
+    if area.width < SMALLEST[0] || area.height < SMALLEST[1] {
+        return small(guide, frame, theme);
+    }
+    let rows =
+        [Constraint::Length(1), Constraint::Min(0), Constraint::Length(2), Constraint::Length(1)];
+    let [title, middle, messages, keys] = Layout::vertical(rows).areas(area);
+    bar(frame, title, theme, [&guide.title, &progress(guide)]);
+    place::message(guide, frame, messages, theme);
+    keys::line(guide, frame, keys, theme);
+    if guide.help {
+        return keys::help(guide, frame, middle, theme);
+    }
+    let left = (area.width * 2 / 5).clamp(32, 56);
+    let [left, right] =
+        Layout::horizontal([Constraint::Length(left), Constraint::Min(0)]).areas(middle);
+    left_side(guide, frame, left, theme);
+    right_side(guide, frame, right, theme);
+}
+
+/// Where to hit.
+fn left_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
+    let rows = [Constraint::Length(6), Constraint::Min(6), Constraint::Length(levels::HEIGHT)];
+    let [name, body, bars] = Layout::vertical(rows).areas(area);
+    place::name(guide, frame, name, theme);
+    sketch::body(guide, frame, body, theme);
+    levels::bars(guide, frame, bars, theme);
+}
+
+/// What was measured: pages, as many as there is room for.
+fn right_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
+    let pages: Vec<Page> = Page::ALL
+        .iter()
+        .map(|(page, _)| *page)
+        .filter(|page| guide.estimates || *page != Page::Estimate)
+        .collect();
+    let [verdict, area] =
+        Layout::vertical([Constraint::Length(hit::HEIGHT), Constraint::Min(0)]).areas(area);
+    hit::verdict(guide, frame, verdict, theme);
+    let places = match () {
+        () if frame.area().width >= WIDE && frame.area().height < TALL => {
+            Layout::horizontal(pages.iter().map(|_| Constraint::Fill(1))).split(area)
+        }
+        () if frame.area().height >= TALL => {
+            Layout::vertical(pages.iter().map(|_| Constraint::Fill(1))).split(area)
+        }
+        () => {
+            let shown = if pages.contains(&guide.page) { guide.page } else { Page::Hit };
+            return page(shown, guide, frame, area, theme);
+        }
+    };
+    for (of, place) in pages.iter().zip(places.iter()) {
+        page(*of, guide, frame, *place, theme);
+    }
+}
+
+fn page(page: Page, guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
+    match page {
+        Page::Hit => hit::readings(guide, frame, area, theme),
+        Page::Spectra => spectra::spectra(guide, frame, area, theme),
+        Page::Estimate => estimate::estimate(guide, frame, area, theme),
+    }
+}
+
+/// A terminal without room for more than words.
+fn small(guide: &Guide, frame: &mut Frame<'_>, theme: Theme) {
+    let mut lines = vec![Line::styled(place::words(guide), theme.accent())];
+    lines.extend(guide.verdicts.back().map(|(_, verdict)| Line::raw(verdict.as_str())));
+    lines.push(Line::raw(progress(guide)));
+    let [width, height] = SMALLEST;
+    lines.push(Line::styled(
+        format!("from {width} × {height} on, there is more to see"),
+        theme.faint(),
+    ));
+    frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), frame.area());
+}
+
+/// `block test 12 of 60 hits, about 3 min left`.
+fn progress(guide: &Guide) -> String {
+    let [done, wanted] = guide.hits();
+    let left = guide.pace.left(wanted.saturating_sub(done)).filter(|_| done < wanted);
+    let left =
+        left.map_or_else(String::new, |left| format!(", about {} left", pace::in_words(left)));
+    format!("{}: {done} of {wanted} hits{left}", guide.kind)
+}
+
+/// The first line: what it is, and on the right how far it is.
+fn bar(frame: &mut Frame<'_>, area: Rect, theme: Theme, [title, right]: [&str; 2]) {
+    let room = usize::from(area.width).saturating_sub(right.chars().count() + 3);
+    let mut shown: String = title.chars().take(room).collect();
+    if shown.len() < title.len() {
+        shown.pop();
+        shown.push('…');
+    }
+    let line = Line::from(format!(" {shown}"));
+    frame.render_widget(Paragraph::new(line).style(theme.bar()), area);
+    let right = Line::from(format!("{right} ")).right_aligned();
+    frame.render_widget(Paragraph::new(right).style(theme.bar()), right_part(area, room));
+}
+
+/// What is right of a text with this many characters.
+fn right_part(area: Rect, text: usize) -> Rect {
+    let left = u16::try_from(text).unwrap_or(area.width).saturating_add(2).min(area.width);
+    Rect { x: area.x + left, width: area.width - left, ..area }
+}
+
+/// A frame with a heading.
+fn framed(title: &str, theme: Theme) -> Block<'_> {
+    Block::bordered().border_style(theme.faint()).title(Span::styled(title, theme.strong()))
+}
+
+/// The tumble test.
+pub(super) fn tumble(view: &Positions, frame: &mut Frame<'_>, theme: Theme) {
+    positions::all(view, frame, theme);
+}

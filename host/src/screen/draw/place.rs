@@ -1,0 +1,59 @@
+//! Where to hit now: the name of the DOF in large letters, and the same in words.
+
+use massline_shared::measurement::campaign::Phase;
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::text::Line;
+use ratatui::widgets::{Paragraph, Wrap};
+use tui_big_text::{BigText, PixelSize};
+
+use crate::screen::Theme;
+use crate::screen::guide::Guide;
+
+/// The name of the DOF in hand, and what to do there.
+pub(super) fn name(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
+    let rows = [Constraint::Length(4), Constraint::Length(2)];
+    let [large, below] = Layout::vertical(rows).areas(area);
+    let name = guide.dof().map_or_else(String::new, |hit| hit.dof.to_string());
+    // Half a cell for each pixel of a letter of 8 by 8 if the name fits, else a quarter.
+    let fits = 8 * name.chars().count() <= usize::from(area.width);
+    let size = if fits { PixelSize::HalfHeight } else { PixelSize::Quadrant };
+    let text = BigText::builder()
+        .pixel_size(size)
+        .style(theme.accent())
+        .lines([Line::from(name)])
+        .centered()
+        .build();
+    frame.render_widget(text, large);
+    let words = Paragraph::new(words(guide)).style(theme.strong()).centered();
+    frame.render_widget(words.wrap(Wrap { trim: true }), below);
+}
+
+/// What to do now, in words.
+pub(super) fn words(guide: &Guide) -> String {
+    let wanted = guide.layout.test.hits_per_dof;
+    let here = guide.hits_here();
+    let Some(hit) = guide.dof() else { return "waiting for the rig".into() };
+    match guide.phase() {
+        Some(Phase::Armed) => {
+            format!("hit {} now: hit {} of {wanted}", hit.dof, here.saturating_add(1).min(wanted))
+        }
+        Some(Phase::Busy) => format!("measuring at {}", hit.dof),
+        Some(Phase::Confirming) => format!("the hit at {} waits", hit.dof),
+        Some(Phase::TargetReached) => "the target is reached".into(),
+        Some(Phase::Solving) => "the rig is solving".into(),
+        Some(Phase::Paused) => "paused".into(),
+        Some(Phase::Done) => "done".into(),
+        Some(Phase::Idle) | None => "waiting for the rig".into(),
+    }
+}
+
+/// A question, or the last note.
+pub(super) fn message(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
+    let (text, style) = match (&guide.question, guide.notes.back()) {
+        (Some(question), _) => (question.as_str(), theme.accent()),
+        (None, Some(note)) => (note.as_str(), theme.bad()),
+        (None, None) => return,
+    };
+    frame.render_widget(Paragraph::new(text).style(style).wrap(Wrap { trim: true }), area);
+}

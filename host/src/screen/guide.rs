@@ -1,0 +1,263 @@
+//! What a person sees of a campaign: where to hit, what the last hit was, and how well the answer is known.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use crossterm::event::KeyCode;
+use massline_protocol::event::HitEvent;
+use massline_protocol::message::{Levels, Status};
+use massline_shared::body::INERTIAL_PARAMETERS;
+use massline_shared::design::Widths;
+use massline_shared::layout::{Hit, RigLayout};
+use massline_shared::measurement::campaign::Phase;
+use ratatui::Frame;
+
+use super::pace::Pace;
+use super::{Theme, View, draw};
+use crate::client::DofSpectra;
+use crate::precision::PrecisionReport;
+use crate::readings::Readings;
+use crate::report::{as_exact_as, two_digits};
+
+/// Notes that are kept.
+const NOTES: usize = 50;
+/// Characters of a title that are kept: more than any terminal shows in a line.
+const TITLE: usize = 300;
+
+/// The guide of a campaign.
+#[derive(Clone, Debug)]
+pub struct Guide {
+    /// What is measured.
+    pub(super) title: String,
+    /// `measurement` or `block test`.
+    pub(super) kind: &'static str,
+    pub(super) layout: RigLayout,
+    /// Whether the converter's codes have this many bits.
+    pub(super) bits: u8,
+    pub(super) status: Option<Status>,
+    pub(super) levels: Option<Levels>,
+    pub(super) hit: Option<HitEvent>,
+    /// Verdicts of the hits of this session, the last one last.
+    pub(super) verdicts: VecDeque<(u32, String)>,
+    pub(super) readings: Option<HitReadings>,
+    pub(super) spectra: Option<DofSpectra>,
+    pub(super) precision: Vec<Step>,
+    pub(super) question: Option<String>,
+    pub(super) notes: VecDeque<String>,
+    pub(super) page: Page,
+    pub(super) help: bool,
+    /// Whether the intervals are followed: a block test has none.
+    pub(super) estimates: bool,
+    pub(super) pace: Pace,
+}
+
+/// The readings of a hit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HitReadings {
+    /// Number of the hit.
+    pub number: u32,
+    /// The hit in physical units.
+    pub readings: Readings,
+    /// Time between scans, and time before the trigger, s.
+    pub step: f64,
+    pub before: f64,
+}
+
+/// What is known after some of the DOFs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// `4 of 12 DOFs`.
+    pub progress: String,
+    /// The largest half widths of the 95 % intervals.
+    pub widths: Option<Widths<f64>>,
+    /// Name, value and half width of the 95 % interval of each property with its unit.
+    pub properties: Vec<[String; 4]>,
+    /// What to make of it.
+    pub advice: String,
+}
+
+/// What a small terminal shows beside the DOF.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Page {
+    /// The last hit over time.
+    Hit,
+    /// Frequency responses and coherence.
+    Spectra,
+    /// The ten properties so far.
+    Estimate,
+}
+
+impl Page {
+    /// The pages in their order, with their names.
+    pub(super) const ALL: [(Self, &'static str); 3] =
+        [(Self::Hit, "hit"), (Self::Spectra, "spectra"), (Self::Estimate, "estimate")];
+}
+
+impl Guide {
+    /// A guide of a campaign that has not begun; `estimates` tells whether its intervals are followed.
+    pub fn new(
+        title: &str,
+        kind: &'static str,
+        layout: &RigLayout,
+        bits: u8,
+        estimates: bool,
+    ) -> Self {
+        Self {
+            title: title.chars().take(TITLE).collect(),
+            kind,
+            layout: layout.clone(),
+            bits,
+            status: None,
+            levels: None,
+            hit: None,
+            verdicts: VecDeque::new(),
+            readings: None,
+            spectra: None,
+            precision: Vec::new(),
+            question: None,
+            notes: VecDeque::new(),
+            page: Page::Hit,
+            help: false,
+            estimates,
+            pace: Pace::default(),
+        }
+    }
+
+    /// Takes a new status, at a time since any moment.
+    pub fn status(&mut self, status: &Status, at: Duration) {
+        self.pace.take(accepted(status), at);
+        self.status = Some(status.clone());
+        if self.phase() != Some(Phase::TargetReached) {
+            self.question = None;
+        }
+        let spectra = self.spectra.take();
+        self.spectra = spectra.filter(|of| of.dof == status.dof && self.hits_here() > 0);
+    }
+
+    /// Takes a graded hit, and what is said of it.
+    pub fn hit(&mut self, hit: &HitEvent, verdict: String) {
+        self.verdicts.retain(|(number, _)| *number != hit.number);
+        self.verdicts.push_back((hit.number, verdict));
+        if self.verdicts.len() > NOTES {
+            self.verdicts.pop_front();
+        }
+        self.hit = Some(hit.clone());
+    }
+
+    /// Takes the levels of the channels.
+    pub fn levels(&mut self, levels: Levels) {
+        self.levels = Some(levels);
+    }
+
+    /// Takes the readings of a hit.
+    pub fn readings(&mut self, of: HitReadings) {
+        self.readings = Some(of);
+    }
+
+    /// Takes the averaged spectra of the DOF in hand.
+    pub fn spectra(&mut self, spectra: DofSpectra) {
+        self.spectra = Some(spectra);
+    }
+
+    /// Takes the precision after a further DOF.
+    pub fn precision(&mut self, report: &PrecisionReport<'_>) {
+        self.precision.push(Step::of(report));
+    }
+
+    /// Asks a question that a key answers.
+    pub fn question(&mut self, question: String) {
+        self.question = Some(question);
+    }
+
+    /// Takes a key that only changes what is shown; false for any other key.
+    pub fn key(&mut self, key: KeyCode) -> bool {
+        let places = Page::ALL.len();
+        let here = Page::ALL.iter().position(|(page, _)| *page == self.page).unwrap_or(0);
+        let turned = match key {
+            KeyCode::Tab | KeyCode::Right => here + 1,
+            KeyCode::BackTab | KeyCode::Left => here + places - 1,
+            KeyCode::Char('?' | 'h') | KeyCode::F(1) => {
+                self.help = !self.help;
+                return true;
+            }
+            KeyCode::Esc if self.help => {
+                self.help = false;
+                return true;
+            }
+            _ => return false,
+        };
+        self.page = Page::ALL[turned % places].0;
+        true
+    }
+
+    /// The phase of the campaign.
+    pub(super) fn phase(&self) -> Option<Phase> {
+        Phase::try_from(self.status.as_ref()?.phase).ok()
+    }
+
+    /// The DOF in hand.
+    pub(super) fn dof(&self) -> Option<&Hit<f32>> {
+        self.layout.hits.get(usize::from(self.status.as_ref()?.dof))
+    }
+
+    /// The name of the DOF with this index.
+    pub(super) fn name(&self, index: u8) -> String {
+        self.layout
+            .hits
+            .get(usize::from(index))
+            .map_or_else(|| "?".into(), |hit| hit.dof.to_string())
+    }
+
+    /// Accepted hits of the DOF in hand.
+    pub(super) fn hits_here(&self) -> u8 {
+        let accepted = |status: &Status| status.accepted.get(usize::from(status.dof)).copied();
+        self.status.as_ref().and_then(accepted).unwrap_or(0)
+    }
+
+    /// Accepted hits, and those that the layout wants.
+    pub(super) fn hits(&self) -> [usize; 2] {
+        let wanted = self.layout.hits.len() * usize::from(self.layout.test.hits_per_dof);
+        [self.status.as_ref().map_or(0, accepted), wanted]
+    }
+}
+
+impl View for Guide {
+    fn draw(&self, frame: &mut Frame<'_>, theme: Theme) {
+        draw::guide(self, frame, theme);
+    }
+
+    fn note(&mut self, text: &str) {
+        self.notes.push_back(text.into());
+        if self.notes.len() > NOTES {
+            self.notes.pop_front();
+        }
+    }
+}
+
+fn accepted(status: &Status) -> usize {
+    status.accepted.iter().map(|&hits| usize::from(hits)).sum()
+}
+
+impl Step {
+    fn of(report: &PrecisionReport<'_>) -> Self {
+        let properties = report.body.iter().zip(&report.precision).flat_map(|(body, precision)| {
+            let halves = precision.half_widths.iter().copied();
+            let values = body.theta();
+            INERTIAL_PARAMETERS
+                .iter()
+                .zip(values.iter().copied().zip(halves))
+                .map(|(of, (value, half))| {
+                    let [value, half] = [value, half].map(|number| number * of.table_factor);
+                    let number = as_exact_as(value, Some(half));
+                    [of.name.into(), number, two_digits(half), of.table_unit.into()]
+                })
+                .collect::<Vec<_>>()
+        });
+        Self {
+            progress: report.progress(),
+            widths: report.precision.as_ref().map(|precision| precision.widths()),
+            properties: properties.collect(),
+            advice: report.advice(),
+        }
+    }
+}

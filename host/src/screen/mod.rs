@@ -1,0 +1,133 @@
+//! The full screen of a measurement: what a person with a hammer sees.
+//!
+//! A [`View`] is what there is to see, without a terminal: [`guide`] is that of a campaign, [`positions`] that of a tumble
+//! test. A [`Screen`] shows one on the terminal. How a part looks is in [`draw`].
+
+mod draw;
+pub mod guide;
+mod pace;
+pub mod positions;
+mod theme;
+
+use std::io::{self, Stderr, Write};
+use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
+use std::time::{Duration, Instant};
+
+use crossterm::cursor::{Hide, Show};
+use crossterm::execute;
+use crossterm::terminal::{self, EnterAlternateScreen, LeaveAlternateScreen};
+use ratatui::backend::CrosstermBackend;
+use ratatui::{Frame, Terminal};
+
+use crate::output::{Notes, Output};
+pub use theme::Theme;
+
+/// Without a change, the screen is drawn again after this time.
+const REFRESH: Duration = Duration::from_millis(100);
+
+/// What there is to see.
+pub trait View: Send + 'static {
+    /// Draws all of it.
+    fn draw(&self, frame: &mut Frame<'_>, theme: Theme);
+
+    /// Takes a note that would otherwise be a line on the terminal.
+    fn note(&mut self, text: &str);
+}
+
+/// A view on the terminal. Dropping it gives the terminal back as it was, with the notes that were taken meanwhile.
+pub struct Screen<V: View> {
+    shown: Arc<Mutex<Shown<V>>>,
+    notes: Notes,
+}
+
+struct Shown<V> {
+    terminal: Terminal<CrosstermBackend<Stderr>>,
+    view: V,
+    theme: Theme,
+    drawn: Instant,
+}
+
+impl<V: View> Screen<V> {
+    /// Takes the terminal of this output, in raw mode.
+    ///
+    /// # Errors
+    /// When the terminal cannot be taken.
+    pub fn open(view: V, output: &Output) -> io::Result<Self> {
+        restore_after_a_panic();
+        terminal::enable_raw_mode()?;
+        let taken = execute!(io::stderr(), EnterAlternateScreen, Hide)
+            .and_then(|()| Terminal::new(CrosstermBackend::new(io::stderr())));
+        let terminal = taken.inspect_err(|_| restore())?;
+        let theme = Theme { color: output.screen_in_color() };
+        let shown = Shown { terminal, view, theme, drawn: Instant::now() };
+        let shown = Arc::new(Mutex::new(shown));
+        let notes = output.notes();
+        // The client says while it waits that the rig is silent: nothing else would draw then.
+        let noted = Arc::clone(&shown);
+        notes.divert(move |text| {
+            let mut shown = locked(&noted);
+            shown.view.note(text);
+            shown.draw();
+        });
+        let screen = Self { shown, notes };
+        screen.draw();
+        Ok(screen)
+    }
+
+    /// Changes the view, which is drawn soon.
+    pub fn update<T>(&self, change: impl FnOnce(&mut V) -> T) -> T {
+        change(&mut locked(&self.shown).view)
+    }
+
+    /// Draws the view.
+    pub fn draw(&self) {
+        locked(&self.shown).draw();
+    }
+
+    /// Draws the view if the last drawing is old.
+    pub fn refresh(&self) {
+        let mut shown = locked(&self.shown);
+        if shown.drawn.elapsed() >= REFRESH {
+            shown.draw();
+        }
+    }
+}
+
+impl<V: View> Shown<V> {
+    fn draw(&mut self) {
+        self.drawn = Instant::now();
+        let (view, theme) = (&self.view, self.theme);
+        // A terminal that is gone ends the program by its hang-up; until then nothing can be shown.
+        let _ = self.terminal.draw(|frame| view.draw(frame, theme));
+    }
+}
+
+impl<V: View> Drop for Screen<V> {
+    fn drop(&mut self) {
+        restore();
+        self.notes.resume();
+    }
+}
+
+fn locked<V>(shown: &Mutex<Shown<V>>) -> MutexGuard<'_, Shown<V>> {
+    shown.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Gives the terminal back; if this fails, the terminal is gone.
+fn restore() {
+    let _ = execute!(io::stderr(), LeaveAlternateScreen, Show);
+    let _ = terminal::disable_raw_mode();
+    let _ = io::stderr().flush();
+}
+
+/// The message of a panic must not stay on a screen that is gone a moment later.
+fn restore_after_a_panic() {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let usual = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            restore();
+            usual(panic);
+        }));
+    });
+}

@@ -1,0 +1,90 @@
+//! What a person sees of a tumble test: which face comes down next, and how the sensors lie at the moment.
+
+use massline_shared::calibration::tumble::Position;
+use massline_shared::layout::Axis;
+use nalgebra::Vector3;
+use ratatui::Frame;
+
+use super::{Theme, View, draw};
+
+/// The view of a tumble test.
+#[derive(Clone, Debug, Default)]
+pub struct Positions {
+    /// Those that are still to be read.
+    pub(super) wanted: Vec<Position>,
+    /// The one that is to be read now.
+    pub(super) now: Option<Position>,
+    /// What each sensor reads at the moment, in its own axes, g.
+    pub(super) lies: Vec<Vector3<f64>>,
+    /// True while the reading is taken that counts.
+    pub(super) reading: bool,
+    /// The last note.
+    pub(super) note: String,
+}
+
+impl Positions {
+    /// A test of which these positions are still wanted.
+    pub fn new(wanted: &[Position]) -> Self {
+        Self { wanted: wanted.to_vec(), ..Self::default() }
+    }
+
+    /// Asks for a position.
+    pub fn ask(&mut self, position: Position) {
+        self.now = Some(position);
+        self.reading = false;
+    }
+
+    /// Takes what the sensors read at the moment, g.
+    pub fn lies(&mut self, lies: Vec<Vector3<f64>>) {
+        self.lies = lies;
+    }
+
+    /// The reading that counts begins.
+    pub fn read(&mut self) {
+        self.reading = true;
+    }
+
+    /// A position has been read.
+    pub fn done(&mut self, position: Position) {
+        self.wanted.retain(|wanted| *wanted != position);
+        self.note = format!("{position} read");
+    }
+}
+
+/// The axis that points up or down, when a sensor reads this, g; `None` for one that is between two positions.
+pub(super) fn lies_as(reads: &Vector3<f64>) -> Option<Position> {
+    /// The others must be small, g.
+    const OTHERS: f64 = 0.3;
+    let axis = reads.iamax();
+    let others = reads.iter().enumerate().filter(|(k, _)| *k != axis).map(|(_, value)| value.abs());
+    let is_one = others.fold(0.0, f64::max) < OTHERS && (reads[axis].abs() - 1.0).abs() < OTHERS;
+    let of = |position: &Position| {
+        position.up::<f64>()[axis] * reads[axis] > 0.0 && position.axis == Axis::ALL[axis]
+    };
+    Position::ALL.into_iter().find(of).filter(|_| is_one)
+}
+
+impl View for Positions {
+    fn draw(&self, frame: &mut Frame<'_>, theme: Theme) {
+        draw::tumble(self, frame, theme);
+    }
+
+    fn note(&mut self, text: &str) {
+        self.note = text.into();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sensor_lies_as_its_largest_axis_says_unless_it_is_held_askew() {
+        for position in Position::ALL {
+            let reads = position.up::<f64>() + Vector3::new(0.02, -0.04, 0.03);
+            assert_eq!(lies_as(&reads), Some(position));
+        }
+        assert_eq!(lies_as(&Vector3::new(0.7, 0.7, 0.0)), None);
+        assert_eq!(lies_as(&Vector3::zeros()), None);
+    }
+}
