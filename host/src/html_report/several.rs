@@ -9,8 +9,8 @@ use crate::result_file::{LAYOUT_NEEDED, ResultFile};
 /// A table: a row for each property, a column for each result.
 pub(super) struct Several {
     pub header: Vec<String>,
-    /// Symbol with unit, and the cells.
-    pub rows: Vec<(String, Vec<String>)>,
+    /// Symbol, index and unit, and the cells.
+    pub rows: Vec<([&'static str; 3], Vec<String>)>,
     pub methods: Vec<String>,
     pub boards: Vec<String>,
     /// The picture of the answers, where the layouts are known.
