@@ -57,7 +57,7 @@ impl Limits {
 
     /// The two largest sources of a property's uncertainty.
     pub fn mostly(&self, property: usize) -> String {
-        most(&self.parts, |part| part.shares[property], 2)
+        most(&self.parts, |part| part.shares[property], 2).replace(" %", "\u{a0}%")
     }
 }
 

@@ -7,6 +7,7 @@
 //! | `limits` | what limits the answer, and what to do next time |
 //! | `facts` | how it was measured: rig, calibration, settings, layout |
 //! | `points` | the sensors and the hit DOFs |
+//! | `hits` | every hit with its verdict |
 //! | `scene` | the test in space, which a small script turns |
 //! | `several` | the answers of several results side by side |
 //! | `values` | values in the document of a result, and sentences as HTML |
@@ -15,6 +16,7 @@
 
 mod answer;
 mod facts;
+mod hits;
 mod limits;
 mod points;
 mod scene;

@@ -4,6 +4,7 @@ use askama::Template;
 
 use super::answer::{Finding, Row, Verdict, cell, findings, label, principal, scale_text};
 use super::facts::{Group, groups};
+use super::hits::HitTable;
 use super::limits::{Limits, unseen};
 use super::points::{DofRow, dofs, sensors};
 use super::scene::Scene;
@@ -48,6 +49,7 @@ pub(super) struct Section {
     has_coherence: bool,
     has_details: bool,
     sensors: Vec<[String; 4]>,
+    hits: HitTable,
     figures: Figures,
     scene: Option<String>,
     groups: Vec<Group>,
@@ -123,6 +125,7 @@ impl Section {
             has_details: dofs.iter().any(|row| !row.pull.is_empty()),
             dofs,
             sensors: source.layout().map(sensors).unwrap_or_default(),
+            hits: HitTable::of(source),
             figures: Figures::of(source)?,
             scene: Scene::of(source, answer),
             groups: groups(source)?,

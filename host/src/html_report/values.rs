@@ -24,7 +24,7 @@ impl HtmlSafe for Sentence {}
 
 impl fmt::Display for Sentence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let text = capitalised(self.0.trim_end());
+        let text = capitalised(self.0.trim_end()).replace(" %", "\u{a0}%");
         let parts: Vec<&str> = text.split('`').collect();
         f.write_str("<bdi>")?;
         for (place, part) in parts.iter().enumerate() {
