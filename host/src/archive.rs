@@ -14,6 +14,7 @@
 //! | `result` | the result as the rig has stored it: for each DOF its mass lines, their noise, and number and scatter of its hits; the answers of all methods |
 //! | `spectra` | for each DOF whose spectra were read: G_FF, G_XF and G_XX of all responses, each hit divided by the root of its force's energy in the band; H1 = G_XF / G_FF |
 //! | `hit_records` | codes of all channels for each accepted hit, when they were kept |
+//! | `hit_log` | every hit that was graded while the program followed the campaign: its DOF, number, peaks and time, what became of it and why; missing in files that older programs have written, and when nobody has followed |
 //! | `answers` | the document that `measure` or `results get` printed with `--json`; null when there was no answer |
 //!
 //! `layout.resolved` and `result` have the field names of `massline_shared::layout::Layout` and
@@ -42,8 +43,10 @@ use serde_json::value::RawValue;
 
 use crate::calibration_file::CalibrationTable;
 use crate::clock;
+use crate::document::LoggedHit;
 use crate::embedded;
 use crate::file::{self, Existing};
+use crate::hit_log;
 use crate::layout_file::LayoutFile;
 use crate::limited::at_most;
 use crate::single_fault::NominalTest;
@@ -89,6 +92,13 @@ pub struct Archive {
     /// Records of the accepted hits.
     #[serde(deserialize_with = "at_most::<{ records::MOST }, _, _>")]
     pub hit_records: Vec<HitRecord>,
+    /// Every hit that was graded, and what became of it.
+    #[serde(
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        deserialize_with = "at_most::<{ hit_log::MOST }, _, _>"
+    )]
+    pub hit_log: Vec<LoggedHit>,
     answers: Document,
 }
 
@@ -225,6 +235,7 @@ impl Archive {
             result,
             spectra: Vec::new(),
             hit_records: Vec::new(),
+            hit_log: Vec::new(),
             answers: Document(answers),
         })
     }

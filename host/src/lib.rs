@@ -29,6 +29,7 @@
 //! | [`html_report`] | results as a page for people |
 //! | [`result_file`] | one result with its test, read from a file |
 //! | [`report`] | results as JSON and tables, diagnostics as sentences |
+//! | [`hit_log`] | what became of every hit of a campaign |
 //! | [`spectra`] | collects the spectra of a campaign, DOF by DOF |
 //! | [`tape`] | recorded scans |
 //! | [`recording`] | hammer data of other systems: LVM, CSV, UFF, NumPy |
@@ -54,6 +55,7 @@ pub mod export;
 pub mod file;
 pub mod firmware;
 pub mod flash;
+pub mod hit_log;
 pub mod hits;
 pub mod host_solution;
 pub mod html_report;

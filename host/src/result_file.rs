@@ -5,11 +5,12 @@ use std::path::Path;
 use massline_shared::body::scale;
 use massline_shared::identify::Method;
 use massline_shared::layout::HostLayout;
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::archive::{Archive, is_archive};
-use crate::document::{ErrorBudget, HitDetails, Mode, Order, SensorDetails};
+use crate::document::{ErrorBudget, HitDetails, LoggedHit, Mode, Order, SensorDetails};
 use crate::error::{Error, Result};
 use crate::export::{Exported, document_of_archive, of_value, one_line, read_document};
 use crate::layout_file::LayoutFile;
@@ -120,6 +121,14 @@ impl ResultFile {
     /// The document of the result, that of an archive solved again.
     pub fn document(&self) -> &Value {
         &self.document
+    }
+
+    /// Every hit that was graded during the measurement, where the result has a log of them.
+    pub fn hit_log(&self) -> Vec<LoggedHit> {
+        match &self.archive {
+            Some(archive) => archive.hit_log.clone(),
+            None => Vec::deserialize(&self.document["hit_log"]).unwrap_or_default(),
+        }
     }
 
     /// The JSON text from which this result can be read again: the archive without the records of hits, or the document.

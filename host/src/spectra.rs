@@ -13,6 +13,7 @@ use crate::archive::RecordCollection;
 use crate::campaign::{Observer, OperatorAction};
 use crate::client::{Client, ClientError, DofSpectra};
 use crate::error::Result;
+use crate::hit_log::HitLog;
 
 /// Spectra that have been read so far.
 #[derive(Clone, Debug, Default)]
@@ -64,6 +65,8 @@ pub struct Collecting<'a> {
     pub collection: &'a mut SpectraCollection,
     /// Stores the records of accepted hits, named by the layout, where they are wanted.
     pub records: Option<(&'a mut RecordCollection, &'a RigLayout)>,
+    /// Stores what became of every hit, where that is wanted.
+    pub log: Option<&'a mut HitLog>,
     /// Whether hits that the other observer does not decide on are accepted; otherwise they go on waiting.
     pub accepts: bool,
 }
@@ -97,10 +100,16 @@ impl Observer for Collecting<'_> {
     }
 
     fn status(&mut self, status: &Status) {
+        if let Some(log) = &mut self.log {
+            log.status(status);
+        }
         self.observer.status(status);
     }
 
     fn hit(&mut self, hit: &HitEvent) {
+        if let Some(log) = &mut self.log {
+            log.hit(hit);
+        }
         self.observer.hit(hit);
     }
 

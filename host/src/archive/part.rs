@@ -12,7 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{ArchivedSpectra, HitRecord, MAX_BYTES, SCHEMA_VERSION, records};
 use crate::Result;
+use crate::document::LoggedHit;
 use crate::file::{self, Existing};
+use crate::hit_log;
 use crate::limited::at_most;
 
 const FORMAT: &str = "massline-archive-part";
@@ -30,6 +32,9 @@ pub struct Part {
     /// Records of the accepted hits.
     #[serde(deserialize_with = "at_most::<{ records::MOST }, _, _>")]
     pub hit_records: Vec<HitRecord>,
+    /// Every hit that was graded.
+    #[serde(default, deserialize_with = "at_most::<{ hit_log::MOST }, _, _>")]
+    pub hit_log: Vec<LoggedHit>,
 }
 
 /// What distinguishes a campaign from others.
@@ -47,6 +52,7 @@ impl Part {
         campaign: CampaignId,
         spectra: Vec<ArchivedSpectra>,
         hit_records: Vec<HitRecord>,
+        hit_log: Vec<LoggedHit>,
     ) -> Self {
         Self {
             format: FORMAT.into(),
@@ -54,6 +60,7 @@ impl Part {
             campaign,
             spectra,
             hit_records,
+            hit_log,
         }
     }
 

@@ -7,6 +7,7 @@ use massline_shared::units::{Hertz, Seconds, Volts};
 use serde_json::{Value, json};
 
 use super::*;
+use crate::document::HitVerdict;
 
 /// A layout file, and a result with one DOF whose numbers need all their digits.
 fn archive() -> Archive {
@@ -68,10 +69,20 @@ fn archive() -> Archive {
         result,
         spectra: Vec::new(),
         hit_records: Vec::new(),
+        hit_log: Vec::new(),
         answers: Document(serde_json::value::to_raw_value(&json!({ "a": 1 })).unwrap()),
     };
     archive.hit_records =
         vec![HitRecord { hit: 1, dof: "1:+Y".into(), codes: vec![[7; RESPONSES + 1]; 3] }];
+    archive.hit_log = vec![LoggedHit {
+        dof: "1:+Y".into(),
+        hit: 1,
+        verdict: HitVerdict::Accepted,
+        findings: Vec::new(),
+        peak_force_n: Some(0.1),
+        peak_acceleration_m_per_s2: None,
+        graded: Some("2026-11-24T08:30:00Z".into()),
+    }];
     archive
 }
 
@@ -83,6 +94,16 @@ fn what_is_written_reads_back_to_the_last_digit() {
     archive.write(&path, Existing::Kept).unwrap();
     assert_eq!(Archive::read(&path).unwrap(), archive);
     assert_eq!(archive.write(&path, Existing::Kept).unwrap_err().code(), "file_exists");
+}
+
+/// An older program has written no log.
+#[test]
+fn an_archive_without_a_log_of_hits_reads() {
+    let mut older = archive();
+    older.hit_log.clear();
+    let bytes = serde_json::to_vec(&older).unwrap();
+    assert!(!String::from_utf8_lossy(&bytes).contains("hit_log"));
+    assert_eq!(Archive::parse(&bytes, "a.massline").unwrap(), older);
 }
 
 #[test]
@@ -164,7 +185,7 @@ fn what_was_read_before_an_interruption_is_for_its_campaign_only() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.massline");
     let campaign = CampaignId { layout_hash: 7, started_unix_s: 1_795_000_000 };
-    let part = Part::new(campaign, Vec::new(), archive().hit_records);
+    let part = Part::new(campaign, Vec::new(), archive().hit_records, archive().hit_log);
     part.write(&path).unwrap();
     assert!(Part::path(&path).ends_with("a.massline.part"));
     assert_eq!(Part::read(&path, campaign), Some(part));

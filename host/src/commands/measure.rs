@@ -153,6 +153,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if let Ok(shown) = &mut shown {
         shown.value.archive = args.archive.path().map(Path::to_owned);
         shown.value.after_each_dof = Some(monitor.into_reports());
+        shown.value.hit_log = archive.map(|_| collected.hit_log_of(&result, &layout));
     }
     let answers = serde_json::json!(shown.as_ref().ok().map(|shown| &shown.value));
     // The answer is printed first: a disk that is full must not cost it.
@@ -181,6 +182,7 @@ fn follow(
         monitor: Some(&mut *monitor),
         collection: archived.then_some(&mut collected.spectra),
         records: args.records.then_some(&mut collected.records),
+        log: archived.then_some(&mut collected.log),
         confirm: args.confirm,
         yes: args.yes,
         shown,

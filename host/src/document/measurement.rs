@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{Agreement, Details, Estimate, Finding, FoundBy, Refusal, SingleFaults, Unseen};
+use super::{
+    Agreement, Details, Estimate, Finding, FoundBy, LoggedHit, Refusal, SingleFaults, Unseen,
+};
 
 /// A result of a rig. What the host has found is marked; it is missing where the layout is not known.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -61,6 +63,9 @@ pub struct Measurement {
     /// How precise the answer was after each DOF of the campaign.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub after_each_dof: Option<Vec<Precision>>,
+    /// Every hit that was graded while the command followed the campaign, with `measure --output`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hit_log: Option<Vec<LoggedHit>>,
 }
 
 /// Something, and who has found it where that is not the rig alone.

@@ -12,6 +12,7 @@ mod electronics;
 mod estimate;
 mod fault;
 mod finding;
+mod hit_log;
 mod hits;
 mod layout;
 mod list;
@@ -42,6 +43,7 @@ pub use electronics::{Asymmetry, Electronics, Memory};
 pub use estimate::{ChiSquared, Estimate, LearnedBudget, PrincipalMoments};
 pub use fault::{Fault, SingleFaults, Suspect};
 pub use finding::{Cause, Failure, Finding, FoundBy, Refusal, Unseen};
+pub use hit_log::{HitRemark, HitVerdict, LoggedHit};
 pub use hits::{Decided, GradedHit, HitFinding, Hits};
 pub use layout::{
     Advice, AssumedBody, Band, CandidateCounts, ErrorSource, HitTotal, JudgedLayout, JudgedMethod,

@@ -1,9 +1,10 @@
 //! The verdict and the ten properties.
 
 use massline_shared::body::INERTIAL_PARAMETERS;
+use massline_shared::diagnosis::Code;
 
 use super::limits::Limits;
-use super::values::{list, words};
+use super::values::{Sentence, list, words};
 use crate::error::Result;
 use crate::export::Exported;
 use crate::report::{as_exact_as, two_digits, with_sigma};
@@ -15,8 +16,8 @@ pub(super) struct Verdict {
     pub tone: &'static str,
     /// In a few words.
     pub headline: String,
-    /// What is behind it, in sentences.
-    pub reasons: Vec<String>,
+    /// What is behind it.
+    pub reasons: Vec<Sentence>,
 }
 
 /// One of the ten properties, in the unit of tables.
@@ -83,7 +84,10 @@ impl Row {
                 expected: expected[k].map_or(String::new(), number),
                 error: expected[k]
                     .and_then(|of| percent(theta[k] - of))
-                    .map_or(String::new(), |error| format!("{error:+.2}")),
+                    // Adding zero takes the sign from a negative zero.
+                    .map_or(String::new(), |error| {
+                        format!("{:+.2}", (100.0 * error).round() / 100.0 + 0.0)
+                    }),
             }
         };
         Ok(INERTIAL_PARAMETERS.iter().enumerate().map(row).collect())
@@ -97,22 +101,40 @@ pub(super) fn cell(answer: &Exported, k: usize) -> String {
     with_sigma(answer.theta()[k] * factor, sigma)
 }
 
-/// Symbol and unit of a property.
-pub(super) fn label(k: usize) -> String {
+/// The symbol of a property without its index, the index, and the unit.
+pub(super) fn label(k: usize) -> [&'static str; 3] {
     let parameter = &INERTIAL_PARAMETERS[k];
-    format!("{}, {}", parameter.symbol.replace('_', ""), parameter.table_unit)
+    let (symbol, index) = parameter.symbol.split_once('_').unwrap_or((parameter.symbol, ""));
+    [symbol, index, parameter.table_unit]
 }
 
-/// Principal moments, largest last, and the axes, in a sentence each; empty without real ones.
+/// What relative numbers refer to; empty where the layout is not known.
+pub(super) fn scale_text(source: &ResultFile) -> String {
+    source.layout().map_or(String::new(), |layout| {
+        format!(
+            "Scale: m for the mass, L for the centre of mass, m L² for the inertia, with L = {:.1} mm, the root mean square \
+             distance of the sensors from their centre.",
+            1e3 * layout.characteristic_length()
+        )
+    })
+}
+
+/// Principal moments with their 95 % intervals, largest last, and the axes, in a sentence each; empty without real ones.
 pub(super) fn principal(source: &ResultFile, answer: &Exported) -> Vec<String> {
     let Some(principal) = answer.body.principal() else { return Vec::new() };
     let sigmas: Option<[f64; 3]> =
         serde_json::from_value(source.best_entry()["principal_moments_kg_m2"]["sigma"].clone())
             .ok();
+    // The same for all properties of an answer.
+    let factor = match (answer.sigma(), answer.half_widths) {
+        (Some(sigma), Some(half)) if sigma[0] > 0.0 => half[0] / sigma[0],
+        _ => f64::NAN,
+    };
+    let sigmas = sigmas.filter(|_| factor.is_finite());
     let line = |k: usize| {
         let moment = principal.moments[k] * 1e3;
-        let moment =
-            sigmas.map_or_else(|| as_exact_as(moment, None), |s| with_sigma(moment, s[k] * 1e3));
+        let moment = sigmas
+            .map_or_else(|| as_exact_as(moment, None), |s| with_sigma(moment, factor * s[k] * 1e3));
         let axis: Vec<String> =
             principal.axes.column(k).iter().map(|x| format!("{x:.3}")).collect();
         format!("{moment} g m² about the axis ({})", axis.join(", "))
@@ -126,16 +148,22 @@ impl Verdict {
         let Some(answer) = answer else { return Self::without_answer(source) };
         let grave = grave(source);
         if let Some(condition) = answer.violated_condition() {
-            let mut reasons = vec![condition];
+            let mut reasons = vec![Sentence(condition)];
             reasons.extend(grave);
             return Self::bad("No real body has these properties", reasons);
         }
         let agreement = &source.document()["agreement"];
         let verdict = agreement["verdict"].as_str().unwrap_or_default().to_owned();
         if agreement["doubt"].is_string() || agreement["agree"] == false {
-            let mut reasons = vec![verdict];
+            let mut reasons = vec![Sentence(verdict)];
             reasons.extend(grave);
             return Self { tone: "warning", headline: "The answer is in doubt".into(), reasons };
+        }
+        let contradicts = Code::DataInconsistentWithBudget.name();
+        if findings(source).iter().any(|found| found.code == contradicts) {
+            let headline =
+                "The answer is in doubt: the data contradict the stated uncertainties".into();
+            return Self { tone: "warning", headline, reasons: grave };
         }
         match grave.len() {
             0 => Self {
@@ -143,10 +171,16 @@ impl Verdict {
                 headline: "Good: nothing was found that puts the answer in doubt".into(),
                 reasons: Vec::new(),
             },
-            1 => Self { tone: "warning", headline: "One warning".into(), reasons: grave },
-            count => {
-                Self { tone: "warning", headline: format!("{count} warnings"), reasons: grave }
-            }
+            1 => Self {
+                tone: "warning",
+                headline: "Use with care: there is one warning".into(),
+                reasons: grave,
+            },
+            count => Self {
+                tone: "warning",
+                headline: format!("Use with care: there are {count} warnings"),
+                reasons: grave,
+            },
         }
     }
 
@@ -154,23 +188,40 @@ impl Verdict {
         let mut reasons = grave(source);
         for refusal in list(&source.document()["not_applicable"]) {
             let sentence = format!("{}: {}", words(&refusal["method"]), words(&refusal["message"]));
-            reasons.push(sentence);
+            reasons.push(Sentence(sentence));
         }
         Self::bad("No answer: the data do not determine the ten properties", reasons)
     }
 
-    fn bad(headline: &str, reasons: Vec<String>) -> Self {
+    fn bad(headline: &str, reasons: Vec<Sentence>) -> Self {
         Self { tone: "bad", headline: headline.into(), reasons }
     }
 }
 
-/// Every finding about a result and its best answer: severity and sentence, each once.
-pub(super) fn findings(source: &ResultFile) -> Vec<(String, String)> {
+/// A finding about a result.
+#[derive(PartialEq)]
+pub(super) struct Finding {
+    code: String,
+    severity: String,
+    pub sentence: Sentence,
+}
+
+impl Finding {
+    /// True for what does not put the answer in doubt.
+    pub fn is_note(&self) -> bool {
+        self.severity == "note"
+    }
+}
+
+/// Every finding about a result and its best answer, each once.
+pub(super) fn findings(source: &ResultFile) -> Vec<Finding> {
     let document = source.document();
     let all = [&document["diagnostics"], &source.best_entry()["diagnostics"]];
-    let mut found: Vec<(String, String)> = Vec::new();
+    let mut found: Vec<Finding> = Vec::new();
     for finding in all.into_iter().flat_map(list) {
-        let entry = (words(&finding["severity"]), words(&finding["message"]));
+        let [code, severity, sentence] =
+            ["code", "severity", "message"].map(|key| words(&finding[key]));
+        let entry = Finding { code, severity, sentence: Sentence(sentence) };
         if !found.contains(&entry) {
             found.push(entry);
         }
@@ -179,7 +230,6 @@ pub(super) fn findings(source: &ResultFile) -> Vec<(String, String)> {
 }
 
 /// The sentences of warnings and errors.
-fn grave(source: &ResultFile) -> Vec<String> {
-    let all = findings(source).into_iter();
-    all.filter(|(severity, _)| severity != "note").map(|(_, sentence)| sentence).collect()
+fn grave(source: &ResultFile) -> Vec<Sentence> {
+    findings(source).into_iter().filter(|of| !of.is_note()).map(|of| of.sentence).collect()
 }

@@ -1,6 +1,8 @@
 //! How a test was measured: what a report of impact testing has to state (compare ISO 7626-5).
 
+use massline_shared::calibration::CalibrationMethod;
 use massline_shared::layout::{HostLayout, TestSettings};
+use massline_shared::mass_line::Terms;
 use massline_shared::signal::RECORD_SCANS;
 
 use crate::archive::Archive;
@@ -9,6 +11,8 @@ use crate::error::Result;
 use crate::layout_file::Statements;
 use crate::report::hash_text;
 use crate::result_file::ResultFile;
+
+use super::for_people;
 
 /// Rows under a heading.
 pub(super) struct Group {
@@ -34,7 +38,7 @@ pub(super) fn groups(source: &ResultFile) -> Result<Vec<Group>> {
         groups.push(calibration(archive)?);
     }
     if let Some(layout) = source.layout() {
-        groups.push(settings(source, &layout.test));
+        groups.push(settings(source, &layout.test)?);
         groups.push(budget(layout));
     }
     groups.push(files(source));
@@ -53,7 +57,7 @@ fn statements(source: &ResultFile) -> Group {
     let document = source.document();
     let measured = document["measured"].as_str().unwrap_or_default();
     let mut rows = vec![
-        fact("measured", measured.replace('T', " ").replace('Z', " UTC")),
+        fact("measured", for_people(measured)),
         fact("object", &of.object),
         fact("support", &of.support),
         fact("hammer and tip", &of.hammer),
@@ -100,8 +104,11 @@ fn calibration(archive: &Archive) -> Result<Group> {
             rows.push(fact("calibration", "not in the archive: the rig had another one by then"))
         }
         Some(of) => {
-            rows.push(fact("calibration", of.method.name()));
-            rows.push(fact("calibrated", dated(&of.date, archive.measured.as_deref())));
+            rows.push(fact("method", spelled(of.method)));
+            // A data sheet has no day.
+            if of.method != CalibrationMethod::DataSheet || !of.date.is_empty() {
+                rows.push(fact("calibrated", dated(&of.date, archive.measured.as_deref())));
+            }
             if !of.hammer.is_empty() {
                 rows.push(fact("hammer", of.hammer.as_str()));
             }
@@ -152,31 +159,56 @@ fn dated(date: &str, measured: Option<&str>) -> String {
     }
 }
 
-fn settings(source: &ResultFile, test: &TestSettings<f64>) -> Group {
+/// The settings that the result depends on: those of records and hits only where a rig has measured it.
+fn settings(source: &ResultFile, test: &TestSettings<f64>) -> Result<Group> {
     let document = source.document();
-    let automatic = document["band_automatic"] == true;
-    let band = match test.band_hz {
-        Some([low, high]) if !automatic => format!("{low:.1} to {high:.1} Hz"),
-        _ => "found from the data".into(),
-    };
-    Group {
-        heading: "Settings",
-        rows: vec![
-            fact("hits at each DOF", test.hits_per_dof.to_string()),
-            fact("frequency responses", test.frf_estimator.name()),
-            fact("band of the mass lines", band),
-            fact("terms of the mass lines", test.terms.name()),
-            fact(
-                "windows",
-                format!(
-                    "force ±{:.1} ms about its peak, exponential with {:.1} 1/s",
-                    1e3 * test.force_window_s,
-                    test.exponential_decay
-                ),
-            ),
+    let mut rows = Vec::new();
+    let by_rig = source.archive().is_some() || document["firmware"].is_string();
+    let has_mass_lines = document["mass_lines"].as_array().is_some_and(|of| !of.is_empty());
+    if let Some(modes) = source.modes()? {
+        let [low, high] = modes.band_hz;
+        rows.push(fact("band of the suspension modes", format!("{low:.1} to {high:.1} Hz")));
+    }
+    if by_rig || has_mass_lines {
+        let automatic = document["band_automatic"] == true;
+        let band = match test.band_hz {
+            Some([low, high]) if !automatic => format!("{low:.1} to {high:.1} Hz"),
+            _ => "found from the data".into(),
+        };
+        rows.push(fact("band of the mass lines", band));
+        let terms = match test.terms {
+            Terms::A => "A",
+            Terms::Ab => "A + B/s²",
+            Terms::Abc => "A + B/s² + C s²",
+        };
+        rows.push(fact("mass lines", terms));
+    }
+    if by_rig {
+        let estimator = test.frf_estimator.name().replacen('h', "H", 1);
+        let windows = format!(
+            "force ±{:.1} ms about its peak, exponential with {:.1} 1/s",
+            1e3 * test.force_window_s,
+            test.exponential_decay
+        );
+        rows.extend([
+            fact("frequency responses", format!("estimator {estimator}")),
+            fact("windows", windows),
+            fact("hits wanted at each DOF", test.hits_per_dof.to_string()),
             fact("trigger", format!("{:.1} N", test.trigger_n)),
             fact("smallest peak force", format!("{:.1} N", test.min_peak_force_n)),
-        ],
+        ]);
+    }
+    Ok(Group { heading: "Settings", rows })
+}
+
+/// How a calibration was made, in words.
+fn spelled(method: CalibrationMethod) -> &'static str {
+    match method {
+        CalibrationMethod::DataSheet => "sensitivities of the data sheets",
+        CalibrationMethod::Tumble => "tumble test",
+        CalibrationMethod::Block => "block test",
+        CalibrationMethod::TumbleAndBlock => "tumble and block tests",
+        CalibrationMethod::Other => "other",
     }
 }
 

@@ -4,7 +4,7 @@ use massline_shared::body::RigidBody;
 use massline_shared::design::{ErrorSource, Part};
 use massline_shared::identify::maximum_likelihood::BudgetScales;
 
-use super::values::{list, words};
+use super::values::{Sentence, list, words};
 use crate::design::DesignReport;
 use crate::design::report::{advice_text, most};
 use crate::export::Exported;
@@ -17,7 +17,7 @@ pub(super) struct Limits {
     /// What the uncertainty of the ten properties together comes from.
     pub sources: String,
     /// What would help most next time.
-    pub advice: Vec<String>,
+    pub advice: Vec<Sentence>,
 }
 
 impl Limits {
@@ -44,19 +44,20 @@ impl Limits {
         let mut advice = Vec::new();
         if let (Some(predicted), Some(found)) = (design.predicted, &design.advice) {
             advice.push(format!(
-                "all ten as they are: {:.3} % of scale",
+                "the ten properties together are known to {:.3} % of scale (root mean square of 1 sd)",
                 predicted.total_percent_of_scale
             ));
             advice.extend(advice_text(found, file).lines().map(str::to_owned));
         }
         let largest = design.parts.iter().max_by(|a, b| a.share.total_cmp(&b.share));
         advice.extend(largest.map(|part| remedy(part.source).to_owned()));
+        let advice = advice.into_iter().map(Sentence).collect();
         Self { parts: design.parts, sources: most_of_all, advice }
     }
 
     /// The two largest sources of a property's uncertainty.
     pub fn mostly(&self, property: usize) -> String {
-        most(&self.parts, |part| part.shares[property], 2)
+        most(&self.parts, |part| part.shares[property], 2).replace(" %", "\u{a0}%")
     }
 }
 
@@ -120,7 +121,7 @@ fn remedy(source: ErrorSource) -> &'static str {
 }
 
 /// What the test cannot see, in sentences.
-pub(super) fn unseen(source: &ResultFile) -> Vec<String> {
+pub(super) fn unseen(source: &ResultFile) -> Vec<Sentence> {
     let all = list(&source.document()["cannot_see"]);
-    all.iter().map(|of| words(&of["message"])).collect()
+    all.iter().map(|of| Sentence(words(&of["message"]))).collect()
 }

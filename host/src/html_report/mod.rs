@@ -7,14 +7,16 @@
 //! | `limits` | what limits the answer, and what to do next time |
 //! | `facts` | how it was measured: rig, calibration, settings, layout |
 //! | `points` | the sensors and the hit DOFs |
+//! | `hits` | every hit with its verdict |
 //! | `scene` | the test in space, which a small script turns |
 //! | `several` | the answers of several results side by side |
-//! | `values` | values in the document of a result |
+//! | `values` | values in the document of a result, and sentences as HTML |
 //!
 //! The page is `templates/report/page.html`; the template library escapes every text that is put into it.
 
 mod answer;
 mod facts;
+mod hits;
 mod limits;
 mod points;
 mod scene;
@@ -53,7 +55,7 @@ pub fn html(sources: &[ResultFile]) -> Result<String> {
             [one] => one.title.clone(),
             _ => format!("{} results", sources.len()),
         },
-        written: clock::now(),
+        written: for_people(&clock::now()),
         program: env!("CARGO_PKG_VERSION"),
         sections: sections.collect::<Result<_>>()?,
         several: Several::of(sources)?,
@@ -64,4 +66,10 @@ pub fn html(sources: &[ResultFile]) -> Result<String> {
             format!("the report cannot be written: {e}; report this"),
         )
     })
+}
+
+/// A time, RFC 3339 in UTC, as people write it.
+fn for_people(time: &str) -> String {
+    let minutes = time.get(..16).filter(|_| time.ends_with('Z'));
+    minutes.map_or_else(|| time.to_owned(), |minutes| minutes.replacen('T', " ", 1) + " UTC")
 }

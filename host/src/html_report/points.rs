@@ -14,8 +14,8 @@ pub(super) struct DofRow {
     /// Number of averaged hits; empty where it is not known.
     pub hits: String,
     pub band: String,
-    /// The smallest mean coherence of a response over the band.
-    pub coherence: String,
+    /// The mean coherence over the band: the median of the responses, and the least of them.
+    pub coherence: [String; 2],
     /// How far the fit pulls it, in standard deviations of its budget, and what it leaves of its readings over their noise.
     pub pull: String,
     pub residual: String,
@@ -35,9 +35,11 @@ pub(super) fn dofs(source: &ResultFile) -> Result<Vec<DofRow>> {
             .and_then(|archive| archive.result.dofs.iter().find(|of| of.dof == hit.dof));
         let fitted = details.iter().flat_map(|of| &of.hits).find(|of| of.dof == dof);
         let sensors = layout.sensors.len();
-        let coherence = measured
-            .and_then(|of| of.coherence)
-            .map(|all| all.into_iter().take(3 * sensors).fold(f32::INFINITY, f32::min));
+        let coherence = measured.and_then(|of| of.coherence).and_then(|all| {
+            let mut all: Vec<f32> = all.into_iter().take(3 * sensors).collect();
+            all.sort_by(f32::total_cmp);
+            Some([*all.get(all.len() / 2)?, *all.first()?].map(|of| format!("{of:.3}")))
+        });
         DofRow {
             dof,
             position: millimetres(hit.position),
@@ -46,7 +48,7 @@ pub(super) fn dofs(source: &ResultFile) -> Result<Vec<DofRow>> {
             band: measured.map_or(String::new(), |of| {
                 format!("{:.1} to {:.1}", of.band_hz[0], of.band_hz[1])
             }),
-            coherence: coherence.map_or(String::new(), |least| format!("{least:.4}")),
+            coherence: coherence.unwrap_or_default(),
             pull: fitted.map_or(String::new(), |of| format!("{:.2}", of.pull)),
             residual: fitted.map_or(String::new(), |of| format!("{:.2}", of.normalized_residual)),
         }
@@ -64,12 +66,17 @@ pub(super) fn sensors(layout: &HostLayout) -> Vec<[String; 4]> {
 }
 
 fn millimetres(position: [f64; 3]) -> String {
-    position.map(|x| format!("{:.1}", 1e3 * x + 0.0)).join(", ")
+    // Adding zero takes the sign from a negative zero.
+    position.map(|x| format!("{:.1}", (1e4 * x).round() / 10.0 + 0.0)).join(", ")
 }
 
 fn unit_vector(direction: [f64; 3]) -> String {
-    // Adding zero takes the sign from a negative zero.
     direction
-        .map(|x| format!("{:.3}", x + 0.0).trim_end_matches('0').trim_end_matches('.').to_owned())
+        .map(|x| {
+            format!("{:.3}", (1e3 * x).round() / 1e3 + 0.0)
+                .trim_end_matches('0')
+                .trim_end_matches('.')
+                .to_owned()
+        })
         .join(", ")
 }

@@ -2,16 +2,17 @@
 
 use askama::Template;
 
-use super::answer::{Row, Verdict, cell, findings, label, principal};
+use super::answer::{Finding, Row, Verdict, cell, findings, label, principal, scale_text};
 use super::facts::{Group, groups};
+use super::hits::HitTable;
 use super::limits::{Limits, unseen};
 use super::points::{DofRow, dofs, sensors};
 use super::scene::Scene;
-use super::values::{list, words};
+use super::values::{Sentence, list, words};
 use crate::embedded;
 use crate::error::Result;
 use crate::export::Exported;
-use crate::picture::{ImageFormat, Picture};
+use crate::picture::{DrawnFile, ImageFormat, Picture};
 use crate::result_file::{LAYOUT_NEEDED, ResultFile, shortened};
 
 /// How many of the ten properties the table of methods has room for: mass, centre and moments.
@@ -21,30 +22,51 @@ const MOST_OF_TITLE: usize = 160;
 /// Bytes of pictures of all hits of one DOF that a report has room for; they are the largest ones.
 const MOST_OF_HITS: usize = 400 << 10;
 
+/// The boards of simulated rigs: in this program, and in QEMU.
+const SIMULATED: [&str; 2] = ["virtual", "mps2-an386"];
+
 /// One result in the page.
 #[derive(Template)]
 #[template(path = "report/section.html")]
 pub(super) struct Section {
     number: usize,
     title: String,
+    simulated_by: String,
     method: String,
     verdict: Verdict,
     rows: Vec<Row>,
     has_expected: bool,
+    has_sources: bool,
+    scale: String,
     principal: Vec<String>,
     limits: Limits,
-    unseen: Vec<String>,
+    unseen: Vec<Sentence>,
     agreement: Option<Agreement>,
-    refusals: Vec<(String, String)>,
-    notes: Vec<String>,
+    refusals: Vec<(String, Sentence)>,
+    notes: Vec<Sentence>,
     dofs: Vec<DofRow>,
+    has_hits: bool,
+    has_coherence: bool,
+    has_details: bool,
     sensors: Vec<[String; 4]>,
-    figures: Vec<Figure>,
-    more_figures: Vec<Figure>,
-    omitted: bool,
+    hits: HitTable,
+    figures: Figures,
     scene: Option<String>,
     groups: Vec<Group>,
     data: String,
+}
+
+/// The pictures of a result.
+#[derive(Default)]
+struct Figures {
+    /// The test in space: in the place of the one that turns, where that cannot be.
+    still: Option<String>,
+    /// Those that are shown at once.
+    first: Vec<Figure>,
+    /// Those to be opened.
+    more: Vec<Figure>,
+    /// Whether those of all hits are left out.
+    omitted: bool,
 }
 
 /// A picture.
@@ -56,10 +78,11 @@ struct Figure {
 
 /// What the methods say together.
 struct Agreement {
-    verdict: String,
+    verdict: Sentence,
     /// Method and its values with standard deviations, mass, centre and moments.
     rows: Vec<(String, Vec<String>)>,
-    header: Vec<String>,
+    /// Symbol, index and unit.
+    header: Vec<[&'static str; 3]>,
 }
 
 impl Section {
@@ -73,31 +96,37 @@ impl Section {
         let limits = answer.map(|answer| Limits::of(source, answer)).unwrap_or_default();
         let rows = answer.map(|answer| Row::all(source, answer, &limits)).transpose()?;
         let rows = rows.unwrap_or_default();
-        let (figures, more_figures, omitted) = figures(source)?;
-        let document = source.document();
+        let (document, dofs) = (source.document(), dofs(source)?);
         let refusals = list(&document["not_applicable"]).iter();
         Ok(Self {
             number,
             title: shortened(&source.whole_title, MOST_OF_TITLE),
+            simulated_by: simulated_by(source),
             method: answer.map(|of| of.method.clone()).unwrap_or_default(),
             verdict: Verdict::of(source, answer),
             has_expected: rows.iter().any(|row| !row.expected.is_empty()),
+            has_sources: rows.iter().any(|row| !row.mostly.is_empty()),
+            scale: scale_text(source),
             rows,
             principal: answer.map(|answer| principal(source, answer)).unwrap_or_default(),
             limits,
             unseen: unseen(source),
             agreement: Agreement::of(source, &answers),
-            refusals: refusals.map(|of| (words(&of["method"]), words(&of["message"]))).collect(),
+            refusals: refusals
+                .map(|of| (words(&of["method"]), Sentence(words(&of["message"]))))
+                .collect(),
             notes: findings(source)
                 .into_iter()
-                .filter(|(severity, _)| severity == "note")
-                .map(|(_, sentence)| sentence)
+                .filter(Finding::is_note)
+                .map(|of| of.sentence)
                 .collect(),
-            dofs: dofs(source)?,
+            has_hits: dofs.iter().any(|row| !row.hits.is_empty()),
+            has_coherence: dofs.iter().any(|row| !row.coherence[0].is_empty()),
+            has_details: dofs.iter().any(|row| !row.pull.is_empty()),
+            dofs,
             sensors: source.layout().map(sensors).unwrap_or_default(),
-            figures,
-            more_figures,
-            omitted,
+            hits: HitTable::of(source),
+            figures: Figures::of(source)?,
             scene: Scene::of(source, answer),
             groups: groups(source)?,
             data: embedded::element(number, &source.json()?),
@@ -116,41 +145,59 @@ impl Agreement {
             (answer.method.clone(), cells.collect())
         };
         Some(Self {
-            verdict,
+            verdict: Sentence(verdict),
             rows: answers.iter().map(row).collect(),
             header: (0..SHOWN).map(label).collect(),
         })
     }
 }
 
-/// The pictures that are shown at once, those to be opened, and whether some are left out.
-fn figures(source: &ResultFile) -> Result<(Vec<Figure>, Vec<Figure>, bool)> {
-    let (mut first, mut more, mut omitted) = (Vec::new(), Vec::new(), false);
-    for picture in Picture::ALL {
-        let drawn = match picture.of(std::slice::from_ref(source), ImageFormat::Svg) {
-            Ok(drawn) => drawn,
-            // The others do not need it.
-            Err(error) if error.code() == LAYOUT_NEEDED => continue,
-            Err(error) => return Err(error),
-        };
-        let is_too_large = drawn.iter().map(|of| of.bytes.len()).sum::<usize>() > MOST_OF_HITS;
-        if picture == Picture::Hits && is_too_large {
-            omitted = true;
-            continue;
-        }
-        let many = matches!(picture, Picture::Frf | Picture::Hits);
-        for file in drawn {
-            let dof =
-                file.stem.strip_prefix(picture.name()).unwrap_or_default().trim_start_matches('-');
-            let caption = match dof {
-                "" => picture.caption().to_owned(),
-                dof => format!("{}, hits at {}", picture.caption(), with_colon(dof)),
+impl Figures {
+    fn of(source: &ResultFile) -> Result<Self> {
+        let mut all = Self::default();
+        for picture in Picture::ALL {
+            let drawn = match picture.of(std::slice::from_ref(source), ImageFormat::Svg) {
+                Ok(drawn) => drawn,
+                // The others do not need it.
+                Err(error) if error.code() == LAYOUT_NEEDED => continue,
+                Err(error) => return Err(error),
             };
-            let figure = Figure { caption, svg: String::from_utf8_lossy(&file.bytes).into_owned() };
-            if many { more.push(figure) } else { first.push(figure) }
+            let bytes: usize = drawn.iter().map(|of| of.bytes.len()).sum();
+            if picture == Picture::Hits && bytes > MOST_OF_HITS {
+                all.omitted = true;
+                continue;
+            }
+            drawn.into_iter().for_each(|file| all.add(picture, file));
         }
+        Ok(all)
     }
-    Ok((first, more, omitted))
+
+    fn add(&mut self, picture: Picture, file: DrawnFile) {
+        let svg = String::from_utf8_lossy(&file.bytes).into_owned();
+        if picture == Picture::Layout {
+            self.still = Some(svg);
+            return;
+        }
+        let dof =
+            file.stem.strip_prefix(picture.name()).unwrap_or_default().trim_start_matches('-');
+        let caption = match dof {
+            "" => picture.caption().to_owned(),
+            dof => format!("{}, hits at {}", picture.caption(), with_colon(dof)),
+        };
+        let of_each_dof = matches!(picture, Picture::Frf | Picture::Hits);
+        let list = if of_each_dof { &mut self.more } else { &mut self.first };
+        list.push(Figure { caption, svg });
+    }
+
+    fn is_empty(&self) -> bool {
+        self.first.is_empty() && self.more.is_empty()
+    }
+}
+
+/// The board of a rig that is simulated; empty for another.
+fn simulated_by(source: &ResultFile) -> String {
+    let board = source.archive().map(|archive| archive.rig.board.as_str());
+    board.filter(|board| SIMULATED.contains(board)).unwrap_or_default().to_owned()
 }
 
 /// The name of a DOF from that of its file, which has no colon.

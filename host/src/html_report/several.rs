@@ -1,6 +1,7 @@
 //! The answers of several results side by side.
 
 use super::answer::{cell, label};
+use super::for_people;
 use super::values::words;
 use crate::error::Result;
 use crate::picture::{ImageFormat, Picture};
@@ -9,8 +10,10 @@ use crate::result_file::{LAYOUT_NEEDED, ResultFile};
 /// A table: a row for each property, a column for each result.
 pub(super) struct Several {
     pub header: Vec<String>,
-    /// Symbol with unit, and the cells.
-    pub rows: Vec<(String, Vec<String>)>,
+    /// Symbol, index and unit, and the cells.
+    pub rows: Vec<([&'static str; 3], Vec<String>)>,
+    pub files: Vec<String>,
+    pub measured: Vec<String>,
     pub methods: Vec<String>,
     pub boards: Vec<String>,
     /// The picture of the answers, where the layouts are known.
@@ -39,6 +42,11 @@ impl Several {
             header: sources.iter().map(|of| of.title.clone()).collect(),
             rows: (0..10).map(row).collect(),
             figure: picture(sources)?,
+            files: sources.iter().map(|of| of.name.clone()).collect(),
+            measured: sources
+                .iter()
+                .map(|of| dash(for_people(&words(&of.document()["measured"]))))
+                .collect(),
             methods: answers
                 .iter()
                 .map(|of| dash(of.as_ref().map_or(String::new(), |of| of.method.clone())))

@@ -40,6 +40,7 @@ pub fn measurement_json(result: &MeasurementResult) -> Measurement {
         cannot_see: None,
         archive: None,
         after_each_dof: None,
+        hit_log: None,
     }
 }
 

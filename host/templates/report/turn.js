@@ -1,32 +1,41 @@
 "use strict";
 // Draws the test in space on every canvas, and turns it with the pointer and the arrow keys.
 for (const figure of document.querySelectorAll("figure.scene")) {
-  const scene = JSON.parse(figure.querySelector(".scene-data").textContent);
+  const scene = JSON.parse(figure.nextElementSibling.textContent);
   const canvas = figure.querySelector("canvas");
   const pen = canvas.getContext("2d");
+  if (!pen) continue;
+  figure.classList.add("turns");
   let azimuth = 0.6, elevation = 0.45;
+  // The size of the canvas in units of the page.
+  let width = 1, height = 1;
+  const add = (a, b, factor) => a.map((x, k) => x + factor * b[k]);
   const points = [...scene.sensors.map((s) => s[1]), ...scene.hits.map((h) => h[1])];
-  if (scene.center) points.push(scene.center);
+  if (scene.center) {
+    points.push(scene.center);
+    for (const axis of scene.axes ?? []) points.push(add(scene.center, axis, 1), add(scene.center, axis, -1));
+  }
   const middle = [0, 1, 2].map((k) => {
     const all = points.map((p) => p[k]);
     return (Math.min(...all) + Math.max(...all)) / 2;
   });
-  const reach = Math.max(1e-3, ...points.map((p) => Math.hypot(...p.map((x, k) => x - middle[k]))));
-  const arrow = 0.35 * reach;
+  const far = (all) => Math.max(1e-3, ...all.map((p) => Math.hypot(...add(p, middle, -1))));
+  const arrow = 0.3 * far(points);
+  // All of it fits, however it is turned.
+  const reach = far([...points, [0, 0, 0], ...scene.hits.map((h) => add(h[1], h[2], -arrow))]);
   const color = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const add = (a, b, factor) => a.map((x, k) => x + factor * b[k]);
 
   function at(point) {
-    const [x, y, z] = point.map((v, k) => v - middle[k]);
+    const [x, y, z] = add(point, middle, -1);
     const [sa, ca, se, ce] = [Math.sin(azimuth), Math.cos(azimuth), Math.sin(elevation), Math.cos(elevation)];
-    const scale = 0.36 * Math.min(canvas.width, canvas.height * 1.3) / reach;
+    const scale = (Math.min(width, height) / 2 - 24) / reach;
     return [
-      canvas.width / 2 + scale * (-sa * x + ca * y),
-      canvas.height / 2 - scale * (-se * ca * x - se * sa * y + ce * z),
+      width / 2 + scale * (-sa * x + ca * y),
+      height / 2 - scale * (-se * ca * x - se * sa * y + ce * z),
     ];
   }
-  function line(from, to, width) {
-    pen.lineWidth = width;
+  function line(from, to, thickness) {
+    pen.lineWidth = thickness;
     pen.beginPath();
     pen.moveTo(...at(from));
     pen.lineTo(...at(to));
@@ -37,7 +46,7 @@ for (const figure of document.querySelectorAll("figure.scene")) {
     const turn = Math.atan2(y - v, x - u);
     pen.beginPath();
     pen.moveTo(x, y);
-    for (const side of [2.6, -2.6]) pen.lineTo(x + 16 * Math.cos(turn + side), y + 16 * Math.sin(turn + side));
+    for (const side of [2.7, -2.7]) pen.lineTo(x + 12 * Math.cos(turn + side), y + 12 * Math.sin(turn + side));
     pen.closePath();
     pen.fill();
   }
@@ -49,7 +58,7 @@ for (const figure of document.querySelectorAll("figure.scene")) {
     pen.fillText(text, x + dx, y + dy);
   }
   function ring(a, b) {
-    pen.lineWidth = 1.5;
+    pen.lineWidth = 1.2;
     pen.beginPath();
     for (let k = 0; k <= 60; k++) {
       const t = k * Math.PI / 30;
@@ -58,38 +67,43 @@ for (const figure of document.querySelectorAll("figure.scene")) {
     pen.stroke();
   }
   function draw() {
-    pen.clearRect(0, 0, canvas.width, canvas.height);
-    pen.font = "20px system-ui, sans-serif";
+    pen.clearRect(0, 0, width, height);
+    pen.font = "14px system-ui, sans-serif";
     use("--faint");
     for (const [name, axis] of [["x", [1, 0, 0]], ["y", [0, 1, 0]], ["z", [0, 0, 1]]]) {
-      const end = add([0, 0, 0], axis, arrow);
-      line([0, 0, 0], end, 1.5);
-      label(name, end, 4, -4);
+      const end = add([0, 0, 0], axis, 0.8 * arrow);
+      line([0, 0, 0], end, 1.2);
+      label(name, end, 3, -3);
     }
     if (scene.center) {
       use("--body");
       if (scene.axes) {
         const [a, b, c] = scene.axes;
         for (const pair of [[a, b], [b, c], [c, a]]) ring(...pair);
-        for (const axis of scene.axes) line(add(scene.center, axis, -1), add(scene.center, axis, 1), 1);
+        for (const axis of scene.axes) line(add(scene.center, axis, -1), add(scene.center, axis, 1), 0.8);
       }
       pen.beginPath();
-      pen.arc(...at(scene.center), 8, 0, 7);
+      pen.arc(...at(scene.center), 6, 0, 7);
       pen.fill();
     }
     use("--sensor");
     for (const [name, place] of scene.sensors) {
       const [x, y] = at(place);
-      pen.fillRect(x - 8, y - 8, 16, 16);
-      label(name, place, -8, 30);
+      pen.fillRect(x - 6, y - 6, 12, 12);
+      label(name, place, -14, 20);
     }
     use("--hit");
     for (const [name, place, direction] of scene.hits) {
       const from = add(place, direction, -arrow);
-      line(from, place, 3);
+      line(from, place, 2.2);
       head(place, from);
-      label(name, from, 8, -8);
+      label(name, from, 5, -5);
     }
+  }
+  function turn(right, down) {
+    azimuth -= right;
+    elevation = Math.max(-1.5, Math.min(1.5, elevation + down));
+    draw();
   }
   let held = null;
   canvas.addEventListener("pointerdown", (event) => {
@@ -108,11 +122,22 @@ for (const figure of document.querySelectorAll("figure.scene")) {
     event.preventDefault();
     turn(...steps[event.key]);
   });
-  function turn(right, down) {
-    azimuth -= right;
-    elevation = Math.max(-1.5, Math.min(1.5, elevation + down));
-    draw();
-  }
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
-  draw();
+  new ResizeObserver(() => {
+    if (!canvas.clientWidth) return;
+    [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    const pixels = devicePixelRatio || 1;
+    [canvas.width, canvas.height] = [width * pixels, height * pixels];
+    pen.setTransform(pixels, 0, 0, pixels, 0, 0);
+    draw();
+  }).observe(canvas);
 }
+// On paper everything is open.
+let closed = [];
+addEventListener("beforeprint", () => {
+  closed = [...document.querySelectorAll("details:not([open])")];
+  for (const of of closed) of.open = true;
+});
+addEventListener("afterprint", () => {
+  for (const of of closed) of.open = false;
+});

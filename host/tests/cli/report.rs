@@ -3,9 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::program::{run, success};
+#[cfg(unix)]
+use crate::rig::Rig;
 
 /// Largest page, bytes: one that can be mailed.
 const MOST: usize = 2 << 20;
@@ -112,4 +114,62 @@ fn what_is_no_result_is_refused() {
     success(&["report", &archive(), "-o", &page]);
     let again = run(&["report", &archive(), "-o", &page]);
     assert!(again.exit == 2 && again.says("--force"), "{}", again.stderr);
+}
+
+#[cfg(unix)]
+#[test]
+fn every_hit_of_a_measurement_has_its_verdict_in_the_page() {
+    let rig = Rig::start(&["--fast"]);
+    let layout = rig.layout(3);
+    let path = rig.folder.path().join("a.massline").display().to_string();
+    // Some hits of the bench are weaker than that.
+    let text = fs::read_to_string(&layout).unwrap();
+    fs::write(&layout, text.replace("[test]", "[test]\nmin_peak_force_n = 20.0")).unwrap();
+    let (exit, measured) = rig.run(&["measure", &layout, "-o", &path]);
+    assert_eq!(exit, 0, "{measured}");
+    let log = measured["hit_log"].as_array().unwrap();
+    let of = |verdict: &str| log.iter().filter(|hit| hit["verdict"] == verdict).count();
+    assert_eq!(of("accepted"), 9, "{log:?}");
+    let weak = log.iter().find(|hit| hit["verdict"] == "rejected").unwrap();
+    assert_eq!(weak["findings"][0]["code"], "too_weak");
+    assert!(weak["peak_force_n"].as_f64().unwrap() < 20.0, "{weak}");
+    assert!(weak["graded"].is_string(), "{weak}");
+
+    let archived: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    assert_eq!(archived["hit_log"], measured["hit_log"]);
+    let (page, text) = page(rig.folder.path(), &[&path]);
+    assert!(text.contains("Every hit and its verdict"));
+    assert!(text.contains("is too small for a clear response; hit harder."), "{text:.100}");
+    let counts = format!("{} hits, of which 9 are in the answer", log.len());
+    assert!(text.contains(&counts), "{counts}");
+    // The page holds the log like the archive.
+    let (_, again) = self::page(rig.folder.path(), &[&page.display().to_string()]);
+    assert!(again.contains(&counts));
+}
+
+#[test]
+fn a_hostile_log_of_hits_is_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut value: Value = serde_json::from_slice(&fs::read(archive()).unwrap()).unwrap();
+    let hostile = "<img src=x onerror=alert(1)>`</code><script>alert(2)</script>`";
+    let finding = json!({ "code": hostile, "severity": hostile, "message": hostile });
+    let hit = |dof: &str, verdict: &str| {
+        json!({
+            "dof": dof, "hit": 1, "verdict": verdict, "findings": [finding], "graded": hostile,
+            "peak_force_n": 1e30, "peak_acceleration_m_per_s2": null,
+        })
+    };
+    value["hit_log"] = json!([hit(hostile, "rejected"), hit("1:+Y", "outlier_removed")]);
+    let path = folder.path().join("hostile.massline").display().to_string();
+    fs::write(&path, value.to_string()).unwrap();
+    let (_, text) = page(folder.path(), &[&path]);
+    for markup in ["<script>alert", "<img", "</code><"] {
+        assert!(!text.contains(markup), "{markup}");
+    }
+    assert!(text.contains("outlier, removed"));
+
+    value["hit_log"][0]["verdict"] = "excellent".into();
+    fs::write(&path, value.to_string()).unwrap();
+    let refused = run(&["report", &path, "-o", "/nowhere/page.html"]);
+    assert_eq!(refused.exit, 2, "{}", refused.stderr);
 }

@@ -70,7 +70,7 @@ impl Terminal {
 
     /// What is on the terminal of this size now.
     pub fn shown(&self, [columns, rows]: [u16; 2]) -> String {
-        let mut terminal = vt100::Parser::new(rows, columns, 0);
+        let mut terminal = parser([columns, rows]);
         terminal.process(self.text.as_bytes());
         terminal.screen().contents()
     }
@@ -78,7 +78,7 @@ impl Terminal {
     /// Reads until this is on the terminal; false at the end of the process.
     pub fn until_shown(&mut self, size: [u16; 2], found: impl Fn(&str) -> bool) -> bool {
         let shown = |text: &str| {
-            let mut terminal = vt100::Parser::new(size[1], size[0], 0);
+            let mut terminal = parser(size);
             terminal.process(text.as_bytes());
             found(&terminal.screen().contents())
         };
@@ -221,4 +221,10 @@ fn a_silent_rig_is_told_of_above_the_progress_bar() {
     measure.screen.write_all(b"\x03").unwrap();
     let (exit, text) = measure.end();
     assert_eq!(exit, 130, "{text}");
+}
+
+/// A terminal with this number of columns and rows.
+fn parser(size: [u16; 2]) -> vt100::Parser {
+    let [columns, rows] = size.map(|length| length.try_into().unwrap());
+    vt100::Parser::new(rows, columns, 0)
 }

@@ -225,8 +225,9 @@ impl BlockRig {
         let interrupt = output.interrupt().clone();
         let progress = Progress::new(output, "block", layout, Prompts::Nothing);
         let mut looker = Looker(progress);
+        let (records, log) = (None, None);
         let mut collecting =
-            Collecting { observer: &mut looker, collection, records: None, accepts: true };
+            Collecting { observer: &mut looker, collection, records, log, accepts: true };
         follow(&mut self.client, &interrupt, Some(PATIENCE), &mut collecting)
     }
 }

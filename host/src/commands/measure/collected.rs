@@ -8,19 +8,23 @@ use massline_shared::layout::RigLayout;
 
 use crate::archive::{Archive, ArchivedSpectra, CampaignId, HitRecord, Part, RecordCollection};
 use crate::client::Client;
+use crate::document::LoggedHit;
 use crate::error::Result;
+use crate::hit_log::{self, HitLog};
 use crate::output::Output;
 use crate::spectra::SpectraCollection;
 
-/// Frequency responses and records of hits.
+/// Frequency responses, records of hits, and what became of every hit.
 #[derive(Default)]
 pub(super) struct Collected {
     /// The archive and the campaign.
     part: Option<(PathBuf, CampaignId)>,
     /// Those read before the campaign was interrupted.
     earlier: Vec<ArchivedSpectra>,
+    earlier_hits: Vec<LoggedHit>,
     pub(super) spectra: SpectraCollection,
     pub(super) records: RecordCollection,
+    pub(super) log: HitLog,
 }
 
 impl Collected {
@@ -33,14 +37,16 @@ impl Collected {
             return Ok(Self::default());
         }
         let campaign = CampaignId { layout_hash, started_unix_s };
-        let (earlier, records) = Part::read(archive, campaign)
-            .map(|Part { spectra, hit_records, .. }| (spectra, hit_records))
+        let (earlier, records, earlier_hits) = Part::read(archive, campaign)
+            .map(|Part { spectra, hit_records, hit_log, .. }| (spectra, hit_records, hit_log))
             .unwrap_or_default();
         Ok(Self {
             part: Some((archive.to_owned(), campaign)),
             earlier,
+            earlier_hits,
             spectra: SpectraCollection::default(),
             records: RecordCollection::of(records),
+            log: HitLog::default(),
         })
     }
 
@@ -48,12 +54,13 @@ impl Collected {
     pub(super) fn keep(&self, layout: &RigLayout, output: &mut Output) {
         let Some((archive, campaign)) = &self.part else { return };
         let (spectra, records) = (self.archived_spectra(layout), self.hit_records());
-        if spectra.is_empty() && records.is_empty() {
+        let hits = self.hit_log(layout);
+        if spectra.is_empty() && records.is_empty() && hits.is_empty() {
             return;
         }
         let read =
             format!("frequency responses: {}, records of hits: {}", spectra.len(), records.len());
-        match Part::new(*campaign, spectra, records).write(archive) {
+        match Part::new(*campaign, spectra, records, hits).write(archive) {
             Ok(()) => output.note(format!(
                 "read so far ({read}) and kept in {}: the same command adds it to the archive",
                 Part::path(archive).display()
@@ -75,6 +82,7 @@ impl Collected {
         archive.spectra = self.archived_spectra(layout);
         archive.spectra.retain(|of| hits_of(&archive.result, &of.dof) == Some(of.hits));
         archive.hit_records = self.hit_records();
+        archive.hit_log = self.hit_log_of(&archive.result, layout);
         for missing in missing(&archive, records) {
             output.warn(missing);
         }
@@ -89,6 +97,25 @@ impl Collected {
         let new: Vec<_> = named.collect();
         let earlier = self.earlier.iter().filter(|of| new.iter().all(|new| new.dof != of.dof));
         earlier.cloned().chain(new.iter().cloned()).collect()
+    }
+
+    /// Every hit of the campaign that this command has followed, before and after an interruption.
+    fn hit_log(&self, layout: &RigLayout) -> Vec<LoggedHit> {
+        let mut hits = self.earlier_hits.clone();
+        hits.extend(self.log.logged(layout));
+        hits.truncate(hit_log::MOST);
+        hits
+    }
+
+    /// The same once there is a result.
+    pub(super) fn hit_log_of(
+        &self,
+        result: &MeasurementResult,
+        layout: &RigLayout,
+    ) -> Vec<LoggedHit> {
+        let mut hits = self.hit_log(layout);
+        hit_log::settle_with(&mut hits, result);
+        hits
     }
 
     fn hit_records(&self) -> Vec<HitRecord> {

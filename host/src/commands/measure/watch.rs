@@ -11,6 +11,7 @@ use crate::client::Client;
 use crate::commands::keyboard::{self, Keyboard};
 use crate::commands::progress::{Progress, Prompts};
 use crate::error::{Error, Result};
+use crate::hit_log::HitLog;
 use crate::output::Output;
 use crate::precision::PrecisionMonitor;
 use crate::spectra::{Collecting, SpectraCollection};
@@ -27,6 +28,8 @@ pub(in crate::commands) struct Watching<'a> {
     pub collection: Option<&'a mut SpectraCollection>,
     /// Collects the records of accepted hits, beside the spectra.
     pub records: Option<&'a mut RecordCollection>,
+    /// Collects what became of every hit, beside the spectra.
+    pub log: Option<&'a mut HitLog>,
     /// The person gives a verdict on each hit.
     pub confirm: bool,
     /// Finish at the target without asking.
@@ -43,7 +46,7 @@ pub(in crate::commands) fn watch(
     output: &mut Output,
 ) -> Result<CampaignOutcome> {
     let interrupt = output.interrupt().clone();
-    let Watching { monitor, collection, records, confirm, yes, shown } = watching;
+    let Watching { monitor, collection, records, log, confirm, yes, shown } = watching;
     let accepts = collection.is_some() && !confirm;
     let no_terminal = |e| Error::internal("no_keyboard", format!("the terminal: {e}"));
     let keyboard =
@@ -67,7 +70,8 @@ pub(in crate::commands) fn watch(
     let ending = match collection {
         Some(collection) => {
             let records = records.map(|records| (records, layout));
-            let mut collecting = Collecting { observer: &mut person, collection, records, accepts };
+            let mut collecting =
+                Collecting { observer: &mut person, collection, records, log, accepts };
             follow(client, &interrupt, None, &mut collecting)
         }
         None => follow(client, &interrupt, None, &mut person),
