@@ -159,6 +159,15 @@ pub struct ScatterAccumulator<R, const S: usize> {
     forces: u16,
 }
 
+/// An accumulator before its next hit, without the sum of the products: what is needed to remove that hit again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScatterMark<R, const S: usize> {
+    mean: Responses<R, S>,
+    hits: u16,
+    trend: ForceTrend<R, S>,
+    forces: u16,
+}
+
 impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
     /// An accumulator without hits.
     pub fn new() -> Self {
@@ -188,6 +197,30 @@ impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
                 }
             }
         }
+    }
+
+    /// A mark for [`Self::remove_last`].
+    pub fn mark(&self) -> ScatterMark<R, S> {
+        let Self { mean, hits, trend, forces, .. } = *self;
+        ScatterMark { mean, hits, trend, forces }
+    }
+
+    /// Removes the only hit that has been added since the mark. Mean and trend are exactly those of the mark. The sum
+    /// of the products contains `n (n − 1) δ δᵀ` of the `n`th hit, with the change `δ` of the mean; each element is off by
+    /// a few roundings of the mean times the deviation of the hit.
+    pub fn remove_last(&mut self, mark: &ScatterMark<R, S>) {
+        let hits = R::of(f64::from(self.hits));
+        let change = self.mean - mark.mean;
+        if mark.hits < 2 {
+            self.outer = ResponseSquare::zeros();
+        } else if mark.hits < self.hits {
+            self.outer.add_outer(&change, &(change * (hits * (R::one() - hits))));
+            for i in 0..3 * S {
+                self.outer[(i, i)] = self.outer[(i, i)].max(R::zero());
+            }
+        }
+        ScatterMark { mean: self.mean, hits: self.hits, trend: self.trend, forces: self.forces } =
+            *mark;
     }
 
     /// Adds the squared force of a hit, whose accelerances lie `after` from their new mean. A single hit of unknown
@@ -340,6 +373,24 @@ mod tests {
             prop_assert!((sums.mean() - mean).norm() < 1e-14);
             prop_assert!(sums.covariance().as_slice().iter().zip(expected.as_slice()).all(|(a, b)| (a - b).abs() < 1e-13));
             prop_assert_eq!(usize::from(sums.mass_lines().hits), hits.len());
+        }
+
+        #[test]
+        fn the_last_hit_is_removed_again(
+            hits in prop::collection::vec(prop::array::uniform6(-2.0..2.0_f64), 0..12),
+            (last, force) in (prop::array::uniform6(-2.0..2.0_f64), prop::option::of(100.0..900.0_f64)),
+        ) {
+            let mut sums = ScatterAccumulator::<f64, 2>::new();
+            hits.iter().for_each(|hit| sums.add(&responses(hit), Some(400.0 + hit[0])));
+            let (before, mark) = (sums.clone(), sums.mark());
+            sums.remove_last(&mark);
+            prop_assert_eq!(&sums, &before, "there is nothing to remove");
+            sums.add(&responses(&last), force);
+            sums.remove_last(&mark);
+            prop_assert_eq!(sums.mark(), mark);
+            // Rounding only, of products below 16.
+            let pairs = sums.outer.as_slice().iter().zip(before.outer.as_slice());
+            prop_assert!(pairs.into_iter().all(|(one, other)| (one - other).abs() < 1e-12));
         }
     }
 

@@ -59,6 +59,15 @@ pub struct HitMemory<'m, R> {
     pub basis: &'m mut [BasisRow<R>],
 }
 
+/// What is done with the spectra of a hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// They are added to the averages.
+    Add,
+    /// They are removed from the averages.
+    Remove,
+}
+
 /// A hit that is being averaged. The spectrum of the force and the design stay in the [`HitMemory`] until the
 /// hit is finished.
 #[derive(Clone, Debug)]
@@ -73,7 +82,7 @@ pub struct HitAverager<R> {
 }
 
 impl<R: RealFft> HitAverager<R> {
-    /// Adds the force of a record to the spectra.
+    /// Adds the force of a record to the spectra, or removes that of a hit which was added with the same settings.
     ///
     /// # Errors
     /// When the slices do not have the lengths given in [`HitMemory`].
@@ -82,7 +91,7 @@ impl<R: RealFft> HitAverager<R> {
         record: &D,
         expected: ExpectedHit<R>,
         memory: HitMemory<'_, R>,
-        spectra: &mut DofSpectra<R>,
+        (change, spectra): (Change, &mut DofSpectra<R>),
     ) -> Result<Self, FftError> {
         let HitMemory { scratch, force, basis } = memory;
         let ProcessingSettings { adc, calibration, test } = settings;
@@ -104,7 +113,10 @@ impl<R: RealFft> HitAverager<R> {
             factor_of(design.total_weight(), expected.scatter, noise)
         });
         scale(force, factor);
-        spectra.add_force(force);
+        match change {
+            Change::Add => spectra.add_force(force),
+            Change::Remove => spectra.remove_force(force),
+        }
         Ok(Self { analysis, factor, design, single: Responses::zeros(), incomplete: false })
     }
 

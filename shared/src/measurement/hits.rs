@@ -1,6 +1,6 @@
 //! Processes scans into averaged hits: capture, grading, averaging, comparison with the repeat hits.
 
-use super::averaging::{self, ExpectedHit, HitAverager, ProcessingSettings};
+use super::averaging::{self, Change, ExpectedHit, HitAverager, ProcessingSettings};
 use super::campaign::{Campaign, Phase};
 use super::listening::Listening;
 use super::{
@@ -11,8 +11,8 @@ use crate::design::FurtherHitSearch;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::layout::Verdict;
 use crate::signal::{
-    Capture, CaptureState, FftError, HitAgreement, HitReport, RECORD_SCANS, RealFft, Scan, Trigger,
-    grade,
+    Capture, CaptureState, FftError, HitAgreement, HitReport, Hum, RECORD_SCANS, RealFft, Scan,
+    Trigger, grade,
 };
 use crate::units::Newtons;
 
@@ -31,6 +31,8 @@ pub(super) enum Task<R> {
     Average { hit: HitAverager<R>, next: usize },
     /// The hit is an outlier: the responses before `next` have been removed again.
     Withdraw { hit: HitAverager<R>, next: usize, distance: R },
+    /// The last accepted hit is undone: the responses before `next` have been removed again.
+    Undo { hit: HitAverager<R>, next: usize },
     /// The identification methods are running.
     Identify,
     /// A further hit is searched for.
@@ -47,14 +49,17 @@ impl<R: RealFft> Measurement<'_, R> {
             return;
         }
         self.recorded = Recorded::Nothing;
-        self.memory.record.clear();
         if let Activity::Measuring(campaign, task) = &mut self.activity {
+            self.last_accepted.wait_begins(self.memory);
+            self.memory.record.begin_wait();
             let test = self.layout.as_ref().map(|layout| layout.test.trigger_n);
             let level = Newtons(test.map_or(0.0, |level| level.to_f32()));
             let capture = Capture::new(Trigger::new(&self.adc, &self.calibration, level));
             *task = Task::Capture { capture, trigger: None };
             campaign.armed();
             self.armings = self.armings.wrapping_add(1);
+        } else {
+            self.memory.record.clear();
         }
     }
 
@@ -97,6 +102,7 @@ impl<R: RealFft> Measurement<'_, R> {
             CaptureState::Filling if trigger.is_some() => {}
             CaptureState::Filling => {
                 *trigger = Some(index);
+                self.last_accepted.overwritten();
                 self.counts.triggers += 1;
                 campaign.triggered();
             }
@@ -243,13 +249,7 @@ impl<R: RealFft> Measurement<'_, R> {
                 if campaign.accepted() == 0 {
                     self.open_dof(dof);
                 }
-                let (adc, test) = (self.adc_in_use(), self.test());
-                let settings =
-                    ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
-                let expected = ExpectedHit { hum, scatter: self.expected_scatter(dof) };
-                let (record, spectra, memory) = self.memory.of_hit();
-                let hit = HitAverager::begin(settings, record, expected, memory, spectra)?;
-                Task::Average { hit, next: 0 }
+                Task::Average { hit: self.begin_hit(dof, hum, Change::Add)?, next: 0 }
             }
             Task::Listen(Listening::Unsteady(why)) => {
                 campaign.withdrawn();
@@ -257,8 +257,26 @@ impl<R: RealFft> Measurement<'_, R> {
                 Task::None
             }
             Task::Listen(listening) => Task::Listen(self.listen(listening)),
-            _ => Task::Listen(self.begin_listening()),
+            _ => {
+                self.keep_before_hit();
+                Task::Listen(self.begin_listening())
+            }
         })
+    }
+
+    /// Adds the force of the hit in the record to the averages, or removes it.
+    pub(super) fn begin_hit(
+        &mut self,
+        dof: usize,
+        hum: Option<Hum<R>>,
+        change: Change,
+    ) -> Result<HitAverager<R>, FftError> {
+        let (adc, test) = (self.adc_in_use(), self.test());
+        let settings =
+            ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
+        let expected = ExpectedHit { hum, scatter: self.expected_scatter(dof) };
+        let (record, spectra, memory) = self.memory.of_hit();
+        HitAverager::begin(settings, record, expected, memory, (change, spectra))
     }
 
     /// Compares the averaged hit with its repeat hits. A hit without mass lines of its own does not
@@ -275,7 +293,10 @@ impl<R: RealFft> Measurement<'_, R> {
             }
         };
         match standing {
-            HitAgreement::Agrees => campaign.analysed(),
+            HitAgreement::Agrees => {
+                self.last_accepted.accept(dof);
+                campaign.analysed();
+            }
             HitAgreement::Outlier(distance) | HitAgreement::Inconsistent(distance)
                 if verdict != Verdict::Reject =>
             {
@@ -287,6 +308,7 @@ impl<R: RealFft> Measurement<'_, R> {
                     Subject::hit(dof),
                     distance.to_f32(),
                 ));
+                self.last_accepted.accept(dof);
                 campaign.analysed();
             }
             HitAgreement::Outlier(distance) => {
@@ -297,6 +319,7 @@ impl<R: RealFft> Measurement<'_, R> {
             HitAgreement::Inconsistent(distance) => {
                 campaign.drop_inconsistent_pair();
                 self.averaged = None;
+                self.last_accepted.forget();
                 self.withdraw(inconsistent(Code::HitsDisagree, dof, distance));
             }
         }
@@ -304,7 +327,7 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 
     /// Reports the current hit again, now as rejected; it had passed its own grading.
-    fn withdraw(&mut self, why: Diagnostic) {
+    pub(super) fn withdraw(&mut self, why: Diagnostic) {
         let Some(mut hit) = self.last_hit.take() else { return };
         hit.good = false;
         note(&mut hit.findings, why);
