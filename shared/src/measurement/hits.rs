@@ -1,7 +1,7 @@
 //! Processes scans into averaged hits: capture, grading, averaging, comparison with the repeat hits.
 
 use super::averaging::{self, Change, ExpectedHit, HitAverager, ProcessingSettings};
-use super::campaign::{Campaign, Phase};
+use super::campaign::{Campaign, Phase, Step};
 use super::listening::Listening;
 use super::{
     Activity, GradedHit, LOSSES_TO_STOP, Measurement, NextAction, Recorded, ScanIndex, Streamed,
@@ -11,8 +11,8 @@ use crate::design::FurtherHitSearch;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::layout::Verdict;
 use crate::signal::{
-    Capture, CaptureState, FftError, HitAgreement, HitReport, Hum, RECORD_SCANS, RealFft, Scan,
-    Trigger, grade,
+    Capture, CaptureState, FftError, HitAgreement, HitReport, RECORD_SCANS, RealFft, Scan, Trigger,
+    grade,
 };
 use crate::units::Newtons;
 
@@ -29,10 +29,8 @@ pub(super) enum Task<R> {
     Listen(Listening<R>),
     /// The responses before `next` are averaged.
     Average { hit: HitAverager<R>, next: usize },
-    /// The hit is an outlier: the responses before `next` have been removed again.
-    Withdraw { hit: HitAverager<R>, next: usize, distance: R },
-    /// The last accepted hit is undone: the responses before `next` have been removed again.
-    Undo { hit: HitAverager<R>, next: usize },
+    /// The hit is an outlier at this distance, or else is undone: the responses before `next` have been removed again.
+    Remove { hit: HitAverager<R>, next: usize, outlier: Option<R> },
     /// The identification methods are running.
     Identify,
     /// A further hit is searched for.
@@ -205,7 +203,7 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 
     /// Averages one part of the current record: the force, then each response, then the comparison with the
-    /// repeat hits. An outlier is removed again when the policy requires it.
+    /// repeat hits. An outlier is removed again when the policy requires it, and so is a hit that is undone.
     // Not inlined, which saves 1.9 KB of the firmware's deepest stack.
     #[inline(never)]
     pub(super) fn average_hit(
@@ -217,6 +215,7 @@ impl<R: RealFft> Measurement<'_, R> {
         // The memory has the length of the record, so no transform fails.
         self.try_average_hit(campaign, dof, task).unwrap_or_else(|_| {
             campaign.withdrawn();
+            self.finish_undo(campaign, false);
             Task::None
         })
     }
@@ -228,6 +227,8 @@ impl<R: RealFft> Measurement<'_, R> {
         task: Task<R>,
     ) -> Result<Task<R>, FftError> {
         let responses = self.adc_in_use().responses();
+        // To remove a hit, it is computed again.
+        let undoes = campaign.step() == Step::Undo;
         Ok(match task {
             Task::Average { mut hit, next } if next < responses => {
                 let (record, spectra, memory) = self.memory.of_hit();
@@ -235,21 +236,42 @@ impl<R: RealFft> Measurement<'_, R> {
                 Task::Average { hit, next: next + 1 }
             }
             Task::Average { hit, .. } => self.join(campaign, dof, hit),
-            Task::Withdraw { hit, next, distance } if next < responses => {
+            Task::Remove { hit, next, outlier } if next < responses => {
                 let (record, spectra, memory) = self.memory.of_hit();
                 hit.remove_response(next, record, memory, spectra)?;
-                Task::Withdraw { hit, next: next + 1, distance }
+                Task::Remove { hit, next: next + 1, outlier }
             }
-            Task::Withdraw { distance, .. } => {
+            Task::Remove { outlier: None, .. } => {
+                self.finish_undo(campaign, true);
+                Task::None
+            }
+            Task::Remove { outlier: Some(distance), .. } => {
                 campaign.withdrawn();
                 self.withdraw(inconsistent(Code::HitInconsistent, dof, distance));
                 Task::None
             }
             Task::Listen(Listening::Done(hum)) => {
-                if campaign.accepted() == 0 {
+                if !undoes && campaign.accepted() == 0 {
                     self.open_dof(dof);
                 }
-                Task::Average { hit: self.begin_hit(dof, hum, Change::Add)?, next: 0 }
+                let (adc, test) = (self.adc_in_use(), self.test());
+                let settings =
+                    ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
+                let expected = ExpectedHit { hum, scatter: self.expected_scatter(dof) };
+                let change = if undoes { Change::Remove } else { Change::Add };
+                let (record, spectra, memory) = self.memory.of_hit();
+                let hit =
+                    HitAverager::begin(settings, record, expected, memory, (change, spectra))?;
+                if undoes {
+                    Task::Remove { hit, next: 0, outlier: None }
+                } else {
+                    Task::Average { hit, next: 0 }
+                }
+            }
+            // A hit that is undone was not unsteady when it was accepted.
+            Task::Listen(Listening::Unsteady(_)) if undoes => {
+                self.finish_undo(campaign, false);
+                Task::None
             }
             Task::Listen(Listening::Unsteady(why)) => {
                 campaign.withdrawn();
@@ -258,25 +280,14 @@ impl<R: RealFft> Measurement<'_, R> {
             }
             Task::Listen(listening) => Task::Listen(self.listen(listening)),
             _ => {
-                self.keep_before_hit();
+                if undoes {
+                    self.restore_record();
+                } else {
+                    self.keep_before_hit();
+                }
                 Task::Listen(self.begin_listening())
             }
         })
-    }
-
-    /// Adds the force of the hit in the record to the averages, or removes it.
-    pub(super) fn begin_hit(
-        &mut self,
-        dof: usize,
-        hum: Option<Hum<R>>,
-        change: Change,
-    ) -> Result<HitAverager<R>, FftError> {
-        let (adc, test) = (self.adc_in_use(), self.test());
-        let settings =
-            ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
-        let expected = ExpectedHit { hum, scatter: self.expected_scatter(dof) };
-        let (record, spectra, memory) = self.memory.of_hit();
-        HitAverager::begin(settings, record, expected, memory, (change, spectra))
     }
 
     /// Compares the averaged hit with its repeat hits. A hit without mass lines of its own does not
@@ -313,7 +324,7 @@ impl<R: RealFft> Measurement<'_, R> {
             }
             HitAgreement::Outlier(distance) => {
                 self.memory.spectra.remove_force(&self.memory.force);
-                return Task::Withdraw { hit, next: 0, distance };
+                return Task::Remove { hit, next: 0, outlier: Some(distance) };
             }
             // The DOF starts again with the next hit.
             HitAgreement::Inconsistent(distance) => {

@@ -182,12 +182,15 @@ impl<'m, R: RealFft> Measurement<'m, R> {
         let task = match (campaign.step(), task) {
             (_, Task::Grade { trigger }) => self.grade_hit(&mut campaign, trigger),
             (Step::Analyse { dof }, task) => self.average_hit(&mut campaign, dof, task),
+            (Step::Undo, task) => {
+                let dof = self.last_accepted.dof().unwrap_or_default();
+                self.average_hit(&mut campaign, dof, task)
+            }
             (Step::CloseDof { dof }, _) => {
                 self.close_dof(dof);
                 campaign.dof_closed();
                 Task::None
             }
-            (Step::Undo, task) => self.undo_hit(&mut campaign, task),
             (Step::Estimate, task) => self.estimate(&mut campaign, task),
             (Step::Identify, task) => self.identify(&campaign, task),
             (Step::Rest | Step::AwaitHit { .. }, task) => task,

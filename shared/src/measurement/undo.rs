@@ -13,15 +13,12 @@
 //! the sums differ by rounding only: each by at most `ε` times the sum of absolute values with the hit, `ε = 2⁻²³` in
 //! single precision. So is the scatter of the repeat hits; the rest is restored from a copy made before the hit.
 
-use super::averaging::Change;
-use super::campaign::{Campaign, CommandError};
-use super::hits::Task;
-use super::listening::Listening;
+use super::campaign::{Campaign, CommandError, Step};
 use super::{CampaignPrecision, Measurement, Memory, note};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::identify::{ScatterAccumulator, ScatterMark};
 use crate::layout::RIG_SENSORS;
-use crate::signal::{FftError, RealFft, Record};
+use crate::signal::{RealFft, Record};
 
 /// The last accepted hit of the campaign, and the state before it.
 #[derive(Debug)]
@@ -68,6 +65,14 @@ impl<R: RealFft> LastAccepted<R> {
         }
     }
 
+    /// The DOF of the hit that can be undone.
+    pub fn dof(&self) -> Option<usize> {
+        match self.hit {
+            Undoable::Whole(dof) | Undoable::Split(dof) => Some(dof.into()),
+            Undoable::Nothing | Undoable::Overwritten => None,
+        }
+    }
+
     /// The hit in the record, at this DOF, is accepted.
     pub fn accept(&mut self, dof: usize) {
         self.hit = Undoable::Whole(dof as u8);
@@ -103,46 +108,8 @@ impl<R: RealFft> Measurement<'_, R> {
         before.diagnostics.clone_from(&self.diagnostics);
     }
 
-    /// Removes a part of the last accepted hit from the averages; after the last part the campaign goes on as before the
-    /// hit.
-    // Not inlined, so that the firmware's deepest stack does not grow.
-    #[inline(never)]
-    pub(super) fn undo_hit(&mut self, campaign: &mut Campaign, task: Task<R>) -> Task<R> {
-        let (Undoable::Whole(dof) | Undoable::Split(dof)) = self.last_accepted.hit else {
-            return Task::None;
-        };
-        let dof = usize::from(dof);
-        match self.remove_part(dof, task) {
-            Ok(Some(task)) => task,
-            removed => {
-                self.finish_undo(campaign, dof, removed.is_ok());
-                Task::None
-            }
-        }
-    }
-
-    /// Removes a part of the hit: the force, then each response; `None` when all of it is removed.
-    fn remove_part(&mut self, dof: usize, task: Task<R>) -> Result<Option<Task<R>>, FftError> {
-        let hum = match task {
-            Task::Undo { next, .. } if next >= self.adc_in_use().responses() => return Ok(None),
-            Task::Undo { hit, next } => {
-                let (record, spectra, memory) = self.memory.of_hit();
-                hit.remove_response(next, record, memory, spectra)?;
-                return Ok(Some(Task::Undo { hit, next: next + 1 }));
-            }
-            Task::Listen(Listening::Done(hum)) => hum,
-            // The hit had none, or it would not have been accepted.
-            Task::Listen(Listening::Unsteady(_)) => None,
-            Task::Listen(listening) => return Ok(Some(Task::Listen(self.listen(listening)))),
-            _ => {
-                self.restore_record();
-                return Ok(Some(Task::Listen(self.begin_listening())));
-            }
-        };
-        Ok(Some(Task::Undo { hit: self.begin_hit(dof, hum, Change::Remove)?, next: 0 }))
-    }
-
-    fn restore_record(&mut self) {
+    /// Completes the record of the last accepted hit.
+    pub(super) fn restore_record(&mut self) {
         if let Undoable::Split(dof) = self.last_accepted.hit {
             let memory = &mut *self.memory;
             memory.record.restore_start(&memory.scratch[..Record::START_CODES]);
@@ -150,8 +117,12 @@ impl<R: RealFft> Measurement<'_, R> {
         }
     }
 
-    /// Restores the state before the hit. If it is not `removed` completely, its DOF starts again.
-    fn finish_undo(&mut self, campaign: &mut Campaign, dof: usize, removed: bool) {
+    /// Restores the state before the hit that is undone. If it is not `removed` completely, its DOF starts again. No effect
+    /// unless a hit is undone.
+    pub(super) fn finish_undo(&mut self, campaign: &mut Campaign, removed: bool) {
+        let Some(dof) = self.last_accepted.dof().filter(|_| campaign.step() == Step::Undo) else {
+            return;
+        };
         self.last_accepted.forget();
         let before = &mut self.last_accepted.before;
         let accepted = campaign.dofs().get(dof).map_or(0, |dof| dof.accepted);
