@@ -1,16 +1,23 @@
 //! The last accepted hit is undone on the whole rig: over the wire, at the end of a DOF, and while the power is cut.
 
 use std::collections::VecDeque;
+use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
 
-use massline::client::Client;
-use massline_protocol::message::{CampaignCommand, Reason, Status};
+use massline::campaign::{CampaignOutcome, Observer, OperatorAction, explain_refusal, follow};
+use massline::client::{Client, Event, PipeTransport, Transport};
+use massline::interrupt::Interrupt;
+use massline_protocol::message::{CampaignCommand, Command, CommandRequest, Reason, Status};
 use massline_protocol::object::{DofResult, MeasurementResult};
+use massline_protocol::{Deframer, Endpoint, MAX_FRAME, encode_frame};
 use massline_shared::diagnosis::Code;
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::{AdcProperties, RECORD_SCANS, Scan};
-use massline_tests::campaign::{phase, scans, start, steady_hand, three_bar_with_hits, wait_for};
+use massline_tests::campaign::{
+    LATE, phase, scans, start, steady_hand, three_bar_with_hits, wait_for,
+};
 use massline_virtual::bench::BenchSource;
 use massline_virtual::flash::{Cut, FlashBacking, FlashMemory};
 use massline_virtual::source::ScanSource;
@@ -35,7 +42,9 @@ struct NumberedHits {
     played: usize,
     /// The hammer at rest, and the scans since the strike.
     strike: Option<(u16, usize)>,
-    /// The last arming at which the test hits.
+    /// True when the hit is made.
+    made: bool,
+    /// The arming at which the test hits.
     hits: Arc<AtomicU32>,
 }
 
@@ -46,12 +55,8 @@ impl NumberedHits {
         let left = numbers.map(|numbers| numbers.iter().copied().collect());
         let hits = Arc::new(AtomicU32::new(0));
         let hit = hits.clone();
-        let (arming, dof, played, strike) = (0, 0, 0, None);
-        (Self { bench, left, arming, dof, played, strike, hits: hit }, hits)
-    }
-
-    fn is_hit(&self) -> bool {
-        self.hits.load(Ordering::Acquire) >= self.arming
+        let (arming, dof, played, strike, made) = (0, 0, 0, None, false);
+        (Self { bench, left, arming, dof, played, strike, made, hits: hit }, hits)
     }
 }
 
@@ -61,7 +66,7 @@ impl ScanSource for NumberedHits {
     }
 
     fn armed(&mut self, arming: u32, dof: usize) {
-        if self.arming > 0 && self.is_hit() {
+        if std::mem::take(&mut self.made) {
             self.left[self.dof].pop_front();
         }
         (self.arming, self.dof, self.played, self.strike) = (arming, dof, 0, None);
@@ -72,10 +77,12 @@ impl ScanSource for NumberedHits {
 
     fn next_scan(&mut self) -> Option<Scan> {
         let over = self.strike.is_some_and(|(_, since)| since > RECORD_SCANS);
-        let waits = self.played >= STOP_AFTER && !self.is_hit();
+        let now = self.hits.load(Ordering::Acquire) == self.arming;
+        let waits = self.played >= STOP_AFTER && !now && !self.made;
         if over || waits || self.left[self.dof].is_empty() {
             return None;
         }
+        self.made |= self.played >= STOP_AFTER;
         self.played += 1;
         let scan = self.bench.next_scan()?;
         let (rest, since) = self.strike.unwrap_or((scan[0], 0));
@@ -223,12 +230,11 @@ fn a_campaign_with_undone_hits_has_the_estimate_of_one_in_which_they_were_never_
 
 #[test]
 fn the_host_hears_which_hit_was_undone() {
-    use massline::client::Event;
     let mut operator = Operator::starting(&FlashBacking::default(), [&[0, 1], &[], &[]]);
     operator.hit(2);
     operator.undo();
     let mut heard = Vec::new();
-    while let Some(event) = operator.client.next_event(std::time::Duration::ZERO).unwrap() {
+    while let Some(event) = operator.client.next_event(Duration::ZERO).unwrap() {
         if let Event::Hit(hit) = event {
             let undone = hit.findings.iter().any(|found| found.code == Code::HitUndone);
             heard.push((hit.number, hit.dof, hit.good, undone));
@@ -274,6 +280,81 @@ fn after_power_on_there_is_nothing_to_undo() {
     assert_eq!((status.dof, &status.accepted[..]), (1, &[3, 0, 0][..]));
     assert_eq!(operator.refusal(), Some(Reason::NothingToUndo));
     operator.rig.stop().unwrap();
+}
+
+/// A link to a rig that does not know the command, as the firmware of protocol 1.1: it cannot decode it.
+struct OldRig(PipeTransport);
+
+impl Transport for OldRig {
+    fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize> {
+        self.0.read(buffer, timeout)
+    }
+
+    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let (mut deframer, mut out) = (Deframer::new(), [0; MAX_FRAME]);
+        // A client begins its frames with the end of whatever came before.
+        let frame = bytes.iter().position(|&byte| byte != 0).unwrap_or(0);
+        if let (_, Some(Ok(frame))) = deframer.push(&bytes[frame..])
+            && frame.kind == Command::KIND
+            && let Ok(request) = postcard::from_bytes::<CommandRequest>(frame.body)
+            && request.command == CampaignCommand::Undo as u8
+        {
+            let unknown = CommandRequest { command: u8::MAX, ..request };
+            let length = encode_frame(frame.kind, frame.sequence, &unknown, &mut out).unwrap();
+            return self.0.write_all(&out[..length]);
+        }
+        self.0.write_all(bytes)
+    }
+
+    fn reconnect(&mut self) -> io::Result<()> {
+        self.0.reconnect()
+    }
+
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+}
+
+/// Undoes once, and ends the campaign when that is refused.
+#[derive(Default)]
+struct Undoing {
+    refused: Option<String>,
+}
+
+impl Observer for Undoing {
+    fn steer(
+        &mut self,
+        _: &mut Client,
+        status: &Status,
+    ) -> massline::error::Result<Option<OperatorAction>> {
+        let command = match self.refused {
+            Some(_) => CampaignCommand::Abort,
+            None => CampaignCommand::Undo,
+        };
+        let armed = phase(status) == Some(Phase::Armed);
+        Ok(armed.then_some(OperatorAction::Command(command)))
+    }
+
+    fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+        self.refused = Some(explain_refusal(command, reason));
+    }
+}
+
+#[test]
+fn a_refused_undo_is_explained_and_the_campaign_goes_on() {
+    for old in [false, true] {
+        let mut operator = Operator::starting(&FlashBacking::default(), [&[0], &[], &[]]);
+        if old {
+            operator.client = Client::new(OldRig(PipeTransport::new(operator.rig.link())));
+        }
+        let mut undoing = Undoing::default();
+        let ending = follow(&mut operator.client, &Interrupt::new(), Some(LATE), &mut undoing);
+        assert_eq!(ending.unwrap(), CampaignOutcome::Aborted);
+        let said = undoing.refused.unwrap();
+        let reason = if old { "too old to undo a hit" } else { "there is no hit to undo" };
+        assert!(said.contains(reason), "{said}");
+        operator.rig.stop().unwrap();
+    }
 }
 
 /// What is stored of the first DOF: `None` when it is open.
