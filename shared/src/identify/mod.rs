@@ -35,7 +35,7 @@ pub use applicability::{Applicability, information_spectrum};
 pub use estimate::{Consistency, Estimate, HALF_WIDTH_95, REJECTION_Z};
 pub use identification::{Identification, MASS_LINE_METHODS, Methods, identify, workspace};
 pub use mass_lines::{
-    DofMassLines, ForceTrend, MassLines, ScatterAccumulator, ScatterMark, lower_triangle, symmetric,
+    DofMassLines, ForceTrend, MassLines, ScatterAccumulator, lower_triangle, symmetric,
 };
 pub(crate) use mass_lines::{by_reference, check_mass_lines};
 pub use method::{Entry, Observable, Progress};

@@ -72,6 +72,7 @@ pub enum Change {
 /// hit is finished.
 #[derive(Clone, Debug)]
 pub struct HitAverager<R> {
+    change: Change,
     analysis: HitAnalysis<R>,
     /// Factor on all spectra of this hit, which gives it its weight in the averages.
     factor: R,
@@ -117,14 +118,14 @@ impl<R: RealFft> HitAverager<R> {
             Change::Add => spectra.add_force(force),
             Change::Remove => spectra.remove_force(force),
         }
-        Ok(Self { analysis, factor, design, single: Responses::zeros(), incomplete: false })
+        Ok(Self { change, analysis, factor, design, single: Responses::zeros(), incomplete: false })
     }
 
-    /// Adds a response to the spectra, and to this hit's own mass lines.
+    /// Adds a response to the spectra, or removes it, and adds it to this hit's own mass lines.
     ///
     /// # Errors
     /// As [`Self::begin`].
-    pub fn add_response<D: Samples<R> + ?Sized>(
+    pub fn take_response<D: Samples<R> + ?Sized>(
         &mut self,
         response: usize,
         record: &D,
@@ -135,7 +136,10 @@ impl<R: RealFft> HitAverager<R> {
         let mut lines = [Complex::new(R::zero(), R::zero()); SPECTRUM_BINS];
         self.analysis.response(record, response, scratch, &mut lines)?;
         scale(&mut lines, self.factor);
-        spectra.add_response(response, force, &lines);
+        match self.change {
+            Change::Add => spectra.add_response(response, force, &lines),
+            Change::Remove => spectra.remove_response(response, force, &lines),
+        }
         HitAnalysis::divide(&mut lines, force);
         let lines = lines.iter().copied();
         let basis = self.design.as_ref().ok().and_then(|design| design.over(basis));
@@ -174,7 +178,7 @@ impl<R: RealFft> HitAverager<R> {
         (force.finite() && force > R::zero()).then_some(force)
     }
 
-    /// Removes a response from the spectra. It is transformed again, as its spectrum is not stored.
+    /// Removes a response from the spectra again. It is transformed again, as its spectrum is not stored.
     /// [`Spectra::remove_force`] removes the force.
     ///
     /// # Errors

@@ -9,23 +9,25 @@
 //!     ▲                    │                           │                        │
 //!     └────────────────────┴── undone, redo, skip ─────┴────────────────────────┘
 //! ```
-//! The hit is computed again as it was when it was added, from the search for hum on, and its spectra are subtracted, so
-//! the sums differ by rounding only: each by at most `ε` times the sum of absolute values with the hit, `ε = 2⁻²³` in
-//! single precision. So is the scatter of the repeat hits; the rest is restored from a copy made before the hit.
+//! The hit is computed again as it was when it was added, from the search for hum on, and subtracted, so the sums differ
+//! by rounding only: those of the spectra by at most `ε` times the sum of absolute values with the hit, `ε = 2⁻²³` in
+//! single precision. The precision is restored from a copy. Diagnostics that came with the hit are dropped; one that was
+//! there before keeps its largest value.
 
+use super::averaging::HitAverager;
 use super::campaign::{Campaign, CommandError, Step};
-use super::{CampaignPrecision, Measurement, Memory, note};
-use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
-use crate::identify::{ScatterAccumulator, ScatterMark};
-use crate::layout::RIG_SENSORS;
+use super::{CampaignPrecision, Measurement, Memory};
+use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::signal::{RealFft, Record};
 
 /// The last accepted hit of the campaign, and the state before it.
 #[derive(Debug)]
 pub(super) struct LastAccepted<R> {
     hit: Undoable,
-    /// The state before the hit that was analysed last.
-    before: BeforeHit<R>,
+    /// The precision before the hit that was analysed last.
+    precision: Option<CampaignPrecision<R>>,
+    /// The number of diagnostics before it.
+    diagnostics: u8,
 }
 
 /// Whether the last accepted hit can be undone.
@@ -41,19 +43,10 @@ enum Undoable {
     Split(u8),
 }
 
-/// What a hit changes besides the spectra.
-#[derive(Debug)]
-struct BeforeHit<R> {
-    scatter: Option<ScatterMark<R, RIG_SENSORS>>,
-    precision: Option<CampaignPrecision<R>>,
-    diagnostics: Diagnostics,
-}
-
 impl<R: RealFft> LastAccepted<R> {
     /// No accepted hit.
     pub fn new() -> Self {
-        let before = BeforeHit { scatter: None, precision: None, diagnostics: Diagnostics::new() };
-        Self { hit: Undoable::Nothing, before }
+        Self { hit: Undoable::Nothing, precision: None, diagnostics: 0 }
     }
 
     /// Whether the hit can be undone.
@@ -102,10 +95,8 @@ impl<R: RealFft> LastAccepted<R> {
 impl<R: RealFft> Measurement<'_, R> {
     /// Keeps what the hit that is about to be analysed may change.
     pub(super) fn keep_before_hit(&mut self) {
-        let before = &mut self.last_accepted.before;
-        before.scatter = self.memory.single_hits.as_ref().map(ScatterAccumulator::mark);
-        before.precision = self.precision;
-        before.diagnostics.clone_from(&self.diagnostics);
+        self.last_accepted.precision = self.precision;
+        self.last_accepted.diagnostics = self.diagnostics.len() as u8;
     }
 
     /// Completes the record of the last accepted hit.
@@ -117,30 +108,33 @@ impl<R: RealFft> Measurement<'_, R> {
         }
     }
 
-    /// Restores the state before the hit that is undone. If it is not `removed` completely, its DOF starts again. No effect
-    /// unless a hit is undone.
-    pub(super) fn finish_undo(&mut self, campaign: &mut Campaign, removed: bool) {
+    /// Restores the state before the hit that is undone, after it has been removed from the spectra; if that was not
+    /// possible, there is no `hit`, and its DOF starts again. No effect unless a hit is undone.
+    pub(super) fn finish_undo(&mut self, campaign: &mut Campaign, hit: Option<&HitAverager<R>>) {
         let Some(dof) = self.last_accepted.dof().filter(|_| campaign.step() == Step::Undo) else {
             return;
         };
         self.last_accepted.forget();
-        let before = &mut self.last_accepted.before;
         let accepted = campaign.dofs().get(dof).map_or(0, |dof| dof.accepted);
-        let left = if removed { accepted.saturating_sub(1) } else { 0 };
+        let left = if hit.is_some() { accepted.saturating_sub(1) } else { 0 };
         campaign.undone(dof, left);
-        match (&mut self.memory.single_hits, &before.scatter) {
-            (Some(single_hits), Some(mark)) if left > 0 => single_hits.remove_last(mark),
-            (single_hits, _) => *single_hits = None,
-        }
         if left == 0 {
             self.averaged = None;
         }
-        self.memory.discard_dof(dof);
-        self.precision = before.precision;
-        core::mem::swap(&mut self.diagnostics, &mut before.diagnostics);
-        // The rig may have been interrupted after the hit.
-        let interruptions = before.diagnostics.iter().filter(|found| found.interrupts());
-        interruptions.for_each(|found| note(&mut self.diagnostics, *found));
+        let memory = &mut *self.memory;
+        if let (Some(hit), Some(others)) = (hit, &mut memory.single_hits)
+            && let Some(own) = hit.mass_lines(&self.calibration)
+        {
+            others.remove(&own, |others| hit.squared_force(&memory.record, &own, others));
+        }
+        memory.discard_dof(dof);
+        self.precision = self.last_accepted.precision;
+        let (mut place, before) = (0, self.last_accepted.diagnostics);
+        self.diagnostics.retain(|found| {
+            place += 1;
+            // The rig may have been interrupted after the hit.
+            place <= before || found.interrupts()
+        });
         let undone = Diagnostic::about(Code::HitUndone, Severity::Error, Subject::hit(dof), 0.0);
         self.withdraw(undone);
     }
