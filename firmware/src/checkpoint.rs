@@ -62,12 +62,15 @@ impl Checkpoint {
             let _ = store.lock().await.clear_progress().await;
             *self = Self::default();
         }
+        // An undo may leave no DOF finished: what is stored must not bring its hit back.
         if let Some(progress) = progress
-            && progress.dofs.iter().any(DofProgress::is_finished)
+            && (self.campaign != 0 || progress.dofs.iter().any(DofProgress::is_finished))
             && progress.dofs != self.dofs
         {
             self.campaign = campaign;
             self.dofs.clone_from(&progress.dofs);
+            // The stored mass lines of a DOF that is open again do not count.
+            self.measured &= measured(rig);
             let mut store = store.lock().await;
             self.store_dofs(rig, &mut store, room).await;
             let length = encode(rig, progress, room);
@@ -123,7 +126,7 @@ fn encode(rig: &Rig<'_>, campaign: CampaignProgress, room: &mut CheckpointBuffer
     let progress = ProgressCheckpoint {
         layout: rig.layout_hash.get(),
         calibration: calibration_checksum(measurement.calibration()),
-        measured: measured(measurement.result().mass_lines.iter().map(|(index, _)| *index)),
+        measured: measured(rig),
         campaign,
         diagnostics: measurement.diagnostics().clone(),
     };
@@ -150,15 +153,16 @@ fn take_up(rig: &Rig<'_>, dofs: &[DofResult], progress: &[u8]) -> Option<Checkpo
     let had_lines = |index: usize| stored.measured & bit_of(index) != 0;
     let dofs = dofs.iter().filter_map(DofResult::measured);
     measurement.resume(stored.campaign, dofs, had_lines, stored.diagnostics).ok()?;
-    Some(Checkpoint {
-        campaign: measurement.campaigns(),
-        dofs: measurement.progress()?.dofs,
-        measured: measured(measurement.result().mass_lines.iter().map(|(index, _)| *index)),
-    })
+    let (campaign, dofs) = (measurement.campaigns(), measurement.progress()?.dofs);
+    drop(measurement);
+    Some(Checkpoint { campaign, dofs, measured: measured(rig) })
 }
 
-fn measured(indexes: impl Iterator<Item = usize>) -> u16 {
-    indexes.fold(0, |all, index| all | bit_of(index))
+/// Bit mask of the DOFs that have mass lines.
+fn measured(rig: &Rig<'_>) -> u16 {
+    let measurement = rig.measurement.borrow();
+    let lines = measurement.result().mass_lines;
+    lines.iter().fold(0, |all, (index, _)| all | bit_of(*index))
 }
 
 fn bit_of(index: usize) -> u16 {

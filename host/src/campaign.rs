@@ -70,9 +70,9 @@ pub trait Observer {
         Ok(Some(OperatorAction::Command(CampaignCommand::Conclude)))
     }
 
-    /// The rig refused the command of [`Observer::steer`] because it came at the wrong time.
-    fn refused(&mut self, command: CampaignCommand) {
-        let _ = command;
+    /// The rig refused the command of [`Observer::steer`] and goes on; [`explain_refusal`] has the words.
+    fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+        let _ = (command, reason);
     }
 }
 
@@ -343,18 +343,20 @@ impl Follower<'_> {
         Ok(status)
     }
 
-    /// Sends a command; returns the status after it, also when the command came at the wrong time.
+    /// Sends a command; returns the status after it, also when the rig refused the command and goes on.
     fn command(&mut self, command: CampaignCommand) -> Result<Status> {
         match self.client.command(command) {
             Ok(status) => {
                 self.client.discard_statuses();
                 Ok(status)
             }
-            Err(e) if e.refusal() == Some(Reason::WrongPhase) => {
-                self.observer.refused(command);
-                self.ask()
-            }
-            Err(e) => Err(e.into()),
+            Err(e) => match e.refusal() {
+                Some(reason) if concerns_operator(command, reason) => {
+                    self.observer.refused(command, reason);
+                    self.ask()
+                }
+                _ => Err(e.into()),
+            },
         }
     }
 
@@ -384,6 +386,51 @@ impl Follower<'_> {
             ),
         )
     }
+}
+
+/// The DOF that waits for its next hit, and is therefore open; `None` while the rig is doing something else.
+pub fn open_dof(status: &Status) -> Option<u8> {
+    let phase = Phase::try_from(status.phase).ok();
+    matches!(phase, Some(Phase::Armed | Phase::Confirming)).then_some(status.dof)
+}
+
+/// True when a refusal is something to tell the operator, and not a failure.
+fn concerns_operator(command: CampaignCommand, reason: Reason) -> bool {
+    // An old rig cannot decode the command.
+    let undo = [Reason::NothingToUndo, Reason::HitOverwritten, Reason::Malformed];
+    reason == Reason::WrongPhase || command == CampaignCommand::Undo && undo.contains(&reason)
+}
+
+/// Why the rig refused a command of the operator, as a sentence.
+pub fn explain_refusal(command: CampaignCommand, reason: Reason) -> String {
+    let action = match command {
+        CampaignCommand::Undo => {
+            return match reason {
+                Reason::NothingToUndo => "there is no hit to undo: only the last accepted hit can be undone, once",
+                Reason::HitOverwritten => {
+                    "the last accepted hit can no longer be undone, because a later hit has replaced its record; d \
+                     redoes the DOF"
+                }
+                Reason::Malformed => {
+                    "the firmware of this rig is too old to undo a hit; `massline flash` updates it, d redoes the DOF"
+                }
+                _ => "a hit can be undone only while the rig waits for the next one",
+            }
+            .to_owned();
+        }
+        CampaignCommand::Start => "starting",
+        CampaignCommand::Pause => "pausing",
+        CampaignCommand::Resume => "resuming",
+        CampaignCommand::Accept => "accepting a hit",
+        CampaignCommand::Reject => "rejecting a hit",
+        CampaignCommand::Redo => "repeating the DOF",
+        CampaignCommand::Skip => "skipping the DOF",
+        CampaignCommand::Finish => "finishing the DOF",
+        CampaignCommand::Abort => "ending the campaign",
+        CampaignCommand::Conclude => "finishing at the target",
+        CampaignCommand::Continue => "going on after the target",
+    };
+    format!("{action} is not possible now")
 }
 
 /// The name of a phase from its raw value.

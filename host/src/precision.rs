@@ -166,6 +166,11 @@ impl PrecisionMonitor {
         self.dofs.iter().any(|dof| dof.index == index)
     }
 
+    /// Forgets the mass lines of a DOF that is measured again.
+    pub fn forget(&mut self, index: u8) {
+        self.dofs.retain(|dof| dof.index != index);
+    }
+
     /// Takes the mass lines of a DOF.
     pub fn add(&mut self, dof: DofResult) {
         self.dofs.push(dof);

@@ -10,7 +10,7 @@ use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 
 use crate::archive::RecordCollection;
-use crate::campaign::{Observer, OperatorAction};
+use crate::campaign::{Observer, OperatorAction, open_dof};
 use crate::client::{Client, ClientError, DofSpectra};
 use crate::error::Result;
 use crate::hit_log::HitLog;
@@ -24,11 +24,16 @@ pub struct SpectraCollection {
 }
 
 impl SpectraCollection {
-    /// Reads the spectra of the DOFs that are finished according to this status, if the rig still has them.
+    /// Reads the spectra of the DOFs that are finished according to this status, if the rig still has them. Those of a DOF
+    /// that is open again, because its last hit was undone, are discarded.
     ///
     /// # Errors
     /// When the link is lost or the rig sends invalid data.
     pub fn collect(&mut self, client: &mut Client, status: &Status) -> Result<(), ClientError> {
+        if let Some(open) = open_dof(status) {
+            self.asked.retain(|&dof| dof != open);
+            self.kept.retain(|spectra| spectra.dof != open);
+        }
         let done = Phase::try_from(status.phase).ok() == Some(Phase::Done);
         for (dof, &accepted) in (0_u8..).zip(&status.accepted) {
             let finished = accepted > 0 && (done || dof != status.dof);
@@ -72,7 +77,7 @@ pub struct Collecting<'a> {
 }
 
 impl Collecting<'_> {
-    /// Reads the record of a hit that is about to be accepted, and drops those of a DOF that is measured again.
+    /// Reads the record of a hit that is about to be accepted, and drops those of hits that do not count any more.
     fn keep_records(
         &mut self,
         client: &mut Client,
@@ -80,12 +85,15 @@ impl Collecting<'_> {
         action: Option<OperatorAction>,
     ) -> Result<()> {
         let Some((records, layout)) = &mut self.records else { return Ok(()) };
+        let hit = layout.hits.get(usize::from(status.dof));
+        if let (Some(open), Some(hit)) = (open_dof(status), hit) {
+            records.truncate(hit.dof, status.accepted.get(usize::from(open)).copied().unwrap_or(0));
+        }
         match action {
             Some(OperatorAction::Command(CampaignCommand::Accept)) => {
                 records.collect(client, status, layout)
             }
             Some(OperatorAction::Command(CampaignCommand::Redo)) => {
-                let hit = layout.hits.get(usize::from(status.dof));
                 hit.into_iter().for_each(|hit| records.discard(hit.dof));
                 Ok(())
             }
@@ -137,7 +145,7 @@ impl Observer for Collecting<'_> {
         self.observer.at_target(client, status)
     }
 
-    fn refused(&mut self, command: CampaignCommand) {
-        self.observer.refused(command);
+    fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+        self.observer.refused(command, reason);
     }
 }

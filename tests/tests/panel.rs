@@ -138,6 +138,54 @@ fn a_bad_hit_is_heard_and_explained_and_the_campaign_can_be_ended() {
     rig.stop().unwrap();
 }
 
+#[test]
+fn the_last_hit_is_undone_with_buttons_alone() {
+    let bench = steady_hand("default");
+    let (hold, looked) = HeldScans::of(*scans(&bench, &three_bar(), 1));
+    let (rig, person) = power_on(&provisioned(), Box::new(hold));
+    person.sees(|model| model.layouts == 1);
+    person.presses(&[Yes, Yes]);
+    let mut answered = 0;
+    let mut next_hit = || {
+        let (model, framebuffer) = person.sees(|model| {
+            model.phase == Phase::Done || model.phase == Phase::Armed && model.armings > answered
+        });
+        answered = model.armings;
+        (model, framebuffer)
+    };
+    // Five hits finish the first place.
+    for hit in 0..5 {
+        assert_eq!(next_hit().0.averaged, hit);
+        looked.go_on(&rig);
+    }
+    let (model, _) = next_hit();
+    assert_eq!((model.dof.unwrap().0, model.averaged), (1, 5));
+    person.press(Next);
+    person.sees(|model| model.phase == Phase::Paused);
+    pictures::check("run-undo-menu", &person.press(Next), &[]);
+    person.press(Yes);
+    let (model, framebuffer) = person.sees(|model| model.averaged == 4);
+    assert_eq!((model.phase, model.dof.unwrap().0, model.accepted), (Phase::Paused, 0, 4));
+    pictures::check("run-undo-done", &framebuffer, &[]);
+    pictures::check("run-undo-refused", &person.press(Yes), &[]);
+    // Home, the campaign, and on.
+    person.presses(&[Yes, Yes, Yes]);
+    let (_, framebuffer) = next_hit();
+    pictures::check("run-undo-again", &framebuffer, &LIVE);
+    looked.go_on(&rig);
+    let done = loop {
+        let (model, _) = next_hit();
+        if model.phase == Phase::Done {
+            break model;
+        }
+        looked.go_on(&rig);
+    };
+    assert_eq!((done.averaged, done.rejected), (15, 0));
+    let cues = person.0.cues();
+    assert_eq!(cues.iter().filter(|&&cue| cue == Cue::Accepted).count(), 16, "{cues:?}");
+    rig.stop().unwrap();
+}
+
 /// Calibrates the sensors of a bench by gravity; returns the screen that proposes the result, and the
 /// stored calibration.
 fn tumble(flash: &FlashBacking, bench: &Bench, seed: u64) -> (Framebuffer, CalibrationRecord) {

@@ -219,6 +219,21 @@ fn a_rejected_hit_says_why() {
 }
 
 #[test]
+fn an_undo_looks_as_its_pictures() {
+    // The longest list: all eight lines, as far as they fit the screen.
+    let mut rig = Rig::at(Phase::Paused);
+    rig.findings = vec![said(Code::GravityNotGiven, Severity::Warning, Subject::Whole, 0.0)];
+    rig.model.averaged = 7;
+    rig.model.precision = Some(precision(false));
+    rig.show("paused-undo", Screen::Measure, 1);
+    let mut rig = Rig::at(Phase::Armed);
+    rig.model.verdict = verdict(Some(said(Code::HitUndone, Severity::Error, Subject::Hit(1), 0.0)));
+    rig.show("undone", Screen::Measure, 0);
+    Rig::at(Phase::Paused).show("refused-undo", Screen::Refused(Refused::NothingToUndo), 0);
+    Rig::at(Phase::Paused).show("refused-undo-late", Screen::Refused(Refused::HitOverwritten), 0);
+}
+
+#[test]
 fn the_screens_of_a_campaign_that_waits_or_ends_look_as_their_pictures() {
     let mut rig = Rig::at(Phase::Confirming);
     rig.model.verdict = verdict(None);

@@ -246,6 +246,8 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("GetLevels answer", answer::<GetLevels>([0, 1, 2, 3, 4, 5, 6, 7, 8, 16])),
         ("GetMassLines request", request::<GetMassLines>(2)),
         ("GetMassLines answer", answer::<GetMassLines>(result(1).dofs[0].clone())),
+        ("Command request, undo", request::<Command>(CampaignCommand::Undo.into())),
+        ("refusal of an undo", frame(REFUSED, &Refusal::from(Reason::HitOverwritten))),
         ("refusal", frame(REFUSED, &Refusal::from(Reason::WrongPhase))),
         ("event: status changed", frame(STATUS_CHANGED, &status(2))),
         ("event: hit", frame(HIT, &hit)),

@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! Home ─┬─ Measure ─┬─ Findings          ┌ Ok: start
-//!       │  (phase)  ├─ Precision    Idle ┤      armed ─ Next: pause ─ list: go on, again, skip, finish, end
+//!       │  (phase)  ├─ Precision    Idle ┤      armed ─ Next: pause ─ list: go on, undo, again, skip, finish, end
 //!       │           └─ Sure: end?        └      target ─ Ok: finish, Next: go on
 //!       ├─ Results ── Result ── Sure: delete?
 //!       ├─ Layouts
@@ -84,6 +84,8 @@ pub enum Entry {
     About,
     /// Resume a paused campaign.
     Resume,
+    /// Take back the last accepted hit.
+    Undo,
     /// Measure the current DOF again.
     Redo,
     /// Skip the current DOF.
@@ -120,6 +122,7 @@ impl Entry {
             Self::About => "About",
             Self::Resume if model.interrupted => "Try again",
             Self::Resume => "Go on",
+            Self::Undo => "Undo last hit",
             Self::Redo => "This place again",
             Self::Skip => "Skip this place",
             Self::Finish => "Enough hits here",
@@ -228,6 +231,7 @@ impl Menu {
             (Screen::Measure, Phase::Confirming) => &[Entry::Accept, Entry::Reject],
             (Screen::Measure, Phase::Paused) => &[
                 Entry::Resume,
+                Entry::Undo,
                 Entry::Redo,
                 Entry::Skip,
                 Entry::Finish,
@@ -238,8 +242,11 @@ impl Menu {
             (Screen::Calibration, _) => &[Entry::Tumble, Entry::Block],
             _ => &[],
         };
-        let solved = (model.hits > 0 && model.hits_done >= model.hits) || model.at_target;
+        let complete = model.hits > 0 && model.hits_done >= model.hits;
+        let solved = complete || model.at_target;
         let there = |entry: &&Entry| match entry {
+            // Without a hit to undo the rig says why.
+            Entry::Undo => !complete && model.averaged > 0,
             Entry::Redo | Entry::Skip => !solved,
             Entry::Finish => !solved && model.accepted > 0,
             Entry::Precision => model.precision.is_some(),
@@ -356,6 +363,7 @@ impl Menu {
             Entry::Tumble if model.idle => return Some(Action::StartTumble),
             Entry::Tumble => Screen::Refused(Refused::WrongPhase),
             Entry::Resume => return Some(Action::Command(C::Resume)),
+            Entry::Undo => return Some(Action::Command(C::Undo)),
             Entry::Skip => return Some(Action::Command(C::Skip)),
             Entry::Finish => return Some(Action::Command(C::Finish)),
             Entry::Accept => return Some(Action::Command(C::Accept)),

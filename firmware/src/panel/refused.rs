@@ -24,11 +24,15 @@ pub enum Refused {
     Busy,
     /// The converter does not answer.
     SamplerStopped,
+    /// There is no accepted hit to undo.
+    NothingToUndo,
+    /// A later hit has overwritten the record of the last accepted one.
+    HitOverwritten,
 }
 
 impl Refused {
     /// Every reason.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::NotFound,
         Self::WrongPhase,
         Self::NoLayout,
@@ -37,6 +41,8 @@ impl Refused {
         Self::StoreFailed,
         Self::Busy,
         Self::SamplerStopped,
+        Self::NothingToUndo,
+        Self::HitOverwritten,
     ];
 }
 
@@ -57,6 +63,8 @@ impl From<CommandError> for Refused {
         match error {
             CommandError::WrongPhase => Self::WrongPhase,
             CommandError::NoDofs => Self::NoLayout,
+            CommandError::NothingToUndo => Self::NothingToUndo,
+            CommandError::HitOverwritten => Self::HitOverwritten,
         }
     }
 }

@@ -88,6 +88,8 @@ pub fn of_reason(reason: Refused) -> &'static str {
         Refused::StoreFailed => "Writing the flash\nfailed: try again.",
         Refused::Busy => "The flash is busy:\ntry again.",
         Refused::SamplerStopped => Code::SamplerStopped.words(),
+        Refused::NothingToUndo => "No hit to undo: only\nthe last one can be,\nand only once.",
+        Refused::HitOverwritten => "Too late to undo: a\nlater hit took its\nplace in memory.",
     }
 }
 

@@ -54,6 +54,16 @@ impl RecordCollection {
         Ok(())
     }
 
+    /// Drops the latest records of a DOF of which only `accepted` hits count: the others were withdrawn or undone.
+    pub fn truncate(&mut self, dof: Dof, accepted: u8) {
+        let (name, mut left) = (dof.to_string(), accepted);
+        self.kept.retain(|record| {
+            let counts = record.dof != name || left > 0;
+            left -= u8::from(record.dof == name && left > 0);
+            counts
+        });
+    }
+
     /// Drops the records of a DOF that is measured again.
     pub fn discard(&mut self, dof: Dof) {
         let name = dof.to_string();

@@ -222,6 +222,8 @@ fn refusal_code(raw: u16) -> &'static str {
         Some(Reason::OutOfRange) => "out_of_range",
         Some(Reason::Busy) => "rig_busy",
         Some(Reason::SamplerStopped) => "sampler_stopped",
+        Some(Reason::NothingToUndo) => "nothing_to_undo",
+        Some(Reason::HitOverwritten) => "hit_overwritten",
         None => "refused",
     }
 }
@@ -245,6 +247,10 @@ fn explain(raw: u16) -> String {
         Some(Reason::Busy) => "it is writing that object at the moment; try again",
         Some(Reason::SamplerStopped) => {
             "its converter does not answer; check its supply and wiring"
+        }
+        Some(Reason::NothingToUndo) => "there is no accepted hit to undo",
+        Some(Reason::HitOverwritten) => {
+            "a later hit has replaced the record of the last accepted one"
         }
         None => return format!("reason {raw}, which this program does not know"),
     };

@@ -11,8 +11,8 @@ use massline_shared::measurement::campaign::Phase;
 use crate::campaign::OperatorAction;
 
 /// The help line for the keys.
-pub const HELP: &str = "keys: a accept  r reject  d redo this DOF  s skip it  f finish it with the hits it has  \
-     p pause  q abort (twice)";
+pub const HELP: &str = "keys: a accept  r reject  u undo the last hit  d redo this DOF  s skip it  \
+     f finish it with the hits it has  p pause  q abort (twice)";
 
 /// The terminal in raw mode; dropping this restores it.
 #[derive(Debug)]
@@ -78,6 +78,7 @@ impl Keyboard {
             KeyCode::Char('r' | 'n') | KeyCode::Backspace if confirming => C::Reject,
             KeyCode::Char('y') | KeyCode::Enter if at_target => C::Conclude,
             KeyCode::Char('n') if at_target => C::Continue,
+            KeyCode::Char('u') => C::Undo,
             KeyCode::Char('d') => C::Redo,
             KeyCode::Char('s') => C::Skip,
             KeyCode::Char('f') => C::Finish,
@@ -135,6 +136,14 @@ mod tests {
         assert_eq!(press(&[('q', false), ('q', false)], Phase::Armed), [None, abort]);
         let keys = [('q', false), ('x', false), ('q', false)];
         assert_eq!(press(&keys, Phase::Armed), [None, None, None]);
+    }
+
+    #[test]
+    fn the_last_hit_is_undone_in_any_phase_and_the_rig_decides() {
+        let undo = Some(OperatorAction::Command(CampaignCommand::Undo));
+        for phase in [Phase::Armed, Phase::Busy, Phase::Confirming, Phase::TargetReached] {
+            assert_eq!(press(&[('u', false)], phase), [undo]);
+        }
     }
 
     #[test]

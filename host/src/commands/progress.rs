@@ -2,11 +2,12 @@
 
 use indicatif::ProgressBar;
 use massline_protocol::event::HitEvent;
-use massline_protocol::message::{CampaignCommand, Status};
+use massline_protocol::message::{CampaignCommand, Reason, Status};
+use massline_shared::diagnosis::Code;
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 
-use crate::campaign::phase_name;
+use crate::campaign::{explain_refusal, phase_name};
 use crate::error::{Error, Result};
 use crate::output::{Output, Tone};
 use crate::report;
@@ -96,15 +97,18 @@ impl<'o> Progress<'o> {
         Err(Error::undetermined("always_rejected", text))
     }
 
-    /// Reports that a command came at the wrong time.
-    pub fn refused(&mut self, command: CampaignCommand) {
-        self.line(&not_possible(command));
+    /// Reports that the rig refused a command.
+    pub fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+        self.line(&explain_refusal(command, reason));
     }
 
     /// Shows a graded hit.
     pub fn hit(&mut self, hit: &HitEvent) {
-        self.rejected = if hit.good { 0 } else { self.rejected + 1 };
-        let verdict = if hit.good {
+        let undone = hit.findings.iter().any(|found| found.code == Code::HitUndone);
+        self.rejected = if hit.good || undone { 0 } else { self.rejected + 1 };
+        let verdict = if undone {
+            self.output.toned("undone", Tone::Warning)
+        } else if hit.good {
             self.output.toned("good", Tone::Good)
         } else {
             let head = self.output.toned("rejected", Tone::Warning);
@@ -119,24 +123,6 @@ impl<'o> Progress<'o> {
         );
         self.line(&line);
     }
-}
-
-/// The sentence on a command that came at the wrong time.
-pub fn not_possible(command: CampaignCommand) -> String {
-    let action = match command {
-        CampaignCommand::Start => "starting",
-        CampaignCommand::Pause => "pausing",
-        CampaignCommand::Resume => "resuming",
-        CampaignCommand::Accept => "accepting a hit",
-        CampaignCommand::Reject => "rejecting a hit",
-        CampaignCommand::Redo => "repeating the DOF",
-        CampaignCommand::Skip => "skipping the DOF",
-        CampaignCommand::Finish => "finishing the DOF",
-        CampaignCommand::Abort => "ending the campaign",
-        CampaignCommand::Conclude => "finishing at the target",
-        CampaignCommand::Continue => "going on after the target",
-    };
-    format!("{action} is not possible now")
 }
 
 impl Drop for Progress<'_> {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use massline_protocol::event::HitEvent;
-use massline_protocol::message::{CampaignCommand, Status};
+use massline_protocol::message::{CampaignCommand, Reason, Status};
 use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{HostLayout, RigLayout};
@@ -151,7 +151,7 @@ impl Observer for Operator<'_, '_> {
         Ok(Some(OperatorAction::Command(CampaignCommand::Conclude)))
     }
 
-    fn refused(&mut self, command: CampaignCommand) {
-        self.progress.refused(command);
+    fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+        self.progress.refused(command, reason);
     }
 }

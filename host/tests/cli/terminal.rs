@@ -199,6 +199,32 @@ fn control_characters_of_arguments_do_not_reach_the_terminal() {
     }
 }
 
+#[test]
+fn u_takes_back_the_last_hit_and_the_archive_has_only_the_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = VirtualProcess::start(&[]);
+    let layout = layout_with_hits(folder.path(), 2);
+    let archive = folder.path().join("a.massline").display().to_string();
+    let arguments = ["measure", &layout, "--port", &rig.port, "-o", &archive, "--records"];
+    let mut measure = Terminal::start(200, "xterm", &arguments);
+    // The operator of the bench hits soon after each prompt, perhaps before the key arrives.
+    let prompts = |text: &str| text.matches(" now (").count();
+    let undone = |text: &str| plain(text).contains("m/s²  undone");
+    while !undone(&measure.text) {
+        let before = prompts(&measure.text);
+        let ready = |text: &str| prompts(text) > before || undone(text);
+        assert!(measure.until(ready), "{}", measure.text);
+        measure.screen.write_all(b"u").unwrap();
+    }
+    let (exit, text) = measure.end();
+    let text = plain(&text);
+    assert_eq!(exit, 0, "{text}");
+    let line = text.lines().find(|line| line.ends_with("m/s²  undone")).unwrap();
+    assert!(line.contains("hit ") && line.contains(":+") && line.contains(" N "), "{line}");
+    assert!(!text.contains("another number of hit records"), "{text}");
+    assert!(!text.contains("no frequency responses"), "{text}");
+}
+
 /// The rig is stopped by a signal: it neither answers nor closes its port.
 #[test]
 fn a_silent_rig_is_told_of_above_the_progress_bar() {

@@ -15,7 +15,8 @@ pub const HIT: u16 = 0x4002;
 pub const SCANS: u16 = 0x4003;
 
 /// A hit was graded. A later event with the same number replaces it: the hit passed its own grading and was
-/// withdrawn after the comparison with its repeat hits.
+/// withdrawn after the comparison with its repeat hits, or undone by the operator
+/// ([`Code::HitUndone`](massline_shared::diagnosis::Code::HitUndone)).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HitEvent {
     /// Number of the hit, counted from 1 since power-on.

@@ -259,6 +259,10 @@ pub enum CampaignCommand {
     Conclude = 10,
     /// At the target: measure the other DOFs as well.
     Continue = 11,
+    /// Take back the last accepted hit while the rig waits for the next one. If that hit has finished its DOF, the DOF
+    /// is open again. Refused with [`Reason::NothingToUndo`] or [`Reason::HitOverwritten`]. A rig of protocol 1.1 or
+    /// older does not know it: [`Reason::Malformed`].
+    Undo = 12,
 }
 
 impl CampaignCommand {
@@ -276,6 +280,7 @@ impl CampaignCommand {
             Self::Abort => Steering::Abort,
             Self::Conclude => Steering::Conclude,
             Self::Continue => Steering::Continue,
+            Self::Undo => Steering::Undo,
         })
     }
 }
@@ -371,6 +376,11 @@ pub enum Reason {
     Busy = 10,
     /// The converter does not respond.
     SamplerStopped = 11,
+    /// No hit has been accepted since power-on, the start of the campaign, the last undo, or a DOF that was skipped
+    /// or is measured again.
+    NothingToUndo = 12,
+    /// A later hit has overwritten the record of the last accepted one, so it cannot be undone.
+    HitOverwritten = 13,
 }
 
 impl From<StartError> for Reason {
@@ -390,6 +400,8 @@ impl From<CommandError> for Reason {
         match error {
             CommandError::WrongPhase => Self::WrongPhase,
             CommandError::NoDofs => Self::NoLayout,
+            CommandError::NothingToUndo => Self::NothingToUndo,
+            CommandError::HitOverwritten => Self::HitOverwritten,
         }
     }
 }

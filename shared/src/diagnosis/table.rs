@@ -360,6 +360,10 @@ codes! {
         "First two hits differ\nboth dropped: hit the\nsame point.";
         "at {subject} the first two hits differ by {value} and nothing shows which is wrong: both are \
          dropped; hit the same point in the same direction every time";
+    /// The operator took back a hit that had been accepted. Subject: the DOF.
+    HitUndone = 77, "hit_undone", Hit, None;
+        "Undone: hit this\nplace again.";
+        "the hit at {subject} was undone by the operator and does not count; hit again";
 
     // Codes of the suspension modes.
 

@@ -190,6 +190,50 @@ impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
         }
     }
 
+    /// Removes a hit that was added with these mass lines. `squared_force` computes the squared force that was added,
+    /// given the other hits. The sums differ by rounding from those without the hit.
+    ///
+    /// If the force of any of the hits was unknown, the others stay without a trend.
+    pub fn remove(
+        &mut self,
+        accelerance: &Responses<R, S>,
+        squared_force: impl FnOnce(&Self) -> Option<R>,
+    ) {
+        let known = self.forces == self.hits;
+        self.hits = self.hits.saturating_sub(1);
+        if self.hits == 0 {
+            *self = Self::new();
+            return;
+        }
+        let left = R::of(f64::from(self.hits)).recip();
+        let after = accelerance - self.mean;
+        self.mean -= after * left;
+        let before = accelerance - self.mean;
+        self.outer.add_outer(&-before, &after);
+        for i in 0..3 * S {
+            self.outer[(i, i)] = self.outer[(i, i)].max(R::zero());
+        }
+        match squared_force(self).filter(|_| known) {
+            Some(squared) => {
+                self.forces = self.hits;
+                let stronger = squared - self.trend.mean;
+                self.trend.mean -= stronger * left;
+                let squares = stronger * (squared - self.trend.mean);
+                self.trend.squares = (self.trend.squares - squares).max(R::zero());
+                self.trend.products -= after * (squared - self.trend.mean);
+            }
+            None => {
+                self.forces = self.forces.min(self.hits - 1);
+                self.trend = ForceTrend::unknown();
+            }
+        }
+        if self.hits == 1 {
+            // A single hit does not differ from itself.
+            self.outer = ResponseSquare::zeros();
+            self.trend = ForceTrend { mean: self.trend.mean, ..ForceTrend::unknown() };
+        }
+    }
+
     /// Adds the squared force of a hit, whose accelerances lie `after` from their new mean. A single hit of unknown
     /// force leaves all of them without a trend.
     fn add_force(&mut self, after: &Responses<R, S>, squared_force: Option<R>) {
@@ -340,6 +384,34 @@ mod tests {
             prop_assert!((sums.mean() - mean).norm() < 1e-14);
             prop_assert!(sums.covariance().as_slice().iter().zip(expected.as_slice()).all(|(a, b)| (a - b).abs() < 1e-13));
             prop_assert_eq!(usize::from(sums.mass_lines().hits), hits.len());
+        }
+
+        #[test]
+        fn a_hit_is_removed_again(
+            hits in prop::collection::vec(prop::array::uniform6(-2.0..2.0_f64), 0..12),
+            (last, force) in (prop::array::uniform6(-2.0..2.0_f64), prop::option::of(1.0..9.0_f64)),
+        ) {
+            let mut sums = ScatterAccumulator::<f64, 2>::new();
+            hits.iter().for_each(|hit| sums.add(&responses(hit), Some(4.0 + hit[0])));
+            let before = sums.clone();
+            sums.add(&responses(&last), force);
+            sums.remove(&responses(&last), |_| force);
+            prop_assert_eq!(sums.hits, before.hits);
+            // Rounding only, of twelve products below a hundred.
+            prop_assert!((sums.mean - before.mean).amax() < 1e-12);
+            let pairs = sums.outer.as_slice().iter().zip(before.outer.as_slice());
+            prop_assert!(pairs.into_iter().all(|(one, other)| (one - other).abs() < 1e-12));
+            if force.is_none() && !hits.is_empty() {
+                prop_assert_eq!(sums.trend(), ForceTrend::unknown());
+                sums.add(&responses(&last), Some(4.0));
+                prop_assert_eq!(sums.trend(), ForceTrend::unknown(), "a force is still missing");
+            } else {
+                prop_assert_eq!(sums.forces, before.forces);
+                let [one, other] = [&sums, &before].map(ScatterAccumulator::trend);
+                prop_assert!((one.mean - other.mean).abs() < 1e-12);
+                prop_assert!((one.squares - other.squares).abs() < 1e-11);
+                prop_assert!((one.products - other.products).amax() < 1e-11);
+            }
         }
     }
 

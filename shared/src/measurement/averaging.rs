@@ -59,10 +59,20 @@ pub struct HitMemory<'m, R> {
     pub basis: &'m mut [BasisRow<R>],
 }
 
+/// What is done with the spectra of a hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// They are added to the averages.
+    Add,
+    /// They are removed from the averages.
+    Remove,
+}
+
 /// A hit that is being averaged. The spectrum of the force and the design stay in the [`HitMemory`] until the
 /// hit is finished.
 #[derive(Clone, Debug)]
 pub struct HitAverager<R> {
+    change: Change,
     analysis: HitAnalysis<R>,
     /// Factor on all spectra of this hit, which gives it its weight in the averages.
     factor: R,
@@ -73,7 +83,7 @@ pub struct HitAverager<R> {
 }
 
 impl<R: RealFft> HitAverager<R> {
-    /// Adds the force of a record to the spectra.
+    /// Adds the force of a record to the spectra, or removes that of a hit which was added with the same settings.
     ///
     /// # Errors
     /// When the slices do not have the lengths given in [`HitMemory`].
@@ -82,7 +92,7 @@ impl<R: RealFft> HitAverager<R> {
         record: &D,
         expected: ExpectedHit<R>,
         memory: HitMemory<'_, R>,
-        spectra: &mut DofSpectra<R>,
+        (change, spectra): (Change, &mut DofSpectra<R>),
     ) -> Result<Self, FftError> {
         let HitMemory { scratch, force, basis } = memory;
         let ProcessingSettings { adc, calibration, test } = settings;
@@ -104,15 +114,18 @@ impl<R: RealFft> HitAverager<R> {
             factor_of(design.total_weight(), expected.scatter, noise)
         });
         scale(force, factor);
-        spectra.add_force(force);
-        Ok(Self { analysis, factor, design, single: Responses::zeros(), incomplete: false })
+        match change {
+            Change::Add => spectra.add_force(force),
+            Change::Remove => spectra.remove_force(force),
+        }
+        Ok(Self { change, analysis, factor, design, single: Responses::zeros(), incomplete: false })
     }
 
-    /// Adds a response to the spectra, and to this hit's own mass lines.
+    /// Adds a response to the spectra, or removes it, and adds it to this hit's own mass lines.
     ///
     /// # Errors
     /// As [`Self::begin`].
-    pub fn add_response<D: Samples<R> + ?Sized>(
+    pub fn take_response<D: Samples<R> + ?Sized>(
         &mut self,
         response: usize,
         record: &D,
@@ -123,7 +136,10 @@ impl<R: RealFft> HitAverager<R> {
         let mut lines = [Complex::new(R::zero(), R::zero()); SPECTRUM_BINS];
         self.analysis.response(record, response, scratch, &mut lines)?;
         scale(&mut lines, self.factor);
-        spectra.add_response(response, force, &lines);
+        match self.change {
+            Change::Add => spectra.add_response(response, force, &lines),
+            Change::Remove => spectra.remove_response(response, force, &lines),
+        }
         HitAnalysis::divide(&mut lines, force);
         let lines = lines.iter().copied();
         let basis = self.design.as_ref().ok().and_then(|design| design.over(basis));
@@ -162,7 +178,7 @@ impl<R: RealFft> HitAverager<R> {
         (force.finite() && force > R::zero()).then_some(force)
     }
 
-    /// Removes a response from the spectra. It is transformed again, as its spectrum is not stored.
+    /// Removes a response from the spectra again. It is transformed again, as its spectrum is not stored.
     /// [`Spectra::remove_force`] removes the force.
     ///
     /// # Errors

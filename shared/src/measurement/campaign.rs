@@ -19,6 +19,8 @@
 //!
 //! A record that does not agree with its repeat hits is withdrawn after the analysis if the policy requires
 //! it, and the rig waits for another one.
+//! An accepted hit can be undone until the next one triggers: the rig removes it from the averages, and the campaign
+//! returns to the hit's DOF.
 //! With *confirmation*, a good hit waits for the operator's `Accept` or `Reject` before it is analysed.
 
 mod command;
@@ -77,6 +79,8 @@ pub enum Step {
         /// Index of the DOF in the layout.
         dof: usize,
     },
+    /// Remove the last accepted hit from its DOF.
+    Undo,
     /// Identify the ten properties from the DOFs so far, and compare their precision with the target.
     Estimate,
     /// Identify the ten properties and store the result.
@@ -90,6 +94,7 @@ enum State {
     Confirming,
     Analysing,
     Closing,
+    Undoing,
     Estimating,
     AtTarget,
     Identifying,
@@ -157,6 +162,7 @@ impl Campaign {
             State::Waiting if !self.paused => Step::AwaitHit { dof },
             State::Analysing => Step::Analyse { dof },
             State::Closing => Step::CloseDof { dof },
+            State::Undoing => Step::Undo,
             State::Estimating => Step::Estimate,
             State::Identifying if !self.paused => Step::Identify,
             _ => Step::Rest,
@@ -173,6 +179,7 @@ impl Campaign {
             | State::Recording
             | State::Analysing
             | State::Closing
+            | State::Undoing
             | State::Estimating => Phase::Busy,
             State::Confirming => Phase::Confirming,
             State::AtTarget => Phase::TargetReached,
@@ -278,6 +285,9 @@ impl Campaign {
                 self.continued = true;
                 self.next_dof();
             }
+            C::Undo if matches!(self.state, State::Waiting | State::AtTarget) => {
+                self.state = State::Undoing;
+            }
             C::Pause if self.is_running() && self.state != State::Identifying => {
                 self.interrupted();
             }
@@ -353,6 +363,16 @@ impl Campaign {
             self.rejected = self.rejected.saturating_add(self.accepted().into());
             self.set_current(0, Outcome::Open);
             self.reject();
+        }
+    }
+
+    /// Reports that the last accepted hit, at this DOF, has been removed, and that the averages contain `left` hits: the
+    /// DOF is open again.
+    pub fn undone(&mut self, dof: usize, left: u8) {
+        if self.state == State::Undoing {
+            self.dof = dof;
+            self.set_current(left, Outcome::Open);
+            self.wait();
         }
     }
 

@@ -112,11 +112,15 @@ impl<R: RealFft> Measurement<'_, R> {
     /// Executes a command of the operator.
     ///
     /// # Errors
-    /// [`CommandError::WrongPhase`] when the command is not possible in this phase; nothing has changed then.
+    /// [`CommandError::WrongPhase`] when the command is not possible in this phase, and the reason why there is no hit
+    /// to undo; nothing has changed then.
     pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
         let Activity::Measuring(campaign, task) = &mut self.activity else {
             return Err(CommandError::WrongPhase);
         };
+        if command == Command::Undo {
+            self.last_accepted.check()?;
+        }
         let dof = campaign.dof();
         campaign.command(command)?;
         // A record that is being taken is discarded, since the command may have changed what is wanted.
@@ -125,6 +129,7 @@ impl<R: RealFft> Measurement<'_, R> {
         }
         match command {
             Command::Skip => {
+                self.last_accepted.forget();
                 // It may be the hit that was advised.
                 if let Some(known) = &mut self.precision {
                     known.further = None;
@@ -132,6 +137,7 @@ impl<R: RealFft> Measurement<'_, R> {
             }
             Command::Redo => {
                 self.averaged = None;
+                self.last_accepted.forget();
                 self.memory.discard_dof(dof);
             }
             // The rig tries again what had interrupted the campaign.
@@ -177,6 +183,7 @@ impl<R: RealFft> Measurement<'_, R> {
         self.last_hit = None;
         self.block = None;
         self.precision = None;
+        self.last_accepted.forget();
         self.diagnostics = diagnostics;
         self.activity = Activity::Measuring(campaign, Task::None);
         self.take_gains();

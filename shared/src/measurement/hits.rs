@@ -1,7 +1,7 @@
 //! Processes scans into averaged hits: capture, grading, averaging, comparison with the repeat hits.
 
-use super::averaging::{self, ExpectedHit, HitAverager, ProcessingSettings};
-use super::campaign::{Campaign, Phase};
+use super::averaging::{self, Change, ExpectedHit, HitAverager, ProcessingSettings};
+use super::campaign::{Campaign, Phase, Step};
 use super::listening::Listening;
 use super::{
     Activity, GradedHit, LOSSES_TO_STOP, Measurement, NextAction, Recorded, ScanIndex, Streamed,
@@ -27,7 +27,7 @@ pub(super) enum Task<R> {
     Grade { trigger: ScanIndex },
     /// The record is searched for hum.
     Listen(Listening<R>),
-    /// The responses before `next` are averaged.
+    /// The responses before `next` are averaged, or removed if the hit is undone.
     Average { hit: HitAverager<R>, next: usize },
     /// The hit is an outlier: the responses before `next` have been removed again.
     Withdraw { hit: HitAverager<R>, next: usize, distance: R },
@@ -47,14 +47,17 @@ impl<R: RealFft> Measurement<'_, R> {
             return;
         }
         self.recorded = Recorded::Nothing;
-        self.memory.record.clear();
         if let Activity::Measuring(campaign, task) = &mut self.activity {
+            self.last_accepted.wait_begins(self.memory);
+            self.memory.record.begin_wait();
             let test = self.layout.as_ref().map(|layout| layout.test.trigger_n);
             let level = Newtons(test.map_or(0.0, |level| level.to_f32()));
             let capture = Capture::new(Trigger::new(&self.adc, &self.calibration, level));
             *task = Task::Capture { capture, trigger: None };
             campaign.armed();
             self.armings = self.armings.wrapping_add(1);
+        } else {
+            self.memory.record.clear();
         }
     }
 
@@ -97,6 +100,7 @@ impl<R: RealFft> Measurement<'_, R> {
             CaptureState::Filling if trigger.is_some() => {}
             CaptureState::Filling => {
                 *trigger = Some(index);
+                self.last_accepted.overwritten();
                 self.counts.triggers += 1;
                 campaign.triggered();
             }
@@ -199,7 +203,8 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 
     /// Averages one part of the current record: the force, then each response, then the comparison with the
-    /// repeat hits. An outlier is removed again when the policy requires it.
+    /// repeat hits. An outlier is removed again when the policy requires it. A hit that is undone is removed part by part
+    /// in the same way.
     // Not inlined, which saves 1.9 KB of the firmware's deepest stack.
     #[inline(never)]
     pub(super) fn average_hit(
@@ -211,6 +216,7 @@ impl<R: RealFft> Measurement<'_, R> {
         // The memory has the length of the record, so no transform fails.
         self.try_average_hit(campaign, dof, task).unwrap_or_else(|_| {
             campaign.withdrawn();
+            self.finish_undo(campaign, None);
             Task::None
         })
     }
@@ -222,11 +228,16 @@ impl<R: RealFft> Measurement<'_, R> {
         task: Task<R>,
     ) -> Result<Task<R>, FftError> {
         let responses = self.adc_in_use().responses();
+        let undoes = campaign.step() == Step::Undo;
         Ok(match task {
             Task::Average { mut hit, next } if next < responses => {
                 let (record, spectra, memory) = self.memory.of_hit();
-                hit.add_response(next, record, memory, spectra)?;
+                hit.take_response(next, record, memory, spectra)?;
                 Task::Average { hit, next: next + 1 }
+            }
+            Task::Average { hit, .. } if undoes => {
+                self.finish_undo(campaign, Some(&hit));
+                Task::None
             }
             Task::Average { hit, .. } => self.join(campaign, dof, hit),
             Task::Withdraw { hit, next, distance } if next < responses => {
@@ -240,16 +251,23 @@ impl<R: RealFft> Measurement<'_, R> {
                 Task::None
             }
             Task::Listen(Listening::Done(hum)) => {
-                if campaign.accepted() == 0 {
+                if !undoes && campaign.accepted() == 0 {
                     self.open_dof(dof);
                 }
                 let (adc, test) = (self.adc_in_use(), self.test());
                 let settings =
                     ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
                 let expected = ExpectedHit { hum, scatter: self.expected_scatter(dof) };
+                let change = if undoes { Change::Remove } else { Change::Add };
                 let (record, spectra, memory) = self.memory.of_hit();
-                let hit = HitAverager::begin(settings, record, expected, memory, spectra)?;
+                let hit =
+                    HitAverager::begin(settings, record, expected, memory, (change, spectra))?;
                 Task::Average { hit, next: 0 }
+            }
+            // A hit that is undone was not unsteady when it was accepted.
+            Task::Listen(Listening::Unsteady(_)) if undoes => {
+                self.finish_undo(campaign, None);
+                Task::None
             }
             Task::Listen(Listening::Unsteady(why)) => {
                 campaign.withdrawn();
@@ -257,7 +275,14 @@ impl<R: RealFft> Measurement<'_, R> {
                 Task::None
             }
             Task::Listen(listening) => Task::Listen(self.listen(listening)),
-            _ => Task::Listen(self.begin_listening()),
+            _ => {
+                if undoes {
+                    self.restore_record();
+                } else {
+                    self.keep_before_hit();
+                }
+                Task::Listen(self.begin_listening())
+            }
         })
     }
 
@@ -275,7 +300,10 @@ impl<R: RealFft> Measurement<'_, R> {
             }
         };
         match standing {
-            HitAgreement::Agrees => campaign.analysed(),
+            HitAgreement::Agrees => {
+                self.last_accepted.accept(dof);
+                campaign.analysed();
+            }
             HitAgreement::Outlier(distance) | HitAgreement::Inconsistent(distance)
                 if verdict != Verdict::Reject =>
             {
@@ -287,6 +315,7 @@ impl<R: RealFft> Measurement<'_, R> {
                     Subject::hit(dof),
                     distance.to_f32(),
                 ));
+                self.last_accepted.accept(dof);
                 campaign.analysed();
             }
             HitAgreement::Outlier(distance) => {
@@ -297,6 +326,7 @@ impl<R: RealFft> Measurement<'_, R> {
             HitAgreement::Inconsistent(distance) => {
                 campaign.drop_inconsistent_pair();
                 self.averaged = None;
+                self.last_accepted.forget();
                 self.withdraw(inconsistent(Code::HitsDisagree, dof, distance));
             }
         }
@@ -304,7 +334,7 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 
     /// Reports the current hit again, now as rejected; it had passed its own grading.
-    fn withdraw(&mut self, why: Diagnostic) {
+    pub(super) fn withdraw(&mut self, why: Diagnostic) {
         let Some(mut hit) = self.last_hit.take() else { return };
         hit.good = false;
         note(&mut hit.findings, why);

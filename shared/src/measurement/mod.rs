@@ -21,6 +21,7 @@
 //! | `commands` | commands of the operator |
 //! | [`campaign`] | which degree of freedom is hit next |
 //! | `hits` | from scans to an averaged hit |
+//! | `undo` | takes the last accepted hit out of the averages again |
 //! | `listening` | the search for mains hum in a hit |
 //! | [`averaging`] | from the hits of one DOF to its mass lines |
 //! | `closing` | from averaged hits to mass lines |
@@ -39,6 +40,7 @@ mod memory;
 mod precision;
 mod result;
 mod setup;
+mod undo;
 mod view;
 
 pub use commands::StartError;
@@ -56,6 +58,7 @@ use crate::signal::{AdcProperties, Calibration, RealFft};
 use crate::units::ScanIndex;
 use campaign::{Campaign, Step};
 use hits::Task;
+use undo::LastAccepted;
 use view::EVENTS;
 
 /// A layout with the capacity of a rig, in either precision.
@@ -119,6 +122,7 @@ pub struct Measurement<'m, R> {
     block: Option<BlockResult>,
     /// The precision after the last closed DOF of this campaign.
     precision: Option<CampaignPrecision<R>>,
+    last_accepted: LastAccepted<R>,
     diagnostics: Diagnostics,
     counts: Counts,
     memory: &'m mut Memory<R>,
@@ -145,6 +149,7 @@ impl<'m, R: RealFft> Measurement<'m, R> {
             events: Deque::new(),
             block: None,
             precision: None,
+            last_accepted: LastAccepted::new(),
             diagnostics: Diagnostics::new(),
             counts: Counts::default(),
             memory,
@@ -177,6 +182,10 @@ impl<'m, R: RealFft> Measurement<'m, R> {
         let task = match (campaign.step(), task) {
             (_, Task::Grade { trigger }) => self.grade_hit(&mut campaign, trigger),
             (Step::Analyse { dof }, task) => self.average_hit(&mut campaign, dof, task),
+            (Step::Undo, task) => {
+                let dof = self.last_accepted.dof().unwrap_or_default();
+                self.average_hit(&mut campaign, dof, task)
+            }
             (Step::CloseDof { dof }, _) => {
                 self.close_dof(dof);
                 campaign.dof_closed();

@@ -40,6 +40,7 @@ impl<R: RealFft> Measurement<'_, R> {
         self.last_hit = None;
         self.block = None;
         self.precision = None;
+        self.last_accepted.forget();
         self.memory.discard_campaign();
         self.layout = Some(layout);
     }

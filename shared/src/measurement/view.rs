@@ -32,7 +32,7 @@ pub enum Recorded {
 }
 
 /// A graded hit. A later one with the same number replaces it: the hit passed its own grading and was
-/// withdrawn after the comparison with its repeat hits.
+/// withdrawn after the comparison with its repeat hits, or undone by the operator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GradedHit {
     /// Number of the hit, counted from 1.

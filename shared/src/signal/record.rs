@@ -1,13 +1,14 @@
 //! The record of one hit.
 
 use super::samples::{extremes, reading_of};
-use super::{CHANNELS, RECORD_SCANS, Samples, Scan};
+use super::{CHANNELS, PRE_TRIGGER_SCANS, RECORD_SCANS, Samples, Scan};
 use crate::Real;
 
 /// A ring buffer of the latest [`RECORD_SCANS`] scans.
 ///
-/// While the rig waits for a hit, every new scan overwrites the oldest one; a complete hit is read from the
-/// oldest scan on. Nothing is copied.
+/// Every new scan overwrites the oldest one; a complete record is read from the oldest scan on. While the rig waits for
+/// a hit, only the first [`PRE_TRIGGER_SCANS`] places are used as the ring: the others keep the previous hit, so that it
+/// can be [restored](Self::restore_start) until the next one begins.
 ///
 /// An empty record is all zero bytes, so a static one is in `.bss`: 40 KiB.
 pub struct Record {
@@ -15,6 +16,8 @@ pub struct Record {
     /// Index of the next scan; once the ring is full, the oldest scan is here.
     next: usize,
     filled: usize,
+    /// True while the ring has only the places of the pre-trigger.
+    waits: bool,
 }
 
 impl Record {
@@ -22,16 +25,53 @@ impl Record {
     pub const BYTES: usize = RECORD_SCANS * Self::SCAN_BYTES;
     /// Size of one scan, bytes.
     pub const SCAN_BYTES: usize = 2 * CHANNELS;
+    /// Codes that a wait for the next hit overwrites.
+    pub const START_CODES: usize = PRE_TRIGGER_SCANS * CHANNELS;
 
     /// An empty record.
     pub const fn new() -> Self {
-        Self { scans: [[0; CHANNELS]; RECORD_SCANS], next: 0, filled: 0 }
+        Self { scans: [[0; CHANNELS]; RECORD_SCANS], next: 0, filled: 0, waits: false }
     }
 
     /// Discards all scans.
     pub fn clear(&mut self) {
         self.next = 0;
         self.filled = 0;
+        self.waits = false;
+    }
+
+    /// Discards all scans, and keeps only the latest [`PRE_TRIGGER_SCANS`] until [`Self::end_wait`].
+    pub fn begin_wait(&mut self) {
+        self.clear();
+        self.waits = true;
+    }
+
+    /// The next scan is that of the trigger: from now on all scans are kept. No effect unless the record waits.
+    pub fn end_wait(&mut self) {
+        if self.waits && self.filled == PRE_TRIGGER_SCANS {
+            // The hit is read from the first place on.
+            self.scans[..PRE_TRIGGER_SCANS].rotate_left(self.next);
+        }
+        if self.waits {
+            self.next = self.filled;
+            self.waits = false;
+        }
+    }
+
+    /// Copies the codes that the next wait overwrites into `codes`, whose length is [`Self::START_CODES`]. The record
+    /// must hold a complete hit that was waited for, so that its first scan is in the first place.
+    pub fn save_start<R: Real>(&self, codes: &mut [R]) {
+        let start = self.scans[..PRE_TRIGGER_SCANS].as_flattened();
+        codes.iter_mut().zip(start).for_each(|(to, &code)| *to = reading_of(code));
+    }
+
+    /// Restores the hit before the present wait, given the codes of [`Self::save_start`]. The record must not have
+    /// ended its wait.
+    pub fn restore_start<R: Real>(&mut self, codes: &[R]) {
+        let start = self.scans[..PRE_TRIGGER_SCANS].as_flattened_mut();
+        // A code has sixteen bits, which both precisions represent exactly.
+        start.iter_mut().zip(codes).for_each(|(to, code)| *to = code.to_f32() as u16);
+        (self.next, self.filled, self.waits) = (0, RECORD_SCANS, false);
     }
 
     /// Appends a scan; in a full record it overwrites the oldest.
@@ -39,8 +79,13 @@ impl Record {
         if let Some(place) = self.scans.get_mut(self.next) {
             *place = *scan;
         }
-        self.next = (self.next + 1) % RECORD_SCANS;
-        self.filled = (self.filled + 1).min(RECORD_SCANS);
+        self.next = (self.next + 1) % self.capacity();
+        self.filled = (self.filled + 1).min(self.capacity());
+    }
+
+    /// Number of places of the ring.
+    fn capacity(&self) -> usize {
+        if self.waits { PRE_TRIGGER_SCANS } else { RECORD_SCANS }
     }
 
     /// Number of scans in the record.
@@ -86,11 +131,12 @@ impl Record {
 
     /// The two pieces of the ring in order.
     fn halves(&self) -> (&[Scan], &[Scan]) {
-        if self.filled < RECORD_SCANS {
+        let ring = self.scans.get(..self.capacity()).unwrap_or(&[]);
+        if self.filled < ring.len() {
             // The ring has not wrapped since the last `clear`.
-            (self.scans.get(..self.filled).unwrap_or(&[]), &[])
+            (ring.get(..self.filled).unwrap_or(&[]), &[])
         } else {
-            let (newer, older) = self.scans.split_at(self.next.min(RECORD_SCANS));
+            let (newer, older) = ring.split_at(self.next.min(ring.len()));
             (older, newer)
         }
     }
@@ -190,6 +236,47 @@ mod tests {
                 assert_eq!(record.scan(i).unwrap()[3], ((oldest + i) * CHANNELS + 3) as u16);
             }
             assert_eq!(record.scan(record.len()), None);
+        }
+    }
+
+    /// Pushes the scans with these numbers, whose codes contain number and channel.
+    fn push(record: &mut Record, numbers: core::ops::Range<usize>) {
+        numbers.for_each(|n| record.push(&core::array::from_fn(|k| (n * CHANNELS + k) as u16)));
+    }
+
+    #[test]
+    fn a_wait_keeps_the_latest_scans_and_the_hit_follows_them() {
+        for waited in [PRE_TRIGGER_SCANS, PRE_TRIGGER_SCANS + 1, 7 * PRE_TRIGGER_SCANS + 33] {
+            let mut record = Box::new(Record::new());
+            record.begin_wait();
+            push(&mut record, 0..waited);
+            assert_eq!(record.len(), PRE_TRIGGER_SCANS);
+            let first = (waited - PRE_TRIGGER_SCANS) * CHANNELS;
+            assert_eq!(record.scan(0).unwrap()[0], first as u16);
+            record.end_wait();
+            push(&mut record, waited..waited + RECORD_SCANS - PRE_TRIGGER_SCANS);
+            assert_eq!(record.len(), RECORD_SCANS);
+            for i in 0..RECORD_SCANS {
+                assert_eq!(record.scan(i).unwrap()[0], (first + i * CHANNELS) as u16);
+            }
+        }
+    }
+
+    #[test]
+    fn a_hit_is_restored_however_long_the_wait_for_the_next_one_was() {
+        let mut record = Box::new(Record::new());
+        for waited in [0, 1, PRE_TRIGGER_SCANS, 5000] {
+            record.begin_wait();
+            push(&mut record, 0..90);
+            record.end_wait();
+            push(&mut record, 90..90 + RECORD_SCANS - PRE_TRIGGER_SCANS);
+            let hit: Vec<u16> = (0..CHANNELS).flat_map(|k| record.channel(k)).collect();
+            let mut start = [0.0_f32; Record::START_CODES];
+            record.save_start(&mut start);
+            record.begin_wait();
+            push(&mut record, 3000..3000 + waited);
+            record.restore_start(&start);
+            assert!((0..CHANNELS).flat_map(|k| record.channel(k)).eq(hit), "{waited} scans");
         }
     }
 

@@ -132,6 +132,7 @@ pub enum CaptureState {
 /// #     reference: Volts(3.0), channel_delay: Seconds(1e-5) };
 /// let trigger = Trigger::new(&adc, &Calibration::default(), Newtons(3.0));
 /// let mut record = Box::new(Record::new());
+/// record.begin_wait();
 /// let mut capture = Capture::new(trigger);
 /// let state = (0..4000).find_map(|index| {
 ///     let mut scan = [2000; CHANNELS];
@@ -156,7 +157,7 @@ pub struct Capture {
 }
 
 impl Capture {
-    /// An armed capture; the record must be [cleared](Record::clear).
+    /// An armed capture; the record must be [waiting](Record::begin_wait).
     pub fn new(trigger: Trigger) -> Self {
         Self {
             trigger,
@@ -169,7 +170,7 @@ impl Capture {
 
     /// Arms the capture for the next hit and discards the last one.
     pub fn arm(&mut self, record: &mut Record) {
-        record.clear();
+        record.begin_wait();
         self.trigger.arm();
         *self = Self::new(self.trigger);
     }
@@ -189,7 +190,7 @@ impl Capture {
         self.state = match self.state {
             CaptureState::Waiting => {
                 if gap {
-                    record.clear();
+                    record.begin_wait();
                     self.trigger.arm();
                 }
                 self.wait(record, scan, index)
@@ -202,10 +203,12 @@ impl Capture {
     }
 
     fn wait(&mut self, record: &mut Record, scan: &Scan, index: ScanIndex) -> CaptureState {
-        record.push(scan);
         if !self.trigger.feed(scan) {
+            record.push(scan);
             return CaptureState::Waiting;
         }
+        record.end_wait();
+        record.push(scan);
         self.trigger_scan = index;
         self.missing = RECORD_SCANS - PRE_TRIGGER_SCANS - 1;
         CaptureState::Filling
@@ -231,7 +234,9 @@ mod tests {
     const LEVEL: Newtons = Newtons(3.0);
 
     fn capture() -> (Capture, Box<Record>) {
-        (Capture::new(Trigger::new(&ADC, &Calibration::default(), LEVEL)), Box::new(Record::new()))
+        let mut record = Box::new(Record::new());
+        record.begin_wait();
+        (Capture::new(Trigger::new(&ADC, &Calibration::default(), LEVEL)), record)
     }
 
     fn scan(newtons: f32) -> Scan {

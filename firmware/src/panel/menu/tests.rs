@@ -46,14 +46,14 @@ fn calibration_wizards() -> impl Strategy<Value = CalibrationWizard> {
 prop_compose! {
     fn models()(
         phase in prop::sample::select(PHASES.to_vec()),
-        (accepted, hits_done) in (0..6_u8, 0..16_u16),
+        (accepted, averaged, hits_done) in (0..6_u8, 0..16_u16, 0..16_u16),
         (findings, layouts, results, pages) in (0..17_u8, 0..5_u8, 0..9_u8, 0..22_u8),
         (interrupted, block, streaming) in any::<(bool, bool, bool)>(),
         calibration_wizard in calibration_wizards(),
     ) -> PanelModel {
         let of_phase = model(phase);
         PanelModel {
-            accepted, hits_done, findings, layouts, results, pages, interrupted, block, calibration_wizard,
+            accepted, averaged, hits_done, findings, layouts, results, pages, interrupted, block, calibration_wizard,
             // The rig is not idle while it streams or takes a reading either.
             idle: of_phase.idle && !streaming,
             ..of_phase
@@ -74,6 +74,7 @@ fn suits(action: Action, model: &PanelModel) -> bool {
         Action::Command(C::Accept | C::Reject) => phase == Phase::Confirming,
         Action::Command(C::Pause) => matches!(phase, Phase::Armed | Phase::Busy),
         Action::Command(C::Redo | C::Skip | C::Resume | C::Abort) => phase == Phase::Paused,
+        Action::Command(C::Undo) => phase == Phase::Paused && model.averaged > 0,
         Action::Command(C::Finish) => phase == Phase::Paused && model.accepted > 0,
         Action::Command(C::Conclude | C::Continue) => phase == Phase::TargetReached,
         Action::StartBlock { decigrams } => model.idle && decigrams > 0,
@@ -193,6 +194,7 @@ fn every_screen_is_reached_by_buttons_alone() {
         "Sure(Redo)",
         "Sure(Delete)",
         "Refused(StoreFull)",
+        "Refused(NothingToUndo)",
     ];
     let all = phases.map(|phase| std::format!("Measure {phase}")).into_iter();
     for screen in all.chain(others.map(|screen| screen.to_string())) {
@@ -207,6 +209,7 @@ fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Me
         results: model.results,
         findings: 1,
         accepted: 1,
+        averaged: 1,
         precision: Some(PrecisionModel { dofs: 1, widths: None, further: None }),
         ..self::model(phase)
     };
@@ -234,6 +237,9 @@ fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Me
         ],
         Action::Command(C::Pause | C::Redo | C::Skip | C::Finish) => {
             std::vec![(menu, with(Phase::Paused))]
+        }
+        Action::Command(C::Undo) => {
+            std::vec![(menu, with(Phase::Paused)), refused(Refused::NothingToUndo)]
         }
         Action::Command(C::Abort) => std::vec![(menu, with(Phase::Idle))],
         Action::Command(C::Conclude) => std::vec![(menu, with(Phase::Solving))],
@@ -282,9 +288,26 @@ fn a_campaign_that_the_host_starts_comes_to_the_front() {
 
 #[test]
 fn at_its_target_a_paused_campaign_offers_only_what_it_can_do() {
-    let paused = PanelModel { accepted: 5, at_target: true, ..model(Phase::Paused) };
+    let paused = PanelModel { accepted: 5, averaged: 5, at_target: true, ..model(Phase::Paused) };
     let menu = Menu { screen: Screen::Measure, phase: Phase::Paused, ..Menu::new() };
-    assert_eq!(menu.entries(&paused), [Entry::Resume, Entry::End]);
+    assert_eq!(menu.entries(&paused), [Entry::Resume, Entry::Undo, Entry::End]);
+}
+
+#[test]
+fn a_paused_campaign_offers_to_undo_a_hit_once_there_is_one() {
+    let menu = Menu { screen: Screen::Measure, phase: Phase::Paused, ..Menu::new() };
+    for (averaged, hits_done, offered) in
+        [(0, 0, false), (1, 1, true), (5, 10, true), (15, 15, false)]
+    {
+        let paused = PanelModel { averaged, hits_done, ..model(Phase::Paused) };
+        let entries = menu.entries(&paused);
+        assert_eq!(entries.contains(&Entry::Undo), offered, "{averaged} hits: {entries:?}");
+    }
+    // The longest list.
+    let precision = Some(PrecisionModel { dofs: 1, widths: None, further: None });
+    let all =
+        PanelModel { averaged: 7, accepted: 2, findings: 1, precision, ..model(Phase::Paused) };
+    assert!(menu.entries(&all).is_full());
 }
 
 #[test]

@@ -2,10 +2,10 @@
 
 use crossterm::event::KeyCode;
 use massline_protocol::event::HitEvent;
-use massline_protocol::message::{CampaignCommand, Status};
+use massline_protocol::message::{CampaignCommand, Reason, Status};
 
 use crate::client::Client;
-use crate::commands::progress::{Progress, not_possible};
+use crate::commands::progress::{Progress, explain_refusal};
 use crate::error::Result;
 use crate::precision::PrecisionReport;
 
@@ -41,9 +41,9 @@ pub(super) trait Presenter {
         false
     }
 
-    /// A command came at the wrong time.
-    fn refused(&mut self, command: CampaignCommand) {
-        self.line(&not_possible(command));
+    /// The rig refused a command.
+    fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+        self.line(&explain_refusal(command, reason));
     }
 }
 

@@ -1,12 +1,12 @@
 //! The person at the keyboard who follows a campaign: progress, verdicts, precision after each DOF.
 
 use massline_protocol::event::HitEvent;
-use massline_protocol::message::{CampaignCommand, Status};
+use massline_protocol::message::{CampaignCommand, Reason, Status};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 
 use crate::archive::RecordCollection;
-use crate::campaign::{CampaignOutcome, Observer, OperatorAction, follow};
+use crate::campaign::{CampaignOutcome, Observer, OperatorAction, follow, open_dof};
 use crate::client::Client;
 use crate::commands::keyboard::{self, Keyboard};
 use crate::commands::progress::{Progress, Prompts};
@@ -143,7 +143,8 @@ impl Person<'_> {
     }
 }
 
-/// Reads the mass lines of the DOFs that are `closed` and not known yet; returns whether there were any.
+/// Reads the mass lines of the DOFs that are `closed` and not known yet; returns whether there were any. A DOF that is
+/// open again, because its last hit was undone, is forgotten.
 pub(super) fn read_new(
     client: &mut Client,
     monitor: &mut PrecisionMonitor,
@@ -151,6 +152,7 @@ pub(super) fn read_new(
     closed: impl Fn(u8) -> bool,
 ) -> Result<bool> {
     let mut new = false;
+    open_dof(status).into_iter().for_each(|dof| monitor.forget(dof));
     for (index, &hits) in (0..).zip(&status.accepted) {
         if hits > 0
             && closed(index)
@@ -207,7 +209,7 @@ impl Observer for Person<'_> {
         Ok(Some(OperatorAction::Command(CampaignCommand::Conclude)))
     }
 
-    fn refused(&mut self, command: CampaignCommand) {
-        self.presenter.refused(command);
+    fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+        self.presenter.refused(command, reason);
     }
 }

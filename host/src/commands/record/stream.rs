@@ -135,6 +135,9 @@ impl<'r> Stream<'r> {
     fn steer(&mut self, steer: OperatorAction) -> bool {
         match steer {
             OperatorAction::Leave | OperatorAction::Command(CampaignCommand::Abort) => return true,
+            OperatorAction::Command(CampaignCommand::Undo) => {
+                self.segments.truncate(self.before.max(self.segments.len().saturating_sub(1)));
+            }
             OperatorAction::Command(CampaignCommand::Redo) => self.segments.truncate(self.before),
             OperatorAction::Command(CampaignCommand::Skip | CampaignCommand::Finish) => {
                 self.next_dof()

@@ -1,7 +1,7 @@
 //! Records hit by hit: each record is read before its hit is accepted.
 
 use massline_protocol::event::HitEvent;
-use massline_protocol::message::{CampaignCommand, Status};
+use massline_protocol::message::{CampaignCommand, Reason, Status};
 use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::Scan;
@@ -108,8 +108,8 @@ impl Observer for Recorder<'_, '_> {
         Ok(Some(OperatorAction::Command(CampaignCommand::Continue)))
     }
 
-    fn refused(&mut self, command: CampaignCommand) {
-        self.progress.refused(command);
+    fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+        self.progress.refused(command, reason);
     }
 }
 

@@ -61,11 +61,14 @@ pub enum Command {
     Conclude,
     /// At the target: measure the other DOFs as well.
     Continue,
+    /// Take back the last accepted hit while the rig waits for the next one, also the last hit of a DOF that it has
+    /// finished: this DOF is then open again.
+    Undo,
 }
 
 impl Command {
     /// Every command.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Accept,
         Self::Reject,
         Self::Redo,
@@ -76,6 +79,7 @@ impl Command {
         Self::Abort,
         Self::Conclude,
         Self::Continue,
+        Self::Undo,
     ];
 }
 
@@ -86,6 +90,11 @@ pub enum CommandError {
     WrongPhase,
     /// The layout has no hit DOF, or more than the rig has memory for.
     NoDofs,
+    /// No hit has been accepted since power-on, the start of the campaign, the last undo, or a DOF that was skipped
+    /// or is measured again.
+    NothingToUndo,
+    /// A later hit has overwritten the record of the last accepted one.
+    HitOverwritten,
 }
 
 impl core::fmt::Display for CommandError {
@@ -93,6 +102,10 @@ impl core::fmt::Display for CommandError {
         f.write_str(match self {
             Self::WrongPhase => "the command has no meaning in this phase of the campaign",
             Self::NoDofs => "the layout has no hit DOF, or more than a rig has memory for",
+            Self::NothingToUndo => "there is no accepted hit to undo",
+            Self::HitOverwritten => {
+                "a later hit has overwritten the record of the last accepted hit"
+            }
         })
     }
 }

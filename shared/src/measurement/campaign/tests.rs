@@ -250,19 +250,20 @@ proptest! {
     /// For any sequence of commands and hits, the counts stay within the requested number, and a campaign at
     /// `Identify` has no open DOF.
     #[test]
-    fn counts_stay_valid_for_any_order_of_commands_and_hits(words in proptest::collection::vec(0_u8..20, 0..200)) {
+    fn counts_stay_valid_for_any_order_of_commands_and_hits(words in proptest::collection::vec(0_u8..22, 0..200)) {
         let mut campaign = started(3, 2);
         for word in words {
             match word {
                 0 => if campaign.can_be_replaced() { campaign = started(3, 2) },
-                1..=10 => { let _ = campaign.command(C::ALL[usize::from(word) - 1]); }
-                11 => campaign.armed(),
-                12 => campaign.triggered(),
-                13 => campaign.graded(true),
-                14 => campaign.graded(false),
-                15 => campaign.analysed(),
-                16 => campaign.estimated(true),
-                17 => campaign.estimated(false),
+                1..=11 => { let _ = campaign.command(C::ALL[usize::from(word) - 1]); }
+                12 => campaign.armed(),
+                13 => campaign.triggered(),
+                14 => campaign.graded(true),
+                15 => campaign.graded(false),
+                16 => campaign.analysed(),
+                17 => campaign.estimated(true),
+                18 => campaign.estimated(false),
+                19 => campaign.undone(campaign.dof(), campaign.accepted().saturating_sub(1)),
                 _ => campaign.dof_closed(),
             }
             prop_assert!(campaign.dofs().iter().all(|dof| dof.accepted <= campaign.wanted()));
@@ -333,6 +334,44 @@ fn a_pause_at_the_target_asks_again_on_resume() {
     }
     campaign.command(C::Resume).unwrap();
     assert_eq!(campaign.phase(), Phase::TargetReached);
+}
+
+#[test]
+fn an_undo_at_the_target_opens_the_last_dof_again_and_asks_again() {
+    for paused in [false, true] {
+        let mut campaign = at_target();
+        if paused {
+            campaign.command(C::Pause).unwrap();
+        }
+        campaign.command(C::Undo).unwrap();
+        assert_eq!(campaign.step(), Step::Undo);
+        campaign.undone(1, 0);
+        assert_eq!(campaign.phase(), if paused { Phase::Paused } else { Phase::Busy });
+        let _ = campaign.command(C::Resume);
+        assert_eq!(campaign.step(), Step::AwaitHit { dof: 1 });
+        assert_eq!(cut(&campaign).dofs()[1], DofProgress::OPEN);
+        hit(&mut campaign, true);
+        campaign.dof_closed();
+        campaign.estimated(true);
+        assert_eq!(campaign.phase(), Phase::TargetReached);
+    }
+}
+
+#[test]
+fn an_undo_is_not_possible_while_a_hit_is_taken_or_the_result_is_computed() {
+    let mut campaign = started(1, 1);
+    campaign.armed();
+    campaign.triggered();
+    assert_eq!(campaign.command(C::Undo), Err(CommandError::WrongPhase));
+    campaign.graded(true);
+    assert_eq!(campaign.command(C::Undo), Err(CommandError::WrongPhase));
+    campaign.analysed();
+    assert_eq!(campaign.command(C::Undo), Err(CommandError::WrongPhase));
+    campaign.dof_closed();
+    assert_eq!(
+        (campaign.step(), campaign.command(C::Undo)),
+        (Step::Identify, Err(CommandError::WrongPhase))
+    );
 }
 
 #[test]

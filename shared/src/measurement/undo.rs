@@ -1,0 +1,144 @@
+//! Takes the last accepted hit out of the averages again, as if it had never been made.
+//!
+//! The record of a hit stays in memory until the next one triggers: while the rig waits, only the first scans of the
+//! record are overwritten, and their codes are kept in the scratch memory, which nothing else uses meanwhile.
+//!
+//! ```text
+//!             accepted            sampling starts              trigger
+//!  Nothing ────────────▶ Whole ────────────────────▶ Split ───────────────▶ Overwritten
+//!     ▲                    │                           │                        │
+//!     └────────────────────┴── undone, redo, skip ─────┴────────────────────────┘
+//! ```
+//! The hit is computed again as it was when it was added, from the search for hum on, and subtracted, so the sums differ
+//! by rounding only: those of the spectra by at most `ε` times the sum of absolute values with the hit, `ε = 2⁻²³` in
+//! single precision. The precision is restored from a copy. Diagnostics that came with the hit are dropped; one that was
+//! there before keeps its largest value.
+
+use super::averaging::HitAverager;
+use super::campaign::{Campaign, CommandError, Step};
+use super::{CampaignPrecision, Measurement, Memory};
+use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
+use crate::signal::{RealFft, Record};
+
+/// The last accepted hit of the campaign, and the state before it.
+#[derive(Debug)]
+pub(super) struct LastAccepted<R> {
+    hit: Undoable,
+    /// The precision before the hit that was analysed last.
+    precision: Option<CampaignPrecision<R>>,
+    /// The number of diagnostics before it.
+    diagnostics: u8,
+}
+
+/// Whether the last accepted hit can be undone.
+#[derive(Clone, Copy, Debug)]
+enum Undoable {
+    /// There is no such hit.
+    Nothing,
+    /// A later hit has overwritten its record.
+    Overwritten,
+    /// The record contains the hit at this DOF.
+    Whole(u8),
+    /// The start of its record is in the scratch memory.
+    Split(u8),
+}
+
+impl<R: RealFft> LastAccepted<R> {
+    /// No accepted hit.
+    pub fn new() -> Self {
+        Self { hit: Undoable::Nothing, precision: None, diagnostics: 0 }
+    }
+
+    /// Whether the hit can be undone.
+    pub fn check(&self) -> Result<(), CommandError> {
+        match self.hit {
+            Undoable::Nothing => Err(CommandError::NothingToUndo),
+            Undoable::Overwritten => Err(CommandError::HitOverwritten),
+            Undoable::Whole(_) | Undoable::Split(_) => Ok(()),
+        }
+    }
+
+    /// The DOF of the hit that can be undone.
+    pub fn dof(&self) -> Option<usize> {
+        match self.hit {
+            Undoable::Whole(dof) | Undoable::Split(dof) => Some(dof.into()),
+            Undoable::Nothing | Undoable::Overwritten => None,
+        }
+    }
+
+    /// The hit in the record, at this DOF, is accepted.
+    pub fn accept(&mut self, dof: usize) {
+        self.hit = Undoable::Whole(dof as u8);
+    }
+
+    /// There is no hit to undo any more.
+    pub fn forget(&mut self) {
+        self.hit = Undoable::Nothing;
+    }
+
+    /// The rig starts to wait for the next hit: keeps what the wait overwrites.
+    pub fn wait_begins(&mut self, memory: &mut Memory<R>) {
+        if let Undoable::Whole(dof) = self.hit {
+            memory.record.save_start(&mut memory.scratch[..Record::START_CODES]);
+            self.hit = Undoable::Split(dof);
+        }
+    }
+
+    /// The next hit has triggered.
+    pub fn overwritten(&mut self) {
+        if self.check().is_ok() {
+            self.hit = Undoable::Overwritten;
+        }
+    }
+}
+
+impl<R: RealFft> Measurement<'_, R> {
+    /// Keeps what the hit that is about to be analysed may change.
+    pub(super) fn keep_before_hit(&mut self) {
+        self.last_accepted.precision = self.precision;
+        self.last_accepted.diagnostics = self.diagnostics.len() as u8;
+    }
+
+    /// Completes the record of the last accepted hit.
+    pub(super) fn restore_record(&mut self) {
+        if let Undoable::Split(dof) = self.last_accepted.hit {
+            let memory = &mut *self.memory;
+            memory.record.restore_start(&memory.scratch[..Record::START_CODES]);
+            self.last_accepted.hit = Undoable::Whole(dof);
+        }
+    }
+
+    /// Restores the state before the hit that is undone, after it has been removed from the spectra; if that was not
+    /// possible, there is no `hit`, and its DOF starts again. No effect unless a hit is undone.
+    pub(super) fn finish_undo(&mut self, campaign: &mut Campaign, hit: Option<&HitAverager<R>>) {
+        let Some(dof) = self.last_accepted.dof().filter(|_| campaign.step() == Step::Undo) else {
+            return;
+        };
+        self.last_accepted.forget();
+        let accepted = campaign.dofs().get(dof).map_or(0, |dof| dof.accepted);
+        let left = if hit.is_some() { accepted.saturating_sub(1) } else { 0 };
+        campaign.undone(dof, left);
+        if left == 0 {
+            self.averaged = None;
+        }
+        let memory = &mut *self.memory;
+        if let (Some(hit), Some(others)) = (hit, &mut memory.single_hits)
+            && let Some(own) = hit.mass_lines(&self.calibration)
+        {
+            others.remove(&own, |others| hit.squared_force(&memory.record, &own, others));
+        }
+        memory.discard_dof(dof);
+        self.precision = self.last_accepted.precision;
+        let (mut place, before) = (0, self.last_accepted.diagnostics);
+        self.diagnostics.retain(|found| {
+            place += 1;
+            // The rig may have been interrupted after the hit.
+            place <= before || found.interrupts()
+        });
+        let undone = Diagnostic::about(Code::HitUndone, Severity::Error, Subject::hit(dof), 0.0);
+        self.withdraw(undone);
+    }
+}
+
+#[cfg(test)]
+mod tests;
