@@ -4,8 +4,9 @@ use crossterm::event::KeyCode;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Reason, Status};
 
+use crate::campaign::explain_refusal;
 use crate::client::Client;
-use crate::commands::progress::{Progress, explain_refusal};
+use crate::commands::progress::Progress;
 use crate::error::Result;
 use crate::precision::PrecisionReport;
 
