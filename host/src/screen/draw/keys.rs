@@ -11,9 +11,10 @@ use crate::screen::Theme;
 use crate::screen::guide::{Guide, Page};
 
 /// Every key with what it does.
-const KEYS: [(&str, &str); 10] = [
+const KEYS: [(&str, &str); 11] = [
     ("a  Enter", "accept the hit that waits for a verdict"),
     ("r  Backspace", "reject it"),
+    ("u", "undo the last accepted hit"),
     ("d", "redo the DOF: its hits are discarded"),
     ("s", "skip the DOF"),
     ("f", "finish the DOF with the hits that it has"),
@@ -31,7 +32,7 @@ pub(super) fn line(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Them
         Some(Phase::Confirming) => &["a accept", "r reject", "d redo", "p pause", "? help"],
         Some(Phase::TargetReached) => &["y finish", "n go on", "p pause", "? help"],
         Some(Phase::Solving | Phase::Done) => &["? help"],
-        _ => &["d redo", "s skip", "f finish DOF", "p pause", "q q abort", "? help"],
+        _ => &["u undo", "d redo", "s skip", "f finish", "p pause", "? help"],
     };
     let pages = Page::ALL.iter().filter(|(page, _)| guide.estimates || *page != Page::Estimate);
     let pages: Vec<&str> = pages.map(|(_, name)| *name).collect();
