@@ -13,9 +13,11 @@ use massline::calibration::verify::{Verdict, drifts};
 use massline::commands::bench_test::nominal_calibration;
 use massline::commands::calibrate::block::{BlockTest, LAYOUT};
 use massline::commands::calibrate::demo::{calibrate, error_of_scale, sensitivity_errors};
+use massline::commands::calibrate::helper::Lines;
 use massline::commands::calibrate::rig::{BlockRig, TumbleRig};
 use massline::commands::calibrate::tumble::{PositionHum, take};
 use massline::commands::demo::LAYOUTS;
+use massline::commands::measure::ScreenArgs;
 use massline::layout_file::LayoutFile;
 use massline::output::Output;
 use massline_protocol::message::{CampaignCommand, CommandRequest};
@@ -81,7 +83,13 @@ fn block_test(hits: u8) -> BlockTest {
     let mut file = LayoutFile::parse(LAYOUT, "block.toml").unwrap();
     file.layout.test.hits_per_dof = hits;
     let layout = file.rig_layout().unwrap();
-    BlockTest { file, layout, mass: BlockMass { mass: 2.0, sigma: 0.001 }, restart: false }
+    BlockTest {
+        file,
+        layout,
+        mass: BlockMass { mass: 2.0, sigma: 0.001 },
+        restart: false,
+        screen: ScreenArgs::default(),
+    }
 }
 
 /// A block test alone gives the ratio of each sensor to the hammer. With sensors 20 mm from the centre of
@@ -335,7 +343,7 @@ fn an_interrupted_tumble_test_goes_on_where_it_was() {
     let path = directory.path().join("tumble.toml");
     let mut rig = TumbleRig::on_bench(&bench, 3, 5, None).unwrap();
     let mut readings = TumbleFile::new(&path);
-    take(&mut rig, &mut readings, &limits, &mut output()).unwrap();
+    take(&mut rig, &mut readings, &limits, &mut Lines::new(&mut output())).unwrap();
     let whole = readings.solve(&limits).unwrap();
     // The file as it would be after an interruption after three positions.
     let text = std::fs::read_to_string(&path).unwrap();
@@ -343,7 +351,7 @@ fn an_interrupted_tumble_test_goes_on_where_it_was() {
     std::fs::write(&path, &text[..fourth]).unwrap();
     let mut again = TumbleFile::open(&path).unwrap();
     assert_eq!(again.wanted().len(), 3);
-    take(&mut rig, &mut again, &limits, &mut output()).unwrap();
+    take(&mut rig, &mut again, &limits, &mut Lines::new(&mut output())).unwrap();
     assert!(again.wanted().is_empty());
     let found = again.solve(&limits).unwrap();
     for (a, b) in found.sensors.iter().zip(&whole.sensors) {
@@ -396,7 +404,9 @@ fn tumbled(bench: &Bench, seed: u64) -> (TumbleFile, Vec<PositionHum>, Conversio
     let directory = tempfile::tempdir().unwrap();
     let mut readings = TumbleFile::new(&directory.path().join("tumble.toml"));
     let mut rig = TumbleRig::on_bench(bench, 3, seed, None).unwrap();
-    let hum = take(&mut rig, &mut readings, &TumbleLimits::default(), &mut output()).unwrap();
+    let hum =
+        take(&mut rig, &mut readings, &TumbleLimits::default(), &mut Lines::new(&mut output()))
+            .unwrap();
     (readings, hum, ConversionOrder::of(&rig.identity))
 }
 

@@ -34,7 +34,8 @@ use crate::report;
 use crate::single_fault::NominalTest;
 
 use collected::Collected;
-pub(super) use full_screen::{ScreenArgs, Shown};
+pub use full_screen::ScreenArgs;
+pub(super) use full_screen::Shown;
 pub(super) use watch::{Watching, watch};
 
 /// Arguments of `massline measure`.

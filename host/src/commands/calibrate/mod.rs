@@ -2,7 +2,7 @@
 
 pub mod block;
 pub mod demo;
-mod helper;
+pub mod helper;
 pub mod keep;
 mod report;
 pub mod rig;
