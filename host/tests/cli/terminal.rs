@@ -205,7 +205,8 @@ fn u_takes_back_the_last_hit_and_the_archive_has_only_the_others() {
     let rig = VirtualProcess::start(&[]);
     let layout = layout_with_hits(folder.path(), 2);
     let archive = folder.path().join("a.massline").display().to_string();
-    let arguments = ["measure", &layout, "--port", &rig.port, "-o", &archive, "--records"];
+    let arguments =
+        ["measure", &layout, "--plain", "--port", &rig.port, "-o", &archive, "--records"];
     let mut measure = Terminal::start(200, "xterm", &arguments);
     // The operator of the bench hits soon after each prompt, perhaps before the key arrives.
     let prompts = |text: &str| text.matches(" now (").count();
