@@ -10,10 +10,8 @@ use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::design::Widths;
 use massline_shared::layout::{Hit, RigLayout};
 use massline_shared::measurement::campaign::Phase;
-use ratatui::Frame;
 
 use super::pace::Pace;
-use super::{Theme, View, draw};
 use crate::client::DofSpectra;
 use crate::precision::PrecisionReport;
 use crate::readings::Readings;
@@ -144,6 +142,14 @@ impl Guide {
         self.hit = Some(hit.clone());
     }
 
+    /// Takes a note.
+    pub(super) fn keep_note(&mut self, text: &str) {
+        self.notes.push_back(text.into());
+        if self.notes.len() > NOTES {
+            self.notes.pop_front();
+        }
+    }
+
     /// Takes the levels of the channels.
     pub fn levels(&mut self, levels: Levels) {
         self.levels = Some(levels);
@@ -218,19 +224,6 @@ impl Guide {
     pub(super) fn hits(&self) -> [usize; 2] {
         let wanted = self.layout.hits.len() * usize::from(self.layout.test.hits_per_dof);
         [self.status.as_ref().map_or(0, accepted), wanted]
-    }
-}
-
-impl View for Guide {
-    fn draw(&self, frame: &mut Frame<'_>, theme: Theme) {
-        draw::guide(self, frame, theme);
-    }
-
-    fn note(&mut self, text: &str) {
-        self.notes.push_back(text.into());
-        if self.notes.len() > NOTES {
-            self.notes.pop_front();
-        }
     }
 }
 

@@ -3,9 +3,6 @@
 use massline_shared::calibration::tumble::Position;
 use massline_shared::layout::Axis;
 use nalgebra::Vector3;
-use ratatui::Frame;
-
-use super::{Theme, View, draw};
 
 /// The view of a tumble test.
 #[derive(Clone, Debug, Default)]
@@ -62,16 +59,6 @@ pub(super) fn lies_as(reads: &Vector3<f64>) -> Option<Position> {
         position.up::<f64>()[axis] * reads[axis] > 0.0 && position.axis == Axis::ALL[axis]
     };
     Position::ALL.into_iter().find(of).filter(|_| is_one)
-}
-
-impl View for Positions {
-    fn draw(&self, frame: &mut Frame<'_>, theme: Theme) {
-        draw::tumble(self, frame, theme);
-    }
-
-    fn note(&mut self, text: &str) {
-        self.note = text.into();
-    }
 }
 
 #[cfg(test)]

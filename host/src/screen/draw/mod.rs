@@ -16,7 +16,7 @@ use ratatui::widgets::{Block, Paragraph, Wrap};
 
 use super::guide::{Guide, Page};
 use super::positions::Positions;
-use super::{Theme, pace};
+use super::{Theme, View, pace};
 
 /// Below this, only the words of what to do are shown.
 const SMALLEST: [u16; 2] = [60, 18];
@@ -24,8 +24,28 @@ const SMALLEST: [u16; 2] = [60, 18];
 const TALL: u16 = 40;
 const WIDE: u16 = 150;
 
+impl View for Guide {
+    fn draw(&self, frame: &mut Frame<'_>, theme: Theme) {
+        guide(self, frame, theme);
+    }
+
+    fn note(&mut self, text: &str) {
+        self.keep_note(text);
+    }
+}
+
+impl View for Positions {
+    fn draw(&self, frame: &mut Frame<'_>, theme: Theme) {
+        positions::all(self, frame, theme);
+    }
+
+    fn note(&mut self, text: &str) {
+        self.note = text.into();
+    }
+}
+
 /// The guide of a campaign.
-pub(super) fn guide(guide: &Guide, frame: &mut Frame<'_>, theme: Theme) {
+fn guide(guide: &Guide, frame: &mut Frame<'_>, theme: Theme) {
     let area = frame.area();
     if area.width < SMALLEST[0] || area.height < SMALLEST[1] {
         return small(guide, frame, theme);
@@ -135,9 +155,4 @@ fn right_part(area: Rect, text: usize) -> Rect {
 /// A frame with a heading.
 fn framed(title: &str, theme: Theme) -> Block<'_> {
     Block::bordered().border_style(theme.faint()).title(Span::styled(title, theme.strong()))
-}
-
-/// The tumble test.
-pub(super) fn tumble(view: &Positions, frame: &mut Frame<'_>, theme: Theme) {
-    positions::all(view, frame, theme);
 }
