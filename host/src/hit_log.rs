@@ -1,8 +1,8 @@
 //! What became of every hit of a campaign.
 //!
-//! A rig reports each hit when it has graded it, and again when the comparison with its repeat hits has withdrawn it. That
-//! the operator has rejected, undone or discarded a hit, on the keyboard or on the panel, shows only in the counters of the
-//! [`Status`]. The log puts both together:
+//! A rig reports each hit when it has graded it, and again when the comparison with its repeat hits has withdrawn it or the
+//! operator has undone it. That the operator has rejected or discarded a hit, on the keyboard or on the panel, shows only in
+//! the counters of the [`Status`], and so does an undo whose event was lost. The log puts both together:
 //!
 //! | counters, once the rig waits for the next hit | what became of the hits of the DOF |
 //! | --- | --- |
@@ -12,7 +12,7 @@
 //! | the last one was never counted, and one more is rejected | rejected by the operator |
 //! | the last one was never counted otherwise | dropped: there was a pause, or the DOF was finished |
 //!
-//! The only hit of a DOF that is taken back cannot be told from a DOF that is begun again: it is redone.
+//! Without its event, an undo of the only hit of a DOF cannot be told from a DOF that is begun again: it is redone.
 
 use std::collections::BTreeMap;
 
@@ -90,8 +90,11 @@ impl HitLog {
         let is_outlier =
             found(Code::HitInconsistent).is_some() || found(Code::HitsDisagree).is_some();
         if let Some(last) = self.entries.last_mut() {
-            last.verdict =
-                if is_outlier { HitVerdict::OutlierRemoved } else { HitVerdict::Rejected };
+            last.verdict = match () {
+                () if event.is_undone() => HitVerdict::Undone,
+                () if is_outlier => HitVerdict::OutlierRemoved,
+                () => HitVerdict::Rejected,
+            };
             last.settled = false;
         }
         let Some(disagreement) = found(Code::HitsDisagree) else { return };

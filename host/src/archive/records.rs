@@ -1,13 +1,12 @@
 //! Records of single hits, and how they are read during a campaign.
 
 use massline_protocol::message::Status;
-use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_shared::layout::{Dof, RigLayout};
 use massline_shared::signal::Scan;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
-use crate::client::{Client, scans_of};
+use crate::client::Client;
 
 /// Largest number of records in an archive.
 pub(super) const MOST: usize = 4096;
@@ -48,8 +47,7 @@ impl RecordCollection {
         let Some(dof) = layout.hits.get(usize::from(status.dof)).map(|hit| hit.dof) else {
             return Ok(());
         };
-        let object = ObjectId { kind: ObjectKind::Record as u8, number: status.last_hit };
-        let codes = scans_of(&client.download(object, |_, _| ())?);
+        let codes = client.hit_record(status.last_hit)?;
         self.kept.push(HitRecord { hit: status.last_hit, dof: dof.to_string(), codes });
         Ok(())
     }

@@ -51,6 +51,15 @@ impl Client {
             .map_err(|_| ClientError::Unreadable { kind: object.kind, number })
     }
 
+    /// Downloads the record of a hit; the rig has that of its last hit until it waits for the next one.
+    ///
+    /// # Errors
+    /// As [`Client::download`].
+    pub fn hit_record(&mut self, number: u32) -> Result<Vec<Scan>, ClientError> {
+        let object = ObjectId { kind: ObjectKind::Record as u8, number };
+        self.download(object, |_, _| ()).map(|bytes| scans_of(&bytes))
+    }
+
     /// Downloads the record of the latest reading without a hit; `None` from a rig that does not give it.
     ///
     /// # Errors

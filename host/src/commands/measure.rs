@@ -41,6 +41,8 @@ pub(super) use watch::{Watching, watch};
 /// Arguments of `massline measure`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
+On a terminal, a full screen shows where to hit, the last hit and the intervals;
+--plain prints lines.
 While it runs (when the keyboard is a terminal): a accept, r reject, u undo the last hit,
 d redo the DOF, s skip it, f finish it with the hits it has, p or Ctrl-C pause, q q abort.
 Until the next hit, u takes back the last accepted one, also the one that finished a DOF.

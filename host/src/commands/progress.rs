@@ -3,7 +3,6 @@
 use indicatif::ProgressBar;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Reason, Status};
-use massline_shared::diagnosis::Code;
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 
@@ -104,7 +103,7 @@ impl<'o> Progress<'o> {
 
     /// Shows a graded hit.
     pub fn hit(&mut self, hit: &HitEvent) {
-        let undone = hit.findings.iter().any(|found| found.code == Code::HitUndone);
+        let undone = hit.is_undone();
         self.rejected = if hit.good || undone { 0 } else { self.rejected + 1 };
         let verdict = if undone {
             self.output.toned("undone", Tone::Warning)

@@ -150,6 +150,25 @@ fn a_hit_can_be_taken_back_and_a_dof_begun_again() {
     assert_eq!(seen.verdicts(), [Redone, Undone, Redone]);
 }
 
+/// Also the only hit of a DOF, whether its event or the status comes first.
+#[test]
+fn a_hit_whose_undo_is_reported_is_undone() {
+    for status_first in [false, true] {
+        let mut seen = Seen::new();
+        seen.hit(None);
+        seen.status.accepted[0] = 1;
+        seen.look(Phase::Armed);
+        let event = seen.event(Some(Code::HitUndone));
+        seen.status.accepted[0] = 0;
+        if status_first {
+            seen.look(Phase::Armed);
+        }
+        seen.log.hit(&event);
+        seen.look(Phase::Armed);
+        assert_eq!(seen.verdicts(), [Undone]);
+    }
+}
+
 #[test]
 fn the_hits_of_a_skipped_dof_and_one_without_a_verdict_are_not_in_the_answer() {
     let mut seen = Seen::new();

@@ -8,14 +8,14 @@ use massline_protocol::event::HitEvent;
 use massline_protocol::message::{Levels, Status};
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::design::Widths;
-use massline_shared::layout::{Hit, RigLayout};
+use massline_shared::layout::{AXIS_LETTERS, Hit, RigLayout};
 use massline_shared::measurement::campaign::Phase;
 
 use super::pace::Pace;
 use crate::client::DofSpectra;
 use crate::precision::PrecisionReport;
 use crate::readings::Readings;
-use crate::report::{as_exact_as, two_digits};
+use crate::report::{as_exact_as, messages, two_digits};
 
 /// Notes that are kept.
 const NOTES: usize = 50;
@@ -30,13 +30,12 @@ pub struct Guide {
     /// `measurement` or `block test`.
     pub(super) kind: &'static str,
     pub(super) layout: RigLayout,
-    /// Whether the converter's codes have this many bits.
+    /// Bits of the converter's codes.
     pub(super) bits: u8,
     pub(super) status: Option<Status>,
     pub(super) levels: Option<Levels>,
+    /// The last hit.
     pub(super) hit: Option<HitEvent>,
-    /// Verdicts of the hits of this session, the last one last.
-    pub(super) verdicts: VecDeque<(u32, String)>,
     pub(super) readings: Option<HitReadings>,
     pub(super) spectra: Option<DofSpectra>,
     pub(super) precision: Vec<Step>,
@@ -64,6 +63,8 @@ pub struct HitReadings {
 /// What is known after some of the DOFs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
+    /// DOFs with mass lines.
+    pub measured: usize,
     /// `4 of 12 DOFs`.
     pub progress: String,
     /// The largest half widths of the 95 % intervals.
@@ -86,9 +87,7 @@ pub enum Page {
 }
 
 impl Page {
-    /// The pages in their order, with their names.
-    pub(super) const ALL: [(Self, &'static str); 3] =
-        [(Self::Hit, "hit"), (Self::Spectra, "spectra"), (Self::Estimate, "estimate")];
+    const ALL: [Self; 3] = [Self::Hit, Self::Spectra, Self::Estimate];
 }
 
 impl Guide {
@@ -108,7 +107,6 @@ impl Guide {
             status: None,
             levels: None,
             hit: None,
-            verdicts: VecDeque::new(),
             readings: None,
             spectra: None,
             precision: Vec::new(),
@@ -132,13 +130,8 @@ impl Guide {
         self.spectra = spectra.filter(|of| of.dof == status.dof && self.hits_here() > 0);
     }
 
-    /// Takes a graded hit, and what is said of it.
-    pub fn hit(&mut self, hit: &HitEvent, verdict: String) {
-        self.verdicts.retain(|(number, _)| *number != hit.number);
-        self.verdicts.push_back((hit.number, verdict));
-        if self.verdicts.len() > NOTES {
-            self.verdicts.pop_front();
-        }
+    /// Takes a hit that was graded, withdrawn or undone.
+    pub fn hit(&mut self, hit: &HitEvent) {
         self.hit = Some(hit.clone());
     }
 
@@ -165,8 +158,9 @@ impl Guide {
         self.spectra = Some(spectra);
     }
 
-    /// Takes the precision after a further DOF.
+    /// Takes the precision after a further DOF, or after one that was opened again and is closed again.
     pub fn precision(&mut self, report: &PrecisionReport<'_>) {
+        self.precision.retain(|step| step.measured < report.measured);
         self.precision.push(Step::of(report));
     }
 
@@ -177,11 +171,11 @@ impl Guide {
 
     /// Takes a key that only changes what is shown; false for any other key.
     pub fn key(&mut self, key: KeyCode) -> bool {
-        let places = Page::ALL.len();
-        let here = Page::ALL.iter().position(|(page, _)| *page == self.page).unwrap_or(0);
+        let pages: Vec<Page> = self.pages().collect();
+        let here = pages.iter().position(|page| *page == self.page).unwrap_or(0);
         let turned = match key {
             KeyCode::Tab | KeyCode::Right => here + 1,
-            KeyCode::BackTab | KeyCode::Left => here + places - 1,
+            KeyCode::BackTab | KeyCode::Left => here + pages.len() - 1,
             KeyCode::Char('?' | 'h') | KeyCode::F(1) => {
                 self.help = !self.help;
                 return true;
@@ -192,8 +186,29 @@ impl Guide {
             }
             _ => return false,
         };
-        self.page = Page::ALL[turned % places].0;
+        self.page = pages[turned % pages.len()];
         true
+    }
+
+    /// The pages that there are, in their order.
+    pub(super) fn pages(&self) -> impl Iterator<Item = Page> {
+        Page::ALL.into_iter().filter(|page| self.estimates || *page != Page::Estimate)
+    }
+
+    /// What is said of the last hit; nothing before the first.
+    pub(super) fn verdict(&self) -> String {
+        match &self.hit {
+            None => String::new(),
+            Some(hit) if hit.is_undone() => "undone".into(),
+            Some(hit) if hit.good => "good".into(),
+            Some(hit) => format!("rejected: {}", messages(&hit.findings)),
+        }
+    }
+
+    /// The name of a response: node and axis of its sensor.
+    pub(super) fn response(&self, index: usize) -> String {
+        let node = self.layout.sensors.get(index / 3).map_or(0, |sensor| sensor.node);
+        format!("{node}{}", AXIS_LETTERS[index % 3])
     }
 
     /// The phase of the campaign.
@@ -247,10 +262,64 @@ impl Step {
                 .collect::<Vec<_>>()
         });
         Self {
+            measured: report.measured,
             progress: report.progress(),
             widths: report.precision.as_ref().map(|precision| precision.widths()),
             properties: properties.collect(),
             advice: report.advice(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use massline_shared::layout::HostLayout;
+    use ratatui::Terminal;
+    use ratatui::backend::TestBackend;
+
+    use super::*;
+    use crate::layout_file::LayoutFile;
+    use crate::output::harmless;
+    use crate::screen::{Theme, View};
+
+    fn layout() -> HostLayout {
+        let text = include_str!("../../examples/three-bar-test-1.toml");
+        LayoutFile::parse(text, "test").unwrap().layout
+    }
+
+    /// What is on a terminal of this size.
+    fn shown(guide: &Guide, [width, height]: [u16; 2]) -> String {
+        let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+        terminal.draw(|frame| guide.draw(frame, Theme { color: true })).unwrap();
+        terminal.backend().to_string()
+    }
+
+    #[test]
+    fn titles_are_text_at_every_size() {
+        let layout = layout().cast().unwrap();
+        let long = "long ".repeat(820);
+        for title in ["<script>alert(1)</script>", "\u{202e}abc\u{1b}[2J", &long] {
+            let title = harmless(title);
+            let mut guide = Guide::new(&title, "measurement", &layout, 12, true);
+            for size in [[1, 1], [40, 10], [60, 18], [80, 24], [200, 40], [200, 60]] {
+                for help in [false, true] {
+                    guide.help = help;
+                    let screen = shown(&guide, size);
+                    assert!(!screen.contains(['\u{202e}', '\u{1b}']), "{screen}");
+                    let begin: String = title.chars().take(8).collect();
+                    assert!(size[0] < 60 || screen.contains(&begin), "{screen}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_block_test_has_no_page_of_its_estimate() {
+        let mut guide = Guide::new("block", "block test", &layout().cast().unwrap(), 12, false);
+        for page in [Page::Spectra, Page::Hit, Page::Spectra] {
+            assert!(guide.key(KeyCode::Tab));
+            assert_eq!(guide.page, page);
+        }
+        assert!(!guide.key(KeyCode::Char('d')), "a key of the campaign");
     }
 }

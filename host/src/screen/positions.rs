@@ -48,6 +48,13 @@ impl Positions {
     }
 }
 
+/// What a person is to do.
+pub fn in_words(position: Position) -> String {
+    let name = position.name();
+    let way = if name.starts_with('+') { "up" } else { "down" };
+    format!("turn the sensors so that {} points {way}, let go, and press Enter", &name[1..])
+}
+
 /// The axis that points up or down, when a sensor reads this, g; `None` for one that is between two positions.
 pub(super) fn lies_as(reads: &Vector3<f64>) -> Option<Position> {
     /// The others must be small, g.

@@ -32,7 +32,7 @@ impl Theme {
 
     /// Frames, axes and what is said beside.
     pub fn faint(self) -> Style {
-        if self.color { Style::new().fg(Color::DarkGray) } else { Style::new() }
+        self.colored(Color::DarkGray)
     }
 
     /// Headings.

@@ -3,7 +3,7 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use massline_shared::diagnosis::Diagnostics;
+use massline_shared::diagnosis::{Code, Diagnostics};
 use massline_shared::measurement::GradedHit;
 use massline_shared::signal::Record;
 
@@ -16,7 +16,7 @@ pub const SCANS: u16 = 0x4003;
 
 /// A hit was graded. A later event with the same number replaces it: the hit passed its own grading and was
 /// withdrawn after the comparison with its repeat hits, or undone by the operator
-/// ([`Code::HitUndone`](massline_shared::diagnosis::Code::HitUndone)).
+/// ([`Code::HitUndone`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HitEvent {
     /// Number of the hit, counted from 1 since power-on.
@@ -34,6 +34,13 @@ pub struct HitEvent {
     /// What the grading found.
     #[serde(with = "crate::diagnostic")]
     pub findings: Diagnostics,
+}
+
+impl HitEvent {
+    /// True when the operator has taken back the hit after it had been accepted.
+    pub fn is_undone(&self) -> bool {
+        self.findings.iter().any(|found| found.code == Code::HitUndone)
+    }
 }
 
 impl From<GradedHit> for HitEvent {

@@ -14,8 +14,8 @@ use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::output::Output;
-use crate::screen::Screen;
-use crate::screen::positions::Positions;
+use crate::screen::positions::{Positions, in_words};
+use crate::screen::{Screen, View};
 
 /// Longest line that a person types, bytes.
 const MOST_LINE_BYTES: usize = 4096;
@@ -81,13 +81,6 @@ impl Helper for Lines<'_> {
     }
 }
 
-/// What a person is to do.
-fn in_words(position: Position) -> String {
-    let name = position.name();
-    let way = if name.starts_with('+') { "up" } else { "down" };
-    format!("turn the sensors so that {} points {way}, let go, and press Enter", &name[1..])
-}
-
 /// Shows on a full screen how the sensors lie until Enter is pressed.
 pub struct OnScreen {
     screen: Screen<Positions>,
@@ -145,7 +138,7 @@ impl Helper for OnScreen {
     }
 
     fn moved(&mut self, how: &Error) {
-        self.screen.update(|view| crate::screen::View::note(view, &how.to_string()));
+        self.screen.update(|view| view.note(&how.to_string()));
     }
 
     fn done(&mut self, position: Position) {

@@ -5,18 +5,16 @@ use std::time::{Duration, Instant};
 use crossterm::event::KeyCode;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{Identity, Status};
-use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 
 use super::presenter::Presenter;
-use crate::client::{Client, ClientError, scans_of};
+use crate::client::{Client, ClientError};
 use crate::error::{Error, Result};
 use crate::output::{Output, harmless};
 use crate::precision::PrecisionReport;
 use crate::readings::Chain;
-use crate::report;
 use crate::screen::guide::{Guide, HitReadings};
 use crate::screen::{Screen, View};
 
@@ -112,8 +110,7 @@ impl FullScreen {
         }
         self.record = Some(number);
         let began = Instant::now();
-        let object = ObjectId { kind: ObjectKind::Record as u8, number };
-        let Some(bytes) = unless_refused(client.download(object, |_, _| ()))? else {
+        let Some(codes) = unless_refused(client.hit_record(number))? else {
             return Ok(());
         };
         if began.elapsed() > SLOW {
@@ -122,7 +119,7 @@ impl FullScreen {
         }
         let Identity { adc, pre_trigger_scans, .. } = self.identity;
         let calibration = &self.calibration.calibration;
-        let readings = Chain { calibration, adc, pre_trigger_scans }.readings(&scans_of(&bytes));
+        let readings = Chain { calibration, adc, pre_trigger_scans }.readings(&codes);
         let step = 1.0 / f64::from(adc.rate.0);
         let before = f64::from(pre_trigger_scans) * step;
         self.screen.update(|guide| guide.readings(HitReadings { number, readings, step, before }));
@@ -162,12 +159,7 @@ impl Presenter for FullScreen {
     }
 
     fn hit(&mut self, hit: &HitEvent) {
-        let verdict = if hit.good {
-            "good".to_owned()
-        } else {
-            format!("rejected: {}", report::messages(&hit.findings))
-        };
-        self.screen.update(|guide| guide.hit(hit, harmless(&verdict).into_owned()));
+        self.screen.update(|guide| guide.hit(hit));
         self.screen.draw();
     }
 

@@ -2,7 +2,6 @@
 
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Reason, Status};
-use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::Scan;
 
@@ -10,7 +9,7 @@ use super::Recording;
 use crate::campaign::{
     CampaignOutcome, Observer, OperatorAction, StartOptions, begin, follow, is_out_of_reach,
 };
-use crate::client::{Client, scans_of};
+use crate::client::Client;
 use crate::clock;
 use crate::commands::progress::{Progress, Prompts};
 use crate::commands::show;
@@ -62,8 +61,7 @@ struct Recorder<'o, 'r> {
 
 impl Recorder<'_, '_> {
     fn keep(&mut self, client: &mut Client, status: &Status) -> Result<()> {
-        let object = ObjectId { kind: ObjectKind::Record as u8, number: status.last_hit };
-        let scans = scans_of(&client.download(object, |_, _| ())?);
+        let scans = client.hit_record(status.last_hit)?;
         let dof = self.recording.layout.hits.get(usize::from(status.dof)).map(|hit| hit.dof);
         let Some(dof) = dof else { return Ok(()) };
         let start = self.writer.scans();

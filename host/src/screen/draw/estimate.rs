@@ -37,7 +37,7 @@ pub(super) fn estimate(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: 
 }
 
 fn property([name, value, half, unit]: &[String; 4]) -> String {
-    format!("{name:4} {value:>9} ±{half:<7}{unit:8}")
+    format!("{name:4}{value:>7} ±{half:<5} {unit:4}")
 }
 
 /// The widths after each of the last DOFs.

@@ -1,6 +1,5 @@
 //! The last hit: its verdict with the reason, and its force and responses over time.
 
-use massline_shared::layout::AXIS_LETTERS;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span};
@@ -30,9 +29,8 @@ pub(super) fn verdict(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
         hit.peak_force,
         hit.peak_acceleration,
     );
-    let said = guide.verdicts.back().map_or("", |(_, verdict)| verdict.as_str());
     let style = if hit.good { theme.good() } else { theme.bad() };
-    let lines = vec![Line::raw(numbers), Line::from(Span::styled(said, style))];
+    let lines = vec![Line::raw(numbers), Line::from(Span::styled(guide.verdict(), style))];
     let text = Paragraph::new(lines).block(block).wrap(Wrap { trim: true });
     frame.render_widget(text, area);
 }
@@ -55,13 +53,9 @@ pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: 
     };
     plot(&curves, frame, force, theme);
     let largest = largest(of, guide.layout.sensors.len());
-    let name = |response: &usize| {
-        let sensor = guide.layout.sensors.get(response / 3).map_or(0, |sensor| sensor.node);
-        format!("{sensor}{}", AXIS_LETTERS[response % 3])
-    };
     let curves = Curves {
         title: " largest responses, m/s², over ms ",
-        names: largest.iter().map(name).collect(),
+        names: largest.iter().map(|&k| guide.response(k)).collect(),
         points: largest.iter().map(|&k| points(of, &of.readings.responses[k])).collect(),
         x: SHOWN.map(|time| 1e3 * time),
         y: None,

@@ -8,7 +8,7 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use super::framed;
 use crate::screen::Theme;
-use crate::screen::guide::{Guide, Page};
+use crate::screen::guide::Guide;
 
 /// Every key with what it does.
 const KEYS: [(&str, &str); 11] = [
@@ -34,9 +34,7 @@ pub(super) fn line(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Them
         Some(Phase::Solving | Phase::Done) => &["? help"],
         _ => &["u undo", "d redo", "s skip", "f finish", "p pause", "? help"],
     };
-    let pages = Page::ALL.iter().filter(|(page, _)| guide.estimates || *page != Page::Estimate);
-    let pages: Vec<&str> = pages.map(|(_, name)| *name).collect();
-    let text = format!(" {}  Tab {}", keys.join("  "), pages.join("/"));
+    let text = format!(" {}  Tab page", keys.join("  "));
     frame.render_widget(Paragraph::new(text).style(theme.bar()), area);
 }
 

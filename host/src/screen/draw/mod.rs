@@ -13,6 +13,7 @@ use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Wrap};
+use tui_big_text::{BigText, PixelSize};
 
 use super::guide::{Guide, Page};
 use super::positions::Positions;
@@ -77,11 +78,7 @@ fn left_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
 
 /// What was measured: pages, as many as there is room for.
 fn right_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    let pages: Vec<Page> = Page::ALL
-        .iter()
-        .map(|(page, _)| *page)
-        .filter(|page| guide.estimates || *page != Page::Estimate)
-        .collect();
+    let pages: Vec<Page> = guide.pages().collect();
     let [verdict, area] =
         Layout::vertical([Constraint::Length(hit::HEIGHT), Constraint::Min(0)]).areas(area);
     hit::verdict(guide, frame, verdict, theme);
@@ -92,10 +89,7 @@ fn right_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
         () if frame.area().height >= TALL => {
             Layout::vertical(pages.iter().map(|_| Constraint::Fill(1))).split(area)
         }
-        () => {
-            let shown = if pages.contains(&guide.page) { guide.page } else { Page::Hit };
-            return page(shown, guide, frame, area, theme);
-        }
+        () => return page(guide.page, guide, frame, area, theme),
     };
     for (of, place) in pages.iter().zip(places.iter()) {
         page(*of, guide, frame, *place, theme);
@@ -113,7 +107,7 @@ fn page(page: Page, guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: The
 /// A terminal without room for more than words.
 fn small(guide: &Guide, frame: &mut Frame<'_>, theme: Theme) {
     let mut lines = vec![Line::styled(place::words(guide), theme.accent())];
-    lines.extend(guide.verdicts.back().map(|(_, verdict)| Line::raw(verdict.as_str())));
+    lines.push(Line::raw(guide.verdict()));
     lines.push(Line::raw(progress(guide)));
     let [width, height] = SMALLEST;
     lines.push(Line::styled(
@@ -150,6 +144,17 @@ fn bar(frame: &mut Frame<'_>, area: Rect, theme: Theme, [title, right]: [&str; 2
 fn right_part(area: Rect, text: usize) -> Rect {
     let left = u16::try_from(text).unwrap_or(area.width).saturating_add(2).min(area.width);
     Rect { x: area.x + left, width: area.width - left, ..area }
+}
+
+/// A name in large letters.
+fn large(name: &str, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
+    // Half a cell for each pixel of a letter of 8 by 8 if the name fits, else a quarter.
+    let fits = 8 * name.chars().count() <= usize::from(area.width);
+    let size = if fits { PixelSize::HalfHeight } else { PixelSize::Quadrant };
+    let line = Line::from(name.to_owned());
+    let style = theme.accent();
+    let text = BigText::builder().pixel_size(size).style(style).lines([line]).centered().build();
+    frame.render_widget(text, area);
 }
 
 /// A frame with a heading.

@@ -3,9 +3,7 @@
 use massline_shared::measurement::campaign::Phase;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::text::Line;
 use ratatui::widgets::{Paragraph, Wrap};
-use tui_big_text::{BigText, PixelSize};
 
 use crate::screen::Theme;
 use crate::screen::guide::Guide;
@@ -15,16 +13,7 @@ pub(super) fn name(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Them
     let rows = [Constraint::Length(4), Constraint::Length(2)];
     let [large, below] = Layout::vertical(rows).areas(area);
     let name = guide.dof().map_or_else(String::new, |hit| hit.dof.to_string());
-    // Half a cell for each pixel of a letter of 8 by 8 if the name fits, else a quarter.
-    let fits = 8 * name.chars().count() <= usize::from(area.width);
-    let size = if fits { PixelSize::HalfHeight } else { PixelSize::Quadrant };
-    let text = BigText::builder()
-        .pixel_size(size)
-        .style(theme.accent())
-        .lines([Line::from(name)])
-        .centered()
-        .build();
-    frame.render_widget(text, large);
+    super::large(&name, frame, large, theme);
     let words = Paragraph::new(words(guide)).style(theme.strong()).centered();
     frame.render_widget(words.wrap(Wrap { trim: true }), below);
 }

@@ -4,13 +4,12 @@ use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
-use tui_big_text::{BigText, PixelSize};
 
 use massline_shared::calibration::tumble::Position;
 
-use super::framed;
+use super::{framed, large};
 use crate::screen::Theme;
-use crate::screen::positions::{Positions, lies_as};
+use crate::screen::positions::{Positions, in_words, lies_as};
 
 /// Everything.
 pub(super) fn all(view: &Positions, frame: &mut Frame<'_>, theme: Theme) {
@@ -22,13 +21,7 @@ pub(super) fn all(view: &Positions, frame: &mut Frame<'_>, theme: Theme) {
     let head = format!(" tumble test: {read} of {} positions read", Position::ALL.len());
     frame.render_widget(Paragraph::new(head).style(theme.bar()), title);
     if let Some(now) = view.now {
-        let text = BigText::builder()
-            .pixel_size(PixelSize::HalfHeight)
-            .style(theme.accent())
-            .lines([Line::from(now.to_string())])
-            .centered()
-            .build();
-        frame.render_widget(text, name);
+        large(&now.to_string(), frame, name, theme);
         let what = Paragraph::new(what_to_do(view, now)).style(theme.strong()).centered();
         frame.render_widget(what.wrap(Wrap { trim: true }), words);
     }
@@ -41,12 +34,7 @@ pub(super) fn all(view: &Positions, frame: &mut Frame<'_>, theme: Theme) {
 }
 
 fn what_to_do(view: &Positions, now: Position) -> String {
-    let name = now.name();
-    let way = if name.starts_with('+') { "up" } else { "down" };
-    if view.reading {
-        return "reading: do not touch it".into();
-    }
-    format!("turn the sensors so that {} points {way}, let go, and press Enter", &name[1..])
+    if view.reading { "reading: do not touch it".into() } else { in_words(now) }
 }
 
 fn positions(view: &Positions, frame: &mut Frame<'_>, area: Rect, theme: Theme) {

@@ -1,6 +1,5 @@
 //! Frequency responses and coherence of the DOF in hand, as they build up; and how curves are drawn.
 
-use massline_shared::layout::AXIS_LETTERS;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::symbols::Marker;
@@ -26,10 +25,7 @@ pub(super) fn spectra(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
     let x = [0.0, 1.5 * band[1]];
     let shown = strongest(spectra, 3 * guide.layout.sensors.len(), band);
     let [upper, lower] = Layout::vertical([Constraint::Fill(3), Constraint::Fill(2)]).areas(area);
-    let name = |&(response, _): &(usize, f64)| {
-        let sensor = guide.layout.sensors.get(response / 3).map_or(0, |sensor| sensor.node);
-        format!("{sensor}{}", AXIS_LETTERS[response % 3])
-    };
+    let names: Vec<String> = shown.iter().map(|(k, _)| guide.response(*k)).collect();
     let title = format!(
         " {}: accelerance, log10 of (m/s²)/N, over Hz, of {} hits ",
         guide.name(spectra.dof),
@@ -38,7 +34,7 @@ pub(super) fn spectra(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
     let top = shown.iter().map(|(_, strength)| *strength).fold(f64::MIN_POSITIVE, f64::max).log10();
     let curves = Curves {
         title: &title,
-        names: shown.iter().map(name).collect(),
+        names: names.clone(),
         points: shown.iter().map(|(k, _)| magnitude(spectra, *k, x)).collect(),
         x,
         y: Some([top - DECADES, top + 1.0]),
@@ -52,7 +48,7 @@ pub(super) fn spectra(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
     let coherences = shown.iter().map(|(k, _)| coherence(spectra, *k, x));
     let curves = Curves {
         title,
-        names: shown.iter().map(name).collect(),
+        names,
         points: if spectra.hits < 2 { Vec::new() } else { coherences.collect() },
         x,
         y: Some([0.0, 1.05]),
