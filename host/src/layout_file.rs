@@ -23,6 +23,7 @@ mod values;
 use std::path::Path;
 
 use massline_protocol::LayoutHash;
+use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::Setting;
 use massline_shared::layout::{Dof, HostLayout, RigLayout};
 
@@ -187,6 +188,28 @@ impl LayoutFile {
         let file = path.display().to_string();
         let text = utf8(&bytes_of(path)?, &file)?.to_owned();
         resolve::resolve(raw(&text, &file)?, &Source { file: &file, text: &text })
+    }
+
+    /// The file with these properties as its reference, unless it has one.
+    #[must_use]
+    pub fn with_reference(&self, body: &RigidBody<f64>) -> Self {
+        if self.reference.is_some() {
+            return self.clone();
+        }
+        let center: [f64; 3] = body.center_of_mass.into();
+        // The tensor is symmetric: its columns are its rows.
+        let inertia: [[f64; 3]; 3] = body.inertia.into();
+        let text = format!(
+            "{}\n\n# The properties of the simulated object.\n[reference]\nmass_kg = {:?}\n\
+             center_of_mass_m = {center:?}\ninertia_kg_m2 = {inertia:?}\n",
+            self.text, body.mass,
+        );
+        let reference = Some(Reference {
+            mass_kg: Some(body.mass),
+            center_of_mass_m: Some(center),
+            inertia_kg_m2: Some(inertia),
+        });
+        Self { text, reference, ..self.clone() }
     }
 
     /// The layout in the precision and capacity of the rig; `None` when it has more sensors or hits than the

@@ -44,19 +44,37 @@ impl ResultFile {
     /// Exit 2 when the file cannot be read or is neither.
     pub fn read(path: &Path, layout: Option<&LayoutFile>) -> Result<Self> {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        let archive = if is_archive(path) { Some(Archive::read(path)?) } else { None };
-        let document = match &archive {
-            Some(archive) => document_of_archive(archive),
-            None => read_document(path)?,
-        };
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        if is_archive(path) {
+            let archive = Archive::read(path)?;
+            return Self::new(document_of_archive(&archive), Some(archive), name, &stem, layout);
+        }
+        Self::new(read_document(path)?, None, name, &stem, layout)
+    }
+
+    /// The result of an archive that is no file, by its name.
+    ///
+    /// # Errors
+    /// When the layout in it cannot be read.
+    pub fn of(archive: Archive, name: String) -> Result<Self> {
+        let stem = name.clone();
+        Self::new(document_of_archive(&archive), Some(archive), name, &stem, None)
+    }
+
+    fn new(
+        document: Value,
+        archive: Option<Archive>,
+        name: String,
+        stem: &str,
+        layout: Option<&LayoutFile>,
+    ) -> Result<Self> {
         let text = archive.as_ref().and_then(|archive| archive.layout.toml.as_deref());
         let of_archive = text.map(|text| LayoutFile::parse(text, &name)).transpose()?;
         let layout = layout.or(of_archive.as_ref());
         let stored = archive.as_ref().map(|archive| &archive.layout.resolved);
         let said = document["title"].as_str().filter(|title| !title.is_empty());
         let title = layout.map(|file| file.title.as_str()).filter(|title| !title.is_empty());
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let whole_title = one_line(said.or(title).unwrap_or(&stem));
+        let whole_title = one_line(said.or(title).unwrap_or(stem));
         Ok(Self {
             title: shortened(&whole_title, MOST_OF_TITLE),
             whole_title,

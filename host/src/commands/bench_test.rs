@@ -13,7 +13,9 @@ use massline_virtual::source::ScanSource;
 
 use super::number::seed;
 use super::simulated::{SimulatedCampaign, narrow};
+use crate::archive::{Archive, ArchivedLayout};
 use crate::error::{Error, Result};
+use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::rig::{RigKind, SimulatedRig};
 use crate::toml_file;
@@ -123,11 +125,40 @@ impl BenchTest<'_> {
         output: &mut Output,
         wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
     ) -> Result<MeasurementResult> {
-        let source = BenchSource::new(self.bench, self.layout, self.seed)?;
-        let mut rig = SimulatedRig::start(self.rig, self.firmware, wrap(Box::new(source)))?;
+        let mut rig = self.start(wrap)?;
         let layout = narrow(self.layout)?;
         let campaign = SimulatedCampaign { label: self.label, layout: &layout, calibration };
         campaign.run(&mut rig, output, &mut |_, _, _| Ok(None))
+    }
+
+    /// Runs the test to its archive; `file` is what the layout was read from. A file without a reference gets the truth for
+    /// one.
+    ///
+    /// # Errors
+    /// As [`BenchTest::run`].
+    pub fn archived(
+        &self,
+        file: &LayoutFile,
+        calibration: &CalibrationRecord,
+        output: &mut Output,
+        wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
+    ) -> Result<Archive> {
+        let mut rig = self.start(wrap)?;
+        let layout = narrow(self.layout)?;
+        let campaign = SimulatedCampaign { label: self.label, layout: &layout, calibration };
+        let archived = ArchivedLayout {
+            resolved: self.layout.clone(),
+            ..ArchivedLayout::of_file(&file.with_reference(&self.bench.truth()))
+        };
+        campaign.archived(&mut rig, archived, output, &mut |_, _, _| Ok(None))
+    }
+
+    fn start(
+        &self,
+        wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
+    ) -> Result<SimulatedRig> {
+        let source = BenchSource::new(self.bench, self.layout, self.seed)?;
+        SimulatedRig::start(self.rig, self.firmware, wrap(Box::new(source)))
     }
 
     /// The ten properties of the object: [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz].

@@ -1,6 +1,5 @@
 //! `massline measure`: a campaign on a real rig, from the layout to the result.
 
-mod collected;
 mod full_screen;
 mod presenter;
 mod watch;
@@ -16,6 +15,7 @@ use massline_shared::layout::{HostLayout, RigLayout};
 use massline_shared::measurement::campaign::Phase;
 
 use super::archive::ArchiveArgs;
+use super::collected::Collected;
 use super::connect::PortArgs;
 use super::files;
 use super::rest::begun;
@@ -33,7 +33,6 @@ use crate::precision::PrecisionMonitor;
 use crate::report;
 use crate::single_fault::NominalTest;
 
-use collected::Collected;
 pub use full_screen::ScreenArgs;
 pub(super) use full_screen::Shown;
 pub(super) use watch::{Watching, watch};

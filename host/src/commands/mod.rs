@@ -3,6 +3,7 @@
 mod archive;
 pub mod bench_test;
 pub mod calibrate;
+mod collected;
 mod color;
 pub mod compare;
 pub mod config;

@@ -16,7 +16,7 @@ use crate::output::{Output, Tone};
 #[derive(Clone, Debug, clap::Args)]
 pub struct MonteCarloArgs {
     /// Repeat the test N times, without a rig, and compare with the Cramér-Rao bound.
-    #[arg(long, value_name = "N", value_parser = runs, conflicts_with_all = ["rig", "firmware"])]
+    #[arg(long, value_name = "N", value_parser = runs, conflicts_with_all = ["rig", "firmware", "report"])]
     pub runs: Option<NonZeroU64>,
     /// Error budget that the methods assume; the bound is always that of the errors of the bench.
     #[arg(long, value_enum, default_value_t, value_name = "BUDGET", requires = "runs")]

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use massline_protocol::LayoutHash;
+use massline_protocol::object::MeasurementResult;
+use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{Dof, RigLayout};
 use massline_shared::signal::{AdcProperties, Calibration, PRE_TRIGGER_SCANS, Scan};
 use massline_virtual::source::ScanSource;
@@ -12,13 +14,15 @@ use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
 use super::compare::{Comparison, SIGMA_NOTE};
 use super::files;
 use super::monte_carlo::{self, MonteCarloArgs};
-use super::simulated::RigArgs;
+use super::simulated::{ReportArgs, RigArgs};
+use crate::archive::Archive;
 use crate::commands::files::ReplaceArgs;
 use crate::document::Simulation;
 use crate::error::Result;
 use crate::file::Existing;
 use crate::host_solution::HostSolution;
 use crate::identification::Selection;
+use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
 use crate::single_fault::NominalTest;
 use crate::tape::{Segment, Sidecar, TapeWriter};
@@ -39,6 +43,7 @@ Examples:
   massline simulate frame.toml
   massline simulate frame.toml --bench ideal --seed 5 --json
   massline simulate frame.toml --bench uncalibrated --calibration rig.toml
+  massline simulate frame.toml --report frame.html
   massline simulate frame.toml --runs 1000
   massline simulate frame.toml --runs 200 --budget bench --json
   massline simulate frame.toml --bench box.toml --tape box-tape.npy
@@ -57,6 +62,8 @@ pub struct Args {
     #[arg(long, value_name = "OUT.npy", conflicts_with = "runs")]
     tape: Option<PathBuf>,
     #[command(flatten)]
+    report: ReportArgs,
+    #[command(flatten)]
     replace: ReplaceArgs,
     #[command(flatten)]
     monte_carlo: MonteCarloArgs,
@@ -72,6 +79,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if let Some(runs) = args.monte_carlo.runs {
         return monte_carlo::run(&args.layout, &file, &args.bench, &args.monte_carlo, runs, output);
     }
+    args.report.check(args.replace.existing())?;
     let given = files::calibration(args.calibration.as_deref(), &file)?;
     let bench = args.bench.open()?;
     let calibration = given.unwrap_or_else(|| nominal_calibration(&bench).into());
@@ -87,18 +95,19 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         firmware: firmware.as_deref(),
     };
     let mut taped = Ok(None);
-    let result = match &args.tape {
-        None => test.run_with(&calibration, output, |source| source)?,
+    let (result, archive) = match &args.tape {
+        None => measure(args, &test, &file, &calibration, output, |source| source)?,
         Some(path) => {
             TapeWriter::check(path, args.replace.existing())?;
             let recorder =
                 Recorder::new(path, args.replace.existing(), &layout, &calibration.calibration);
-            let result = test.run_with(&calibration, output, |source| recorder.around(source));
-            taped = recorder.end(result.is_ok());
+            let measured =
+                measure(args, &test, &file, &calibration, output, |source| recorder.around(source));
+            taped = recorder.end(measured.is_ok());
             if let Ok(Some(scans)) = taped {
                 output.note(format!("{}: {scans} scans", path.display()));
             }
-            result?
+            measured?
         }
     };
     let comparison = Comparison {
@@ -111,8 +120,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let nominal = NominalTest::of_file(&file);
     let again =
         HostSolution::examined(&comparison.result, &nominal, Selection::All).without_details();
+    let existing = args.replace.existing();
+    let report = args.report.write(archive.map(|of| (name, of)).into_iter().collect(), existing);
     let value = Simulation {
         test: comparison.to_json(|measurement| again.add_to(measurement))?,
+        report: report.as_ref().ok().cloned().flatten(),
         tape: args.tape.clone().filter(|_| taped.is_ok()),
     };
     let (symbol, worst) = comparison.worst()?;
@@ -124,8 +136,25 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             again.to_text().trim_end()
         )
     })?;
-    // The answer does not need the tape.
+    // The answer needs neither tape nor report.
+    args.report.offer(report?, output);
     taped.map(|_| ())
+}
+
+/// Measures; the archive is made if the report needs it.
+fn measure(
+    args: &Args,
+    test: &BenchTest<'_>,
+    file: &LayoutFile,
+    calibration: &CalibrationRecord,
+    output: &mut Output,
+    wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
+) -> Result<(MeasurementResult, Option<Archive>)> {
+    if !args.report.is_wanted() {
+        return Ok((test.run_with(calibration, output, wrap)?, None));
+    }
+    let archive = test.archived(file, calibration, output, wrap)?;
+    Ok((archive.result.clone(), Some(archive)))
 }
 
 /// Records the scans of a source on a tape, one segment per arming.

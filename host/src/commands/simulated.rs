@@ -1,23 +1,32 @@
 //! One campaign on a simulated rig: configures it over its link, taps or plays a tape, and reads the result.
 
+mod report;
+
 use std::path::PathBuf;
 use std::time::Duration;
 
 use massline_protocol::event::HitEvent;
-use massline_protocol::message::{CampaignCommand, Reason, Status};
+use massline_protocol::message::{CampaignCommand, Identity, Reason, Status};
 use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{HostLayout, RigLayout};
+use serde_json::json;
 
+use super::collected::Collected;
 use super::measure::judge_layout;
 use super::progress::{Progress, Prompts};
 use super::show;
+use crate::archive::{Archive, ArchivedLayout};
 use crate::campaign::{CampaignOutcome, Observer, OperatorAction, StartOptions, begin, follow};
 use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::output::Output;
+use crate::report::measurement_json;
 use crate::rig::{RigKind, SimulatedRig};
 use crate::single_fault::NominalTest;
+use crate::spectra::Collecting;
+
+pub use report::ReportArgs;
 
 /// A simulated rig without progress for this long is stuck; the slowest step takes a few seconds in a build
 /// without optimisation.
@@ -80,8 +89,28 @@ impl SimulatedCampaign<'_> {
         output: &mut Output,
         policy: &mut Policy<'_>,
     ) -> Result<MeasurementResult> {
-        let measured = self.try_run(rig, output, policy);
-        measured.map_err(|e| rig.explain(e))
+        let measured = self.try_run(rig, output, policy, None);
+        measured.map(|(_, result)| result).map_err(|e| rig.explain(e))
+    }
+
+    /// Runs the campaign to its archive, with the frequency responses and the records of all hits. They are read while a
+    /// hit waits for its verdict, which does not change the result.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn archived(
+        &self,
+        rig: &mut SimulatedRig,
+        layout: ArchivedLayout,
+        output: &mut Output,
+        policy: &mut Policy<'_>,
+    ) -> Result<Archive> {
+        let mut collected = Collected::simulated();
+        let measured = self.try_run(rig, output, policy, Some(&mut collected));
+        let (identity, result) = measured.map_err(|e| rig.explain(e))?;
+        let answers = json!(measurement_json(&result));
+        let archive = Archive::new(&identity, layout, self.calibration, result, &answers)?;
+        Ok(collected.added_to(archive, self.layout, true, output))
     }
 
     fn try_run(
@@ -89,15 +118,28 @@ impl SimulatedCampaign<'_> {
         rig: &mut SimulatedRig,
         output: &mut Output,
         policy: &mut Policy<'_>,
-    ) -> Result<MeasurementResult> {
-        let (mut client, _) = rig.connect()?;
+        mut collected: Option<&mut Collected>,
+    ) -> Result<(Identity, MeasurementResult)> {
+        let (mut client, identity) = rig.connect()?;
         client.put_calibration(self.calibration)?;
         judge_layout(&client.put_layout(self.layout)?, self.layout, false, output)?;
-        begin(&mut client, StartOptions::default())?;
+        let confirm = collected.is_some();
+        begin(&mut client, StartOptions { confirm, ..StartOptions::default() })?;
         let interrupt = output.interrupt().clone();
         let progress = Progress::new(output, self.label, self.layout, Prompts::Nothing);
         let mut operator = Operator { progress, rig, policy };
-        let ending = follow(&mut client, &interrupt, Some(PATIENCE), &mut operator)?;
+        let mut observe =
+            |observer: &mut dyn Observer| follow(&mut client, &interrupt, Some(PATIENCE), observer);
+        let ending = match &mut collected {
+            Some(collected) => observe(&mut Collecting {
+                observer: &mut operator,
+                collection: &mut collected.spectra,
+                records: Some((&mut collected.records, self.layout)),
+                log: Some(&mut collected.log),
+                accepts: true,
+            }),
+            None => observe(&mut operator),
+        }?;
         drop(operator);
         match ending {
             CampaignOutcome::Done(number) => {
@@ -108,7 +150,12 @@ impl SimulatedCampaign<'_> {
                     }
                     return Err(error);
                 }
-                Ok(result)
+                if let Some(collected) = collected {
+                    // Those of the last DOF.
+                    let status = client.status()?;
+                    collected.spectra.collect(&mut client, &status)?;
+                }
+                Ok((identity, result))
             }
             CampaignOutcome::Stopped(status) => Err(show::stopped(&status)),
             CampaignOutcome::Paused(_) | CampaignOutcome::Aborted => {

@@ -16,6 +16,8 @@ pub struct Simulation {
     pub test: ComparedTest,
     /// The tape that was written.
     pub tape: Option<PathBuf>,
+    /// The report that was written.
+    pub report: Option<PathBuf>,
 }
 
 /// The tests of `massline demo`.
@@ -24,6 +26,8 @@ pub struct Simulation {
 pub struct Demo {
     /// The tests.
     pub tests: Vec<ComparedTest>,
+    /// The report that was written.
+    pub report: Option<PathBuf>,
 }
 
 /// A test whose truth is known.

@@ -49,7 +49,8 @@ struct Page {
 /// # Errors
 /// When a result is malformed or a picture cannot be drawn.
 pub fn html(sources: &[ResultFile]) -> Result<String> {
-    let sections = (1..).zip(sources).map(|(number, source)| Section::of(number, source));
+    let sections =
+        (1..).zip(sources).map(|(number, source)| Section::of(number, sources.len(), source));
     let page = Page {
         title: match sources {
             [one] => one.title.clone(),

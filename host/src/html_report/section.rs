@@ -19,7 +19,7 @@ use crate::result_file::{LAYOUT_NEEDED, ResultFile, shortened};
 const SHOWN: usize = 7;
 /// Longest title, characters.
 const MOST_OF_TITLE: usize = 160;
-/// Bytes of pictures of all hits of one DOF that a report has room for; they are the largest ones.
+/// Bytes of pictures of all hits of one DOF that a page has room for; they are the largest ones.
 const MOST_OF_HITS: usize = 400 << 10;
 
 /// The boards of simulated rigs: in this program, and in QEMU.
@@ -86,11 +86,11 @@ struct Agreement {
 }
 
 impl Section {
-    /// The section of a result; `number` is its place in the page, from 1.
+    /// The section of a result; `number` is its place in the page, from 1, and `results` how many share the page.
     ///
     /// # Errors
     /// When the result is malformed or a picture cannot be drawn.
-    pub fn of(number: usize, source: &ResultFile) -> Result<Self> {
+    pub fn of(number: usize, results: usize, source: &ResultFile) -> Result<Self> {
         let answers = source.answers()?;
         let answer = answers.first();
         let limits = answer.map(|answer| Limits::of(source, answer)).unwrap_or_default();
@@ -126,7 +126,7 @@ impl Section {
             dofs,
             sensors: source.layout().map(sensors).unwrap_or_default(),
             hits: HitTable::of(source),
-            figures: Figures::of(source)?,
+            figures: Figures::of(source, MOST_OF_HITS / results)?,
             scene: Scene::of(source, answer),
             groups: groups(source)?,
             data: embedded::element(number, &source.json()?),
@@ -153,7 +153,8 @@ impl Agreement {
 }
 
 impl Figures {
-    fn of(source: &ResultFile) -> Result<Self> {
+    /// The pictures; those of hits only if they take no more bytes than `most_of_hits`.
+    fn of(source: &ResultFile, most_of_hits: usize) -> Result<Self> {
         let mut all = Self::default();
         for picture in Picture::ALL {
             let drawn = match picture.of(std::slice::from_ref(source), ImageFormat::Svg) {
@@ -163,7 +164,7 @@ impl Figures {
                 Err(error) => return Err(error),
             };
             let bytes: usize = drawn.iter().map(|of| of.bytes.len()).sum();
-            if picture == Picture::Hits && bytes > MOST_OF_HITS {
+            if picture == Picture::Hits && bytes > most_of_hits {
                 all.omitted = true;
                 continue;
             }

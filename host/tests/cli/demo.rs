@@ -1,6 +1,11 @@
 //! The JSON output of the demo.
 
+use std::fs;
+
 use crate::program::{run, success};
+
+/// Largest page, bytes: one that can be mailed.
+const MOST: usize = 2 << 20;
 
 #[test]
 fn the_json_of_the_demo_has_four_tests_with_truth_and_results() {
@@ -48,4 +53,30 @@ fn the_text_says_what_the_standard_deviations_cover() {
     // When stderr is not a terminal, progress is plain lines.
     assert!(progress.lines().filter(|line| line.ends_with("good")).count() >= 36, "{progress}");
     assert!(!progress.contains('\x1b'));
+}
+
+#[test]
+fn the_report_holds_the_four_tests_and_does_not_change_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("demo.html").display().to_string();
+    let with = success(&["demo", "--report", &page]);
+    let without = success(&["demo"]);
+    assert_eq!(with["report"], page);
+    assert!(without["report"].is_null());
+    assert_eq!(with["tests"], without["tests"]);
+    let text = fs::read_to_string(&page).unwrap();
+    assert!(text.len() < MOST, "{} bytes", text.len());
+    for number in 1..=4 {
+        let solved = success(&["solve", &format!("{page}#result-{number}")]);
+        assert_eq!(solved["results"], with["tests"][number - 1]["results"], "test {number}");
+        // Beside the accepted hits, those that the rig has rejected are told of.
+        assert!(text.contains(&format!("three-bar frame, test {number}")));
+    }
+    assert!(text.contains("is too small for a clear response"));
+}
+
+#[test]
+fn a_demonstration_without_a_report_offers_one() {
+    let demo = run(&["demo", "--hits", "3"]);
+    assert!(demo.says("--report FILE.html"), "{}", demo.stderr);
 }

@@ -10,12 +10,13 @@ fn a_file_that_cannot_be_written_is_not_left_and_an_old_one_stays() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).display().to_string();
     let (new, better, readings) = (path("new.toml"), path("better.toml"), path("readings.toml"));
-    let uff = path("wheel.uff");
-    let commands: [&[&str]; 4] = [
+    let (uff, page) = (path("wheel.uff"), path("page.html"));
+    let commands: [&[&str]; 5] = [
         &["layout", "new", "-o", &new],
         &["layout", "suggest", LAYOUT, "--starts", "1", "--write", &better],
         &["calibrate", "tumble", "--rig", "virtual", "--readings", &readings],
         &["demo", "wheel", "--write", &uff],
+        &["simulate", LAYOUT, "--report", &page],
     ];
     for arguments in commands {
         let full = run_limited(FULL, arguments);

@@ -169,3 +169,24 @@ fn a_bench_whose_hits_are_all_rejected_ends() {
     assert_eq!((code, &value["error"]["code"]), (3, &"always_rejected".into()));
     assert!(value["error"]["message"].as_str().unwrap().contains("1:+Y"), "{value}");
 }
+
+#[test]
+fn a_report_compares_with_the_simulated_object_and_does_not_change_the_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page.html").display().to_string();
+    // Without a reference of its own.
+    let layout = changed(|text| text.split("[reference]").next().unwrap().to_owned());
+    let layout = layout.path().display().to_string();
+    let (code, mut with) = simulate_layout(&layout, &["--report", &page]);
+    assert_eq!((code, with["report"].take()), (0, page.clone().into()));
+    let (_, without) = simulate_layout(&layout, &[]);
+    assert_eq!(with, without);
+    let text = std::fs::read_to_string(&page).unwrap();
+    for words in ["simulated", "expected", "is too small for a clear response"] {
+        assert!(text.contains(words), "{words}");
+    }
+    let again = run(&["simulate", &layout, "--report", &page]);
+    assert_eq!(again.exit, 2, "{}", again.stderr);
+    assert!(again.says("exists already"), "{}", again.stderr);
+    assert_eq!(std::fs::read_to_string(&page).unwrap(), text);
+}

@@ -4,11 +4,10 @@ mod wheel;
 
 use std::num::NonZeroU8;
 
-use massline_shared::layout::HostLayout;
-
-use super::bench_test::{BenchArgs, BenchTest};
+use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
 use super::compare::{Comparison, SIGMA_NOTE, summary};
-use super::simulated::RigArgs;
+use super::files::ReplaceArgs;
+use super::simulated::{ReportArgs, RigArgs};
 use crate::document::Demo;
 use crate::error::Result;
 use crate::host_solution::HostSolution;
@@ -33,6 +32,7 @@ and stores, and the result is read back over the same protocol that USB carries.
 
 Examples:
   massline demo
+  massline demo --report demo.html            the tests as a page with pictures
   massline demo --bench ideal --seed 7
   massline demo --rig qemu   the same with the Cortex-M4F firmware in QEMU
   massline demo --json | jq '.tests[0].results[0].mass_kg'
@@ -48,6 +48,10 @@ pub struct Args {
     /// Hits per DOF; default: the number in the layouts.
     #[arg(long, value_name = "N")]
     hits: Option<NonZeroU8>,
+    #[command(flatten)]
+    report: ReportArgs,
+    #[command(flatten)]
+    replace: ReplaceArgs,
 }
 
 /// Other demonstrations.
@@ -65,22 +69,33 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if let Some(Other::Wheel(args)) = &args.other {
         return wheel::run(args, output);
     }
+    let existing = args.replace.existing();
+    args.report.check(existing)?;
     let bench = args.bench.open()?;
     let firmware = args.rig.image()?;
-    let (mut comparisons, mut tests) = (Vec::new(), Vec::new());
+    let (mut comparisons, mut tests, mut archives) = (Vec::new(), Vec::new(), Vec::new());
     for (name, text) in LAYOUTS {
-        let layout = layout(name, text, args.hits)?;
+        let file = layout_file(name, text, args.hits)?;
+        let layout = &file.layout;
         let heading = output.toned(&format!("{name}: {}", layout.title), Tone::Strong);
         output.note(&heading);
         let test = BenchTest {
             label: name,
-            layout: &layout,
+            layout,
             bench: &bench,
             seed: args.bench.seed,
             rig: args.rig.rig,
             firmware: firmware.as_deref(),
         };
-        let result = test.run(output, |source| source)?;
+        let result = if args.report.is_wanted() {
+            let archive =
+                test.archived(&file, &nominal_calibration(&bench).into(), output, |of| of)?;
+            let result = archive.result.clone();
+            archives.push((name.to_owned(), archive));
+            result
+        } else {
+            test.run(output, |source| source)?
+        };
         let comparison = Comparison {
             name: name.into(),
             seed: args.bench.seed,
@@ -88,8 +103,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             length: layout.characteristic_length(),
             result,
         };
-        let again =
-            HostSolution::new(&comparison.result, &layout, Selection::All).without_details();
+        let again = HostSolution::new(&comparison.result, layout, Selection::All).without_details();
         if output.json() {
             tests.push(comparison.to_json(|document| again.add_to(document))?);
         } else {
@@ -98,21 +112,25 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         }
         comparisons.push(comparison);
     }
-    if output.json() {
-        return output.value(&Demo { tests });
-    }
-    let heading = output.toned("summary", Tone::Strong);
-    output.text(format!(
-        "{heading}\n{}\nscale: m, L, L, L, m L² × 6, L = rms distance of the sensors from their \
-         centroid\n{SIGMA_NOTE}",
-        summary(&comparisons)?,
-    ))
+    let report = args.report.write(archives, existing);
+    let written = report.as_ref().ok().cloned().flatten();
+    let summary = summary(&comparisons)?;
+    output.answer(&Demo { tests, report: written }, |output| {
+        let heading = output.toned("summary", Tone::Strong);
+        format!(
+            "{heading}\n{summary}\nscale: m, L, L, L, m L² × 6, L = rms distance of the sensors from their \
+             centroid\n{SIGMA_NOTE}"
+        )
+    })?;
+    // The answer does not need the report.
+    args.report.offer(report?, output);
+    Ok(())
 }
 
-fn layout(name: &str, text: &str, hits: Option<NonZeroU8>) -> Result<HostLayout> {
-    let mut layout = LayoutFile::parse(text, name)?.layout;
+fn layout_file(name: &str, text: &str, hits: Option<NonZeroU8>) -> Result<LayoutFile> {
+    let mut file = LayoutFile::parse(text, name)?;
     if let Some(hits) = hits {
-        layout.test.hits_per_dof = hits.get();
+        file.layout.test.hits_per_dof = hits.get();
     }
-    Ok(layout)
+    Ok(file)
 }

@@ -16,20 +16,25 @@ use crate::spectra::SpectraCollection;
 
 /// Frequency responses, records of hits, and what became of every hit.
 #[derive(Default)]
-pub(super) struct Collected {
+pub struct Collected {
     /// The archive and the campaign.
     part: Option<(PathBuf, CampaignId)>,
     /// Those read before the campaign was interrupted.
     earlier: Vec<ArchivedSpectra>,
     earlier_hits: Vec<LoggedHit>,
-    pub(super) spectra: SpectraCollection,
-    pub(super) records: RecordCollection,
-    pub(super) log: HitLog,
+    pub spectra: SpectraCollection,
+    pub records: RecordCollection,
+    pub log: HitLog,
 }
 
 impl Collected {
+    /// Begins a simulated campaign, whose hits have no time of day.
+    pub fn simulated() -> Self {
+        Self { log: HitLog::simulated(), ..Self::default() }
+    }
+
     /// Begins with what was read before the campaign on this rig was interrupted; nothing without an archive.
-    pub(super) fn of_campaign(archive: Option<&Path>, client: &mut Client) -> Result<Self> {
+    pub fn of_campaign(archive: Option<&Path>, client: &mut Client) -> Result<Self> {
         let Some(archive) = archive else { return Ok(Self::default()) };
         let Status { layout_hash, started_unix_s, .. } = client.status()?;
         if started_unix_s == 0 {
@@ -51,7 +56,7 @@ impl Collected {
     }
 
     /// Keeps what was read, in a file beside the archive, for the command that goes on with the campaign.
-    pub(super) fn keep(&self, layout: &RigLayout, output: &mut Output) {
+    pub fn keep(&self, layout: &RigLayout, output: &mut Output) {
         let Some((archive, campaign)) = &self.part else { return };
         let (spectra, records) = (self.archived_spectra(layout), self.hit_records());
         let hits = self.hit_log(layout);
@@ -72,7 +77,7 @@ impl Collected {
     }
 
     /// The archive with what was read, and a warning of what is missing.
-    pub(super) fn added_to(
+    pub fn added_to(
         &self,
         mut archive: Archive,
         layout: &RigLayout,
@@ -108,11 +113,7 @@ impl Collected {
     }
 
     /// The same once there is a result.
-    pub(super) fn hit_log_of(
-        &self,
-        result: &MeasurementResult,
-        layout: &RigLayout,
-    ) -> Vec<LoggedHit> {
+    pub fn hit_log_of(&self, result: &MeasurementResult, layout: &RigLayout) -> Vec<LoggedHit> {
         let mut hits = self.hit_log(layout);
         hit_log::settle_with(&mut hits, result);
         hits

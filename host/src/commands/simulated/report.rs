@@ -1,0 +1,61 @@
+//! The report of simulated tests, as `demo` and `simulate` write and offer it.
+
+use std::path::PathBuf;
+
+use crate::archive::Archive;
+use crate::error::Result;
+use crate::file::{self, Existing};
+use crate::html_report::html;
+use crate::output::Output;
+use crate::result_file::ResultFile;
+
+/// The option for a report.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct ReportArgs {
+    /// Write a report with pictures to this file, as `massline report` makes it; `massline plot` and `export` read it.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+}
+
+impl ReportArgs {
+    /// Whether a report is wanted.
+    pub fn is_wanted(&self) -> bool {
+        self.report.is_some()
+    }
+
+    /// Checks that the report can be written, before the work that it is about.
+    ///
+    /// # Errors
+    /// Exit 2 when the file exists and is kept, or its folder does not exist.
+    pub fn check(&self, existing: Existing) -> Result<()> {
+        self.report.iter().try_for_each(|path| file::check(path, existing))
+    }
+
+    /// Writes the report of these tests, each with its name, if it is wanted; returns the file.
+    ///
+    /// # Errors
+    /// When a picture cannot be drawn, or the file cannot be written.
+    pub fn write(
+        &self,
+        tests: Vec<(String, Archive)>,
+        existing: Existing,
+    ) -> Result<Option<PathBuf>> {
+        let Some(path) = &self.report else { return Ok(None) };
+        let sources = tests.into_iter().map(|(name, archive)| ResultFile::of(archive, name));
+        let page = html(&sources.collect::<Result<Vec<_>>>()?)?;
+        file::write(path, page.as_bytes(), existing)?;
+        Ok(Some(path.clone()))
+    }
+
+    /// Says on stderr what can be done with the report that was written, or how to get one.
+    pub fn offer(&self, written: Option<PathBuf>, output: &mut Output) {
+        output.note(match written {
+            Some(path) => format!(
+                "report written to {}: open it in a browser; it holds the results as well, for `massline plot` and \
+                 `massline export`",
+                path.display()
+            ),
+            None => "to see it as a page with pictures, repeat the command with --report FILE.html".into(),
+        });
+    }
+}
