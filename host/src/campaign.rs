@@ -430,7 +430,11 @@ pub fn explain_refusal(command: CampaignCommand, reason: Reason) -> String {
         CampaignCommand::Conclude => "finishing at the target",
         CampaignCommand::Continue => "going on after the target",
     };
-    format!("{action} is not possible now")
+    let why = match command {
+        CampaignCommand::Finish => ": the DOF has no accepted hit yet, or is being closed",
+        _ => "",
+    };
+    format!("{action} is not possible now{why}")
 }
 
 /// The name of a phase from its raw value.

@@ -166,9 +166,16 @@ impl PrecisionMonitor {
         self.dofs.iter().any(|dof| dof.index == index)
     }
 
-    /// Forgets the mass lines of a DOF that is measured again.
-    pub fn forget(&mut self, index: u8) {
+    /// Forgets the mass lines of a DOF that is measured again; returns whether they were known.
+    pub fn forget(&mut self, index: u8) -> bool {
+        let before = self.dofs.len();
         self.dofs.retain(|dof| dof.index != index);
+        self.dofs.len() < before
+    }
+
+    /// The number of DOFs whose mass lines are known.
+    pub fn measured(&self) -> usize {
+        self.dofs.len()
     }
 
     /// Takes the mass lines of a DOF.

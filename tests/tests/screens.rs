@@ -250,6 +250,24 @@ fn the_screens_of_a_campaign_that_waits_or_ends_look_as_their_pictures() {
     rig.show("done-block", Screen::Measure, 0);
 }
 
+#[test]
+fn a_title_in_any_script_is_drawn() {
+    let titles = [
+        ("cyrillic", "Стальная рама из трёх"),
+        ("chinese", "三根钢条的框架三根钢条"),
+        ("german", "Prüfstand Süd, Aufhängung über Kreuz"),
+    ];
+    for (name, title) in titles {
+        for (screen, of) in [(Screen::Measure, "measure"), (Screen::Layouts, "layouts")] {
+            let mut rig = Rig::at(Phase::Idle);
+            rig.layout.as_mut().unwrap().title = title.try_into().unwrap();
+            // As long as a line has room for.
+            rig.layouts[0].title = title.chars().take(8).collect();
+            rig.show(&format!("{of}-title-{name}"), screen, 0);
+        }
+    }
+}
+
 /// Intervals after five of twelve places; the longest texts with `longest`.
 fn precision(longest: bool) -> PrecisionModel {
     let dof = if longest { "65535:-Z" } else { "4:+X" }.parse().unwrap();

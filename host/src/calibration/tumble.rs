@@ -14,6 +14,9 @@ use crate::error::{Error, Result};
 use crate::file::{self, Existing};
 use crate::toml_file;
 
+/// Of two positions, one axis of each sensor differs by 1 g or more; a sensor that has not been turned differs by far less
+/// than this, g.
+const TURNED_G: f64 = 0.5;
 /// Error code for the file of readings.
 const MALFORMED: &str = "readings_malformed";
 
@@ -84,6 +87,28 @@ impl TumbleFile {
         self.test.wanted().collect()
     }
 
+    /// Checks that the sensors were turned since the other readings.
+    ///
+    /// # Errors
+    /// Exit 3 with the position that reads the same.
+    pub fn check_turned(
+        &self,
+        reading: &RestVoltages<f64>,
+        limits: &TumbleLimits<f64>,
+    ) -> Result<()> {
+        let least = TURNED_G * limits.gravity * limits.sensitivity;
+        let is_same = |other: &RestVoltages<f64>| {
+            let pairs = reading.mean().iter().zip(other.mean()).skip(HAMMER + 1);
+            pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) < least
+        };
+        match self.test.readings().iter().find(|(_, other)| is_same(other)) {
+            None => Ok(()),
+            Some((position, _)) => {
+                Err(wrong(&format!("this reads as {position} did: turn the sensors, and let go")))
+            }
+        }
+    }
+
     /// Adds a reading and writes all readings to the file.
     ///
     /// # Errors
@@ -135,7 +160,11 @@ impl TumbleFile {
             }
             // A missing position is reported once, not for every sensor.
             problems.dedup();
-            wrong(&problems.join("; "))
+            wrong(&format!(
+                "{}; the readings are kept in {}: --restart discards them and begins anew",
+                problems.join("; "),
+                self.path.display()
+            ))
         })
     }
 }

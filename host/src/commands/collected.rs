@@ -55,6 +55,13 @@ impl Collected {
         })
     }
 
+    /// Discards what was read, because the campaign was aborted.
+    pub fn discard(&mut self) {
+        if let Some((archive, _)) = self.part.take() {
+            Part::delete(&archive);
+        }
+    }
+
     /// Keeps what was read, in a file beside the archive, for the command that goes on with the campaign.
     pub fn keep(&self, layout: &RigLayout, output: &mut Output) {
         let Some((archive, campaign)) = &self.part else { return };

@@ -1,7 +1,7 @@
 //! Single-key commands of the operator.
 
 use std::io::{self, IsTerminal};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 use crossterm::terminal;
@@ -14,10 +14,23 @@ use crate::campaign::OperatorAction;
 pub const HELP: &str = "keys: a accept  r reject  u undo the last hit  d redo this DOF  s skip it  \
      f finish it with the hits it has  p pause  q abort (twice)";
 
+/// Within this time, a second `q` aborts.
+const TWICE: Duration = Duration::from_secs(3);
+
+/// What the keys mean that were pressed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pressed {
+    /// Something for the campaign.
+    Action(OperatorAction),
+    /// The first of two presses that abort.
+    QuitOnce,
+}
+
 /// The terminal in raw mode; dropping this restores it.
 #[derive(Debug)]
 pub struct Keyboard {
-    quit_once: bool,
+    /// When `q` was the last key.
+    quit_once: Option<Instant>,
 }
 
 impl Keyboard {
@@ -30,10 +43,10 @@ impl Keyboard {
             return Ok(None);
         }
         terminal::enable_raw_mode()?;
-        Ok(Some(Self { quit_once: false }))
+        Ok(Some(Self { quit_once: None }))
     }
 
-    /// The action for the key that was pressed, if any; `takes` gets every key first, and returns true for one that is
+    /// What the next key means that was pressed, if any; `takes` gets every key first, and returns true for one that is
     /// none of the campaign's.
     ///
     /// # Errors
@@ -42,7 +55,7 @@ impl Keyboard {
         &mut self,
         phase: Option<Phase>,
         mut takes: impl FnMut(KeyCode) -> bool,
-    ) -> io::Result<Option<OperatorAction>> {
+    ) -> io::Result<Option<Pressed>> {
         while event::poll(Duration::ZERO)? {
             let Event::Key(key) = event::read()? else { continue };
             if key.kind != KeyEventKind::Press {
@@ -50,26 +63,23 @@ impl Keyboard {
             }
             let control = key.modifiers.contains(KeyModifiers::CONTROL);
             if !control && takes(key.code) {
+                self.quit_once = None;
                 continue;
             }
-            if let Some(steer) = self.meaning(key.code, control, phase) {
-                return Ok(Some(steer));
+            if let Some(pressed) = self.meaning(key.code, control, phase) {
+                return Ok(Some(pressed));
             }
         }
         Ok(None)
     }
 
-    fn meaning(
-        &mut self,
-        key: KeyCode,
-        control: bool,
-        phase: Option<Phase>,
-    ) -> Option<OperatorAction> {
+    fn meaning(&mut self, key: KeyCode, control: bool, phase: Option<Phase>) -> Option<Pressed> {
         use CampaignCommand as C;
-        let quit_once = std::mem::take(&mut self.quit_once);
+        let quit_once = self.quit_once.take().is_some_and(|at| at.elapsed() < TWICE);
+        let leave = Some(Pressed::Action(OperatorAction::Leave));
         // In raw mode Ctrl-C arrives as an ordinary key.
         if control {
-            return (key == KeyCode::Char('c')).then_some(OperatorAction::Leave);
+            return leave.filter(|_| key == KeyCode::Char('c'));
         }
         let confirming = phase == Some(Phase::Confirming);
         let at_target = phase == Some(Phase::TargetReached);
@@ -82,15 +92,15 @@ impl Keyboard {
             KeyCode::Char('d') => C::Redo,
             KeyCode::Char('s') => C::Skip,
             KeyCode::Char('f') => C::Finish,
-            KeyCode::Char('p') => return Some(OperatorAction::Leave),
+            KeyCode::Char('p') => return leave,
             KeyCode::Char('q') if quit_once => C::Abort,
             KeyCode::Char('q') => {
-                self.quit_once = true;
-                return None;
+                self.quit_once = Some(Instant::now());
+                return Some(Pressed::QuitOnce);
             }
             _ => return None,
         };
-        Some(OperatorAction::Command(command))
+        Some(Pressed::Action(OperatorAction::Command(command)))
     }
 }
 
@@ -106,16 +116,23 @@ mod tests {
     use super::*;
 
     /// Feeds keys without a terminal; `forget` prevents the drop from changing one.
-    fn press(keys: &[(char, bool)], phase: Phase) -> Vec<Option<OperatorAction>> {
-        let mut keyboard = std::mem::ManuallyDrop::new(Keyboard { quit_once: false });
+    fn press(keys: &[(char, bool)], phase: Phase) -> Vec<Option<Pressed>> {
+        let mut keyboard = std::mem::ManuallyDrop::new(Keyboard { quit_once: None });
         keys.iter()
             .map(|&(c, control)| keyboard.meaning(KeyCode::Char(c), control, Some(phase)))
             .collect()
     }
 
+    /// The first press of `q`.
+    const ONCE: Option<Pressed> = Some(Pressed::QuitOnce);
+
+    fn command(command: CampaignCommand) -> Option<Pressed> {
+        Some(Pressed::Action(OperatorAction::Command(command)))
+    }
+
     #[test]
     fn a_hit_is_accepted_only_when_it_waits_for_it() {
-        let accept = Some(OperatorAction::Command(CampaignCommand::Accept));
+        let accept = command(CampaignCommand::Accept);
         assert_eq!(press(&[('a', false)], Phase::Confirming), [accept]);
         assert_eq!(press(&[('a', false)], Phase::Armed), [None]);
     }
@@ -123,8 +140,7 @@ mod tests {
     #[test]
     fn the_question_at_the_target_has_two_answers_and_only_there() {
         use CampaignCommand::{Conclude, Continue};
-        let [finish, go_on] =
-            [Conclude, Continue].map(|command| Some(OperatorAction::Command(command)));
+        let [finish, go_on] = [Conclude, Continue].map(command);
         let keys = [('y', false), ('n', false), ('a', false)];
         assert_eq!(press(&keys, Phase::TargetReached), [finish, go_on, None]);
         assert_eq!(press(&keys, Phase::Armed), [None, None, None]);
@@ -132,15 +148,15 @@ mod tests {
 
     #[test]
     fn abort_needs_two_presses_in_a_row() {
-        let abort = Some(OperatorAction::Command(CampaignCommand::Abort));
-        assert_eq!(press(&[('q', false), ('q', false)], Phase::Armed), [None, abort]);
+        let abort = command(CampaignCommand::Abort);
+        assert_eq!(press(&[('q', false), ('q', false)], Phase::Armed), [ONCE, abort]);
         let keys = [('q', false), ('x', false), ('q', false)];
-        assert_eq!(press(&keys, Phase::Armed), [None, None, None]);
+        assert_eq!(press(&keys, Phase::Armed), [ONCE, None, ONCE]);
     }
 
     #[test]
     fn the_last_hit_is_undone_in_any_phase_and_the_rig_decides() {
-        let undo = Some(OperatorAction::Command(CampaignCommand::Undo));
+        let undo = command(CampaignCommand::Undo);
         for phase in [Phase::Armed, Phase::Busy, Phase::Confirming, Phase::TargetReached] {
             assert_eq!(press(&[('u', false)], phase), [undo]);
         }
@@ -148,7 +164,10 @@ mod tests {
 
     #[test]
     fn control_c_interrupts_and_nothing_else_with_control_does_anything() {
-        assert_eq!(press(&[('c', true)], Phase::Armed), [Some(OperatorAction::Leave)]);
+        assert_eq!(
+            press(&[('c', true)], Phase::Armed),
+            [Some(Pressed::Action(OperatorAction::Leave))]
+        );
         assert_eq!(press(&[('d', true)], Phase::Armed), [None]);
     }
 }

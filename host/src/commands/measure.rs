@@ -125,7 +125,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let on_screen = args.screen.wants_screen(output);
     let shown = on_screen.then_some(Shown {
         kind: "measurement",
-        title: &layout.title,
+        title: &file.title,
         identity: &identity,
         calibration: in_force,
     });
@@ -166,6 +166,10 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         let archive = Archive::new(&identity, archived, in_force, result, &answers)?;
         let archive = collected.added_to(archive, &layout, args.records, output);
         args.archive.write_anywhere(&archive, output)?;
+        output.note(format!(
+            "next: `massline report {0}` makes a page with pictures of it, `massline export {0}` what other programs read",
+            path.display()
+        ));
         Part::delete(path);
     }
     printed
@@ -195,6 +199,7 @@ fn follow(
         CampaignOutcome::Stopped(status) => return Err(show::stopped(&status)),
         CampaignOutcome::Paused(status) => return Err(paused(&status)),
         CampaignOutcome::Aborted => {
+            collected.discard();
             return Err(Error::interrupted("the campaign was aborted; it has no result"));
         }
     };

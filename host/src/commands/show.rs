@@ -141,6 +141,10 @@ pub fn require_answer(result: &MeasurementResult) -> Result<()> {
             ),
         ));
     }
+    if result.dofs.is_empty() {
+        let text = format!("result {} has no hits: every DOF was skipped", result.head.number);
+        return Err(Error::undetermined("nothing_measured", text));
+    }
     Err(first_error(&result.diagnostics, report::message).unwrap_or_else(|| {
         Error::undetermined(
             "no_answer",

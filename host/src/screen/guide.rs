@@ -1,6 +1,5 @@
 //! What a person sees of a campaign: where to hit, what the last hit was, and how well the answer is known.
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
 use crossterm::event::KeyCode;
@@ -17,8 +16,6 @@ use crate::precision::PrecisionReport;
 use crate::readings::Readings;
 use crate::report::{as_exact_as, messages, two_digits};
 
-/// Notes that are kept.
-const NOTES: usize = 50;
 /// Characters of a title that are kept: more than any terminal shows in a line.
 const TITLE: usize = 300;
 
@@ -36,16 +33,27 @@ pub struct Guide {
     pub(super) levels: Option<Levels>,
     /// The last hit.
     pub(super) hit: Option<HitEvent>,
+    /// The person has rejected it.
+    rejected_by_person: bool,
     pub(super) readings: Option<HitReadings>,
     pub(super) spectra: Option<DofSpectra>,
     pub(super) precision: Vec<Step>,
     pub(super) question: Option<String>,
-    pub(super) notes: VecDeque<String>,
+    /// The last note, until something else happens.
+    pub(super) note: Option<String>,
     pub(super) page: Page,
     pub(super) help: bool,
-    /// Whether the intervals are followed: a block test has none.
-    pub(super) estimates: bool,
+    pub(super) wanted: Wanted,
     pub(super) pace: Pace,
+}
+
+/// What there is to see of a campaign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wanted {
+    /// Whether the intervals are followed: a block test has none.
+    pub estimates: bool,
+    /// Whether the person gives a verdict on each hit.
+    pub verdicts: bool,
 }
 
 /// The readings of a hit.
@@ -91,13 +99,13 @@ impl Page {
 }
 
 impl Guide {
-    /// A guide of a campaign that has not begun; `estimates` tells whether its intervals are followed.
+    /// A guide of a campaign that has not begun.
     pub fn new(
         title: &str,
         kind: &'static str,
         layout: &RigLayout,
         bits: u8,
-        estimates: bool,
+        wanted: Wanted,
     ) -> Self {
         Self {
             title: title.chars().take(TITLE).collect(),
@@ -107,14 +115,15 @@ impl Guide {
             status: None,
             levels: None,
             hit: None,
+            rejected_by_person: false,
             readings: None,
             spectra: None,
             precision: Vec::new(),
             question: None,
-            notes: VecDeque::new(),
+            note: None,
             page: Page::Hit,
             help: false,
-            estimates,
+            wanted,
             pace: Pace::default(),
         }
     }
@@ -122,7 +131,9 @@ impl Guide {
     /// Takes a new status, at a time since any moment.
     pub fn status(&mut self, status: &Status, at: Duration) {
         self.pace.take(accepted(status), at);
-        self.status = Some(status.clone());
+        if let Some(before) = self.status.replace(status.clone()) {
+            self.discarded(&before, status);
+        }
         if self.phase() != Some(Phase::TargetReached) {
             self.question = None;
         }
@@ -130,17 +141,49 @@ impl Guide {
         self.spectra = spectra.filter(|of| of.dof == status.dof && self.hits_here() > 0);
     }
 
+    /// Says what became of hits that are not counted any more, unless their events say so.
+    fn discarded(&mut self, before: &Status, now: &Status) {
+        let is_last = |hit: &HitEvent, dof: u8| hit.good && hit.dof == dof;
+        for (dof, (&had, &has)) in (0_u8..).zip(before.accepted.iter().zip(&now.accepted)) {
+            let undone = self.hit.as_ref().is_some_and(|hit| hit.is_undone() && hit.dof == dof);
+            if had == 0 || has > 0 || undone {
+                continue;
+            }
+            let hits = if had == 1 { "its hit is" } else { "its hits are" };
+            let what = if dof == now.dof { "measured again" } else { "skipped" };
+            self.note = Some(format!("{} is {what}: {hits} discarded", self.name(dof)));
+            if self.hit.as_ref().is_some_and(|hit| is_last(hit, dof)) {
+                self.hit = None;
+                self.readings = None;
+            }
+        }
+        let waited = Phase::try_from(before.phase).ok() == Some(Phase::Confirming);
+        self.rejected_by_person |= waited && now.rejected > before.rejected;
+    }
+
     /// Takes a hit that was graded, withdrawn or undone.
     pub fn hit(&mut self, hit: &HitEvent) {
+        if hit.is_undone() {
+            self.readings = self.readings.take().filter(|of| of.number != hit.number);
+        }
+        self.rejected_by_person = false;
+        self.note = None;
         self.hit = Some(hit.clone());
     }
 
     /// Takes a note.
     pub(super) fn keep_note(&mut self, text: &str) {
-        self.notes.push_back(text.into());
-        if self.notes.len() > NOTES {
-            self.notes.pop_front();
-        }
+        self.note = Some(text.into());
+    }
+
+    /// A key has given the rig a command.
+    pub fn acted(&mut self) {
+        self.note = None;
+    }
+
+    /// The hit that closed a DOF was undone: the estimates with that DOF hold no more.
+    pub fn reopened(&mut self, measured: usize) {
+        self.precision.retain(|step| step.measured <= measured);
     }
 
     /// Takes the levels of the channels.
@@ -171,17 +214,16 @@ impl Guide {
 
     /// Takes a key that only changes what is shown; false for any other key.
     pub fn key(&mut self, key: KeyCode) -> bool {
+        if self.help {
+            return self.key_of_help(key);
+        }
         let pages: Vec<Page> = self.pages().collect();
         let here = pages.iter().position(|page| *page == self.page).unwrap_or(0);
         let turned = match key {
             KeyCode::Tab | KeyCode::Right => here + 1,
             KeyCode::BackTab | KeyCode::Left => here + pages.len() - 1,
             KeyCode::Char('?' | 'h') | KeyCode::F(1) => {
-                self.help = !self.help;
-                return true;
-            }
-            KeyCode::Esc if self.help => {
-                self.help = false;
+                self.help = true;
                 return true;
             }
             _ => return false,
@@ -190,9 +232,17 @@ impl Guide {
         true
     }
 
+    /// While the keys are explained, none of them does anything but leave.
+    fn key_of_help(&mut self, key: KeyCode) -> bool {
+        if matches!(key, KeyCode::Char('?' | 'h') | KeyCode::F(1) | KeyCode::Esc) {
+            self.help = false;
+        }
+        key != KeyCode::Char('p')
+    }
+
     /// The pages that there are, in their order.
     pub(super) fn pages(&self) -> impl Iterator<Item = Page> {
-        Page::ALL.into_iter().filter(|page| self.estimates || *page != Page::Estimate)
+        Page::ALL.into_iter().filter(|page| self.wanted.estimates || *page != Page::Estimate)
     }
 
     /// What is said of the last hit; nothing before the first.
@@ -200,6 +250,7 @@ impl Guide {
         match &self.hit {
             None => String::new(),
             Some(hit) if hit.is_undone() => "undone".into(),
+            Some(_) if self.rejected_by_person => "rejected by you".into(),
             Some(hit) if hit.good => "good".into(),
             Some(hit) => format!("rejected: {}", messages(&hit.findings)),
         }
@@ -235,10 +286,17 @@ impl Guide {
         self.status.as_ref().and_then(accepted).unwrap_or(0)
     }
 
-    /// Accepted hits, and those that the layout wants.
+    /// Accepted hits, and as many as there will be: those of DOFs that are closed, and those that the others want.
     pub(super) fn hits(&self) -> [usize; 2] {
-        let wanted = self.layout.hits.len() * usize::from(self.layout.test.hits_per_dof);
-        [self.status.as_ref().map_or(0, accepted), wanted]
+        let per_dof = usize::from(self.layout.test.hits_per_dof);
+        let all = self.layout.hits.len() * per_dof;
+        let Some(status) = &self.status else { return [0, all] };
+        let is_closed = |dof: usize| dof < usize::from(status.dof);
+        let of = |(dof, &hits): (usize, &u8)| {
+            if is_closed(dof) { usize::from(hits) } else { per_dof.max(hits.into()) }
+        };
+        let wanted = status.accepted.iter().enumerate().map(of).sum();
+        [accepted(status), wanted]
     }
 }
 
@@ -282,6 +340,8 @@ mod tests {
     use crate::output::harmless;
     use crate::screen::{Theme, View};
 
+    const ALL: Wanted = Wanted { estimates: true, verdicts: true };
+
     fn layout() -> HostLayout {
         let text = include_str!("../../examples/three-bar-test-1.toml");
         LayoutFile::parse(text, "test").unwrap().layout
@@ -300,7 +360,7 @@ mod tests {
         let long = "long ".repeat(820);
         for title in ["<script>alert(1)</script>", "\u{202e}abc\u{1b}[2J", &long] {
             let title = harmless(title);
-            let mut guide = Guide::new(&title, "measurement", &layout, 12, true);
+            let mut guide = Guide::new(&title, "measurement", &layout, 12, ALL);
             for size in [[1, 1], [40, 10], [60, 18], [80, 24], [200, 40], [200, 60]] {
                 for help in [false, true] {
                     guide.help = help;
@@ -315,7 +375,8 @@ mod tests {
 
     #[test]
     fn a_block_test_has_no_page_of_its_estimate() {
-        let mut guide = Guide::new("block", "block test", &layout().cast().unwrap(), 12, false);
+        let wanted = Wanted { estimates: false, ..ALL };
+        let mut guide = Guide::new("block", "block test", &layout().cast().unwrap(), 12, wanted);
         for page in [Page::Spectra, Page::Hit, Page::Spectra] {
             assert!(guide.key(KeyCode::Tab));
             assert_eq!(guide.page, page);

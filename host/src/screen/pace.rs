@@ -48,7 +48,7 @@ impl Pace {
 /// `40 s` or `3 min`.
 pub fn in_words(left: Duration) -> String {
     match left.as_secs() {
-        0..=90 => format!("{} s", left.as_secs().div_ceil(10) * 10),
+        0..=90 => format!("{} s", left.as_secs().max(1).div_ceil(10) * 10),
         seconds => format!("{} min", seconds.div_ceil(60)),
     }
 }

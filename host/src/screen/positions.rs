@@ -11,18 +11,29 @@ pub struct Positions {
     pub(super) wanted: Vec<Position>,
     /// The one that is to be read now.
     pub(super) now: Option<Position>,
-    /// What each sensor reads at the moment, in its own axes, g.
-    pub(super) lies: Vec<Vector3<f64>>,
+    /// How each sensor lies at the moment.
+    pub(super) lies: Vec<Lying>,
+    /// Whether the zeros of the sensors are known, so that one reading tells how a sensor lies.
+    pub(super) is_calibrated: bool,
     /// True while the reading is taken that counts.
     pub(super) reading: bool,
     /// The last note.
     pub(super) note: String,
 }
 
+/// How a sensor lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lying {
+    /// What it reads, in its own axes, g.
+    pub reads: Vector3<f64>,
+    /// Whether it moves.
+    pub moves: bool,
+}
+
 impl Positions {
     /// A test of which these positions are still wanted.
-    pub fn new(wanted: &[Position]) -> Self {
-        Self { wanted: wanted.to_vec(), ..Self::default() }
+    pub fn new(wanted: &[Position], is_calibrated: bool) -> Self {
+        Self { wanted: wanted.to_vec(), is_calibrated, ..Self::default() }
     }
 
     /// Asks for a position.
@@ -31,8 +42,8 @@ impl Positions {
         self.reading = false;
     }
 
-    /// Takes what the sensors read at the moment, g.
-    pub fn lies(&mut self, lies: Vec<Vector3<f64>>) {
+    /// Takes how the sensors lie at the moment.
+    pub fn lies(&mut self, lies: Vec<Lying>) {
         self.lies = lies;
     }
 
@@ -52,7 +63,10 @@ impl Positions {
 pub fn in_words(position: Position) -> String {
     let name = position.name();
     let way = if name.starts_with('+') { "up" } else { "down" };
-    format!("turn the sensors so that {} points {way}, let go, and press Enter", &name[1..])
+    let axis = &name[1..];
+    format!(
+        "turn the block so that the {axis} axes of all sensors point {way}, let go, and press Enter"
+    )
 }
 
 /// The axis that points up or down, when a sensor reads this, g; `None` for one that is between two positions.

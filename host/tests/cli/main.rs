@@ -12,16 +12,21 @@ mod documents;
 mod export;
 #[cfg(unix)]
 mod full_disk;
+#[cfg(target_os = "linux")]
 mod full_screen;
 mod hits;
 mod layout;
 #[cfg(target_os = "linux")]
 mod memory;
+#[cfg(target_os = "linux")]
+mod on_terminal;
 mod options;
 #[cfg(unix)]
 mod pipes;
 mod plot;
 mod recorded_units;
+#[cfg(target_os = "linux")]
+mod recording;
 mod replay;
 mod report;
 #[cfg(unix)]

@@ -1,100 +1,15 @@
 //! What the program writes on a terminal: widths, colours, the progress bar.
 
-use std::fs::File;
-use std::io::{Read, Write};
-use std::process::{Child, Command};
-
-use nix::pty::{Winsize, openpty};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
+use crate::on_terminal::Terminal;
 use crate::program::{LAYOUT, layout_with_hits, run, words};
 use crate::virtual_process::VirtualProcess;
 
-/// The program on a terminal of its own.
-pub struct Terminal {
-    pub process: Child,
-    pub screen: File,
-    /// All that it has written.
-    pub text: String,
-}
-
-impl Terminal {
-    fn start(columns: u16, name: &str, arguments: &[&str]) -> Self {
-        Self::of_size([columns, 50], name, arguments)
-    }
-
-    /// The program on a terminal with this number of columns and rows.
-    pub fn of_size([columns, rows]: [u16; 2], name: &str, arguments: &[&str]) -> Self {
-        let size = Winsize { ws_row: rows, ws_col: columns, ws_xpixel: 0, ws_ypixel: 0 };
-        let ends = openpty(Some(&size), None).unwrap();
-        let end = || File::from(ends.slave.try_clone().unwrap());
-        // The terminal has to be that of the process: its size is asked for by that way.
-        let process = Command::new("setsid")
-            .args(["--ctty", env!("CARGO_BIN_EXE_massline")])
-            .args(arguments)
-            .env("TERM", name)
-            // Libraries take this for a terminal that shows colours.
-            .env("CI", "true")
-            .env_remove("NO_COLOR")
-            .env_remove("COLUMNS")
-            .env_remove("MASSLINE_PORT")
-            .stdin(end())
-            .stdout(end())
-            .stderr(end())
-            .spawn()
-            .unwrap();
-        Self { process, screen: ends.master.into(), text: String::new() }
-    }
-
-    /// Reads until `found` or the end of the process.
-    pub fn until(&mut self, found: impl Fn(&str) -> bool) -> bool {
-        let mut buffer = [0; 4096];
-        let mut bytes = std::mem::take(&mut self.text).into_bytes();
-        loop {
-            let text = String::from_utf8_lossy(&bytes);
-            if found(&text) {
-                self.text = text.into_owned();
-                return true;
-            }
-            // The last end of the other side closes with an error.
-            match self.screen.read(&mut buffer) {
-                Ok(read) if read > 0 => bytes.extend(&buffer[..read]),
-                _ => {
-                    self.text = String::from_utf8_lossy(&bytes).into_owned();
-                    return false;
-                }
-            }
-        }
-    }
-
-    /// What is on the terminal of this size now.
-    pub fn shown(&self, [columns, rows]: [u16; 2]) -> String {
-        let mut terminal = parser([columns, rows]);
-        terminal.process(self.text.as_bytes());
-        terminal.screen().contents()
-    }
-
-    /// Reads until this is on the terminal; false at the end of the process.
-    pub fn until_shown(&mut self, size: [u16; 2], found: impl Fn(&str) -> bool) -> bool {
-        let shown = |text: &str| {
-            let mut terminal = parser(size);
-            terminal.process(text.as_bytes());
-            found(&terminal.screen().contents())
-        };
-        self.until(shown)
-    }
-
-    /// Types keys.
-    pub fn type_keys(&mut self, keys: &str) {
-        self.screen.write_all(keys.as_bytes()).unwrap();
-    }
-
-    /// Reads to the end: exit code and everything.
-    pub fn end(mut self) -> (i32, String) {
-        self.until(|_| false);
-        (self.process.wait().unwrap().code().unwrap(), self.text)
-    }
+/// The program on a terminal with this number of columns.
+fn start(columns: u16, name: &str, arguments: &[&str]) -> Terminal {
+    Terminal::start([columns, 50], name, arguments)
 }
 
 /// The text without sequences for the terminal.
@@ -129,7 +44,7 @@ fn every_text_fits_terminals_of_forty_eighty_and_two_hundred_columns() {
     ];
     for arguments in commands {
         for columns in [40, 80, 200] {
-            let (exit, text) = Terminal::start(columns, "xterm", arguments).end();
+            let (exit, text) = start(columns, "xterm", arguments).end();
             assert_eq!(exit, 0, "{arguments:?}: {text}");
             let text = plain(&text);
             // The bar, whose line is overwritten, leaves its last state before a carriage return.
@@ -147,7 +62,7 @@ fn every_text_fits_terminals_of_forty_eighty_and_two_hundred_columns() {
 #[test]
 fn narrow_terminals_break_no_word_of_a_help_text() {
     for command in [&["--help"][..], &["virtual", "--help"], &["layout", "check", "--help"]] {
-        let of = |columns| words(&plain(&Terminal::start(columns, "xterm", command).end().1));
+        let of = |columns| words(&plain(&start(columns, "xterm", command).end().1));
         let wide = of(200);
         assert_eq!(of(40), wide, "{command:?}");
         assert_eq!(of(80), wide, "{command:?}");
@@ -156,9 +71,8 @@ fn narrow_terminals_break_no_word_of_a_help_text() {
 
 #[test]
 fn help_and_errors_have_colours_where_they_are_wanted() {
-    let coloured = |name: &str, arguments: &[&str]| {
-        Terminal::start(80, name, arguments).end().1.contains("\x1b[")
-    };
+    let coloured =
+        |name: &str, arguments: &[&str]| start(80, name, arguments).end().1.contains("\x1b[");
     for arguments in [&["--help"][..], &["no-such-command"], &["layout", "check", "missing.toml"]] {
         assert!(coloured("xterm", arguments), "{arguments:?}");
         assert!(!coloured("dumb", arguments), "{arguments:?}");
@@ -191,7 +105,7 @@ fn control_characters_of_arguments_do_not_reach_the_terminal() {
             &["simulate", LAYOUT, "--seed", strange],
             &["demo", "--bench", strange],
         ] {
-            let (exit, text) = Terminal::start(80, "dumb", arguments).end();
+            let (exit, text) = start(80, "dumb", arguments).end();
             assert_eq!(exit, 2, "{arguments:?}: {text}");
             let control = |c: char| c.is_control() && !matches!(c, '\n' | '\r');
             assert!(!text.contains(control), "{arguments:?}: {text:?}");
@@ -207,7 +121,7 @@ fn u_takes_back_the_last_hit_and_the_archive_has_only_the_others() {
     let archive = folder.path().join("a.massline").display().to_string();
     let arguments =
         ["measure", &layout, "--plain", "--port", &rig.port, "-o", &archive, "--records"];
-    let mut measure = Terminal::start(200, "xterm", &arguments);
+    let mut measure = start(200, "xterm", &arguments);
     // The operator of the bench hits soon after each prompt, perhaps before the key arrives.
     let prompts = |text: &str| text.matches(" now (").count();
     let undone = |text: &str| plain(text).contains("m/s²  undone");
@@ -215,7 +129,7 @@ fn u_takes_back_the_last_hit_and_the_archive_has_only_the_others() {
         let before = prompts(&measure.text);
         let ready = |text: &str| prompts(text) > before || undone(text);
         assert!(measure.until(ready), "{}", measure.text);
-        measure.screen.write_all(b"u").unwrap();
+        measure.type_keys("u");
     }
     let (exit, text) = measure.end();
     let text = plain(&text);
@@ -232,8 +146,7 @@ fn a_silent_rig_is_told_of_above_the_progress_bar() {
     let folder = tempfile::tempdir().unwrap();
     let rig = VirtualProcess::start(&[]);
     let layout = layout_with_hits(folder.path(), 20);
-    let mut measure =
-        Terminal::start(80, "xterm", &["measure", &layout, "--plain", "--port", &rig.port]);
+    let mut measure = start(80, "xterm", &["measure", &layout, "--plain", "--port", &rig.port]);
     assert!(measure.until(|text| text.contains("good")), "{}", measure.text);
     let process = Pid::from_raw(rig.process.id() as i32);
     kill(process, Signal::SIGSTOP).unwrap();
@@ -245,13 +158,7 @@ fn a_silent_rig_is_told_of_above_the_progress_bar() {
     let hits = measure.text.matches("good").count();
     assert!(measure.until(|text| text.matches("good").count() > hits), "{}", measure.text);
     // Ctrl-C of a terminal in raw mode.
-    measure.screen.write_all(b"\x03").unwrap();
+    measure.type_keys("\x03");
     let (exit, text) = measure.end();
     assert_eq!(exit, 130, "{text}");
-}
-
-/// A terminal with this number of columns and rows.
-fn parser(size: [u16; 2]) -> vt100::Parser {
-    let [columns, rows] = size.map(|length| length.try_into().unwrap());
-    vt100::Parser::new(rows, columns, 0)
 }

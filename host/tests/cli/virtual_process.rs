@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
-/// `massline virtual` on the ideal bench; the process ends when this value is dropped.
+/// `massline virtual`, on the ideal bench unless another one is named; the process ends when this value is dropped.
 pub struct VirtualProcess {
     /// The process; what is typed goes to its input.
     pub process: Child,
@@ -14,8 +14,13 @@ pub struct VirtualProcess {
 impl VirtualProcess {
     /// Starts it with additional arguments.
     pub fn start(arguments: &[&str]) -> Self {
+        Self::on_bench("ideal", arguments)
+    }
+
+    /// Starts it on another bench.
+    pub fn on_bench(bench: &str, arguments: &[&str]) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_massline"))
-            .args(["virtual", "--bench", "ideal"])
+            .args(["virtual", "--bench", bench])
             .args(arguments)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

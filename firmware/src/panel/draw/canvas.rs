@@ -20,6 +20,8 @@ pub const SIZE: Size = Size::new(128, 64);
 const WIDTH: i32 = SIZE.width as i32;
 /// Rows of the title bar.
 const TITLE: i32 = 11;
+/// The first character that the font does not have.
+const BEYOND_FONT: u32 = 0x100;
 /// Rows of a line.
 pub const LINE: i32 = 10;
 /// Number of lines under the title.
@@ -147,12 +149,19 @@ pub(in crate::panel) fn top(line: usize) -> i32 {
     TITLE + 2 + LINE * line as i32
 }
 
-/// A text in at most `width` characters; a longer one is cut and ends with two points.
+/// A text in at most `width` characters; a longer one is cut and ends with two points. A character that the font does not
+/// have is a question mark.
 pub(in crate::panel) fn clipped(text: &str, width: usize) -> number::Text {
     let more = text.chars().count() > width;
     let length = if more { width.saturating_sub(2) } else { width };
     let points = if more { ".." } else { "" };
-    text.chars().take(length).chain(points.chars()).collect()
+    let mut cut = number::Text::new();
+    for character in text.chars().take(length).chain(points.chars()) {
+        let drawn = if u32::from(character) < BEYOND_FONT { character } else { '?' };
+        // Text beyond the buffer would not fit the screen either.
+        let _ = cut.push(drawn);
+    }
+    cut
 }
 
 /// A formatted text, cut to the length of a line.

@@ -6,7 +6,8 @@ use std::time::Duration;
 use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use indicatif::ProgressBar;
 use massline_protocol::message::Identity;
-use massline_shared::calibration::tumble::Position;
+use massline_shared::calibration::CalibrationMethod;
+use massline_shared::calibration::tumble::{Position, TumbleLimits};
 use massline_shared::signal::{Calibration, HAMMER, RESPONSES, RestStatistics};
 use nalgebra::Vector3;
 
@@ -14,7 +15,7 @@ use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::output::Output;
-use crate::screen::positions::{Positions, in_words};
+use crate::screen::positions::{Lying, Positions, in_words};
 use crate::screen::{Screen, View};
 
 /// Longest line that a person types, bytes.
@@ -30,8 +31,8 @@ pub trait Helper {
     /// When there is nobody to turn the sensors, or the person leaves.
     fn ask(&mut self, position: Position, client: &mut Client, identity: &Identity) -> Result<()>;
 
-    /// The sensors moved while they were read; they are read again.
-    fn moved(&mut self, how: &Error);
+    /// The sensors moved while they were read, or had not been turned; they are read again.
+    fn again(&mut self, why: &Error);
 
     /// A position has been read.
     fn done(&mut self, position: Position);
@@ -71,8 +72,8 @@ impl Helper for Lines<'_> {
         }
     }
 
-    fn moved(&mut self, how: &Error) {
-        self.output.warn(how.to_string());
+    fn again(&mut self, why: &Error) {
+        self.output.warn(why.to_string());
     }
 
     fn done(&mut self, position: Position) {
@@ -86,6 +87,8 @@ pub struct OnScreen {
     screen: Screen<Positions>,
     /// The calibration that the rig has now, for what is shown.
     calibration: Calibration,
+    /// Largest standard deviation of a sensor that does not move, m/s².
+    unrest: f64,
 }
 
 impl OnScreen {
@@ -94,23 +97,34 @@ impl OnScreen {
     /// # Errors
     /// When the terminal cannot be taken or the rig cannot be reached.
     pub fn open(client: &mut Client, wanted: &[Position], output: &Output) -> Result<Self> {
-        let calibration = client.calibration()?.calibration;
-        let screen = Screen::open(Positions::new(wanted), output).map_err(no_terminal)?;
-        Ok(Self { screen, calibration })
+        let record = client.calibration()?;
+        // By its data sheet, the zero of an axis is known to 1 g only.
+        let is_calibrated = record.method != CalibrationMethod::DataSheet;
+        let view = Positions::new(wanted, is_calibrated);
+        let screen = Screen::open(view, output).map_err(no_terminal)?;
+        let unrest = TumbleLimits::default().unrest;
+        Ok(Self { screen, calibration: record.calibration, unrest })
     }
 
-    /// What each sensor reads, g.
-    fn lies(&self, statistics: &RestStatistics, identity: &Identity) -> Vec<Vector3<f64>> {
+    /// What each sensor reads.
+    fn lies(&self, statistics: &RestStatistics, identity: &Identity) -> Vec<Lying> {
         let volts = identity.adc.volts_per_code();
+        let scale = |channel: usize| self.calibration.per_code(&identity.adc, channel);
         let of = |channel: usize| {
             let zero = self.calibration.channels[channel].zero.0 / volts;
-            let reading = self.calibration.per_code(&identity.adc, channel)
-                * (statistics.mean[channel] - zero);
+            let reading = scale(channel) * (statistics.mean[channel] - zero);
             f64::from(reading) / massline_shared::STANDARD_GRAVITY
         };
+        let moves = |channel: usize| {
+            f64::from(scale(channel) * statistics.deviation[channel]).abs() > self.unrest
+        };
         let sensors = usize::from(identity.max_sensors).min(RESPONSES / 3);
-        let first = |sensor: usize| HAMMER + 1 + 3 * sensor;
-        (0..sensors).map(|s| Vector3::from_fn(|axis, _| of(first(s) + axis))).collect()
+        let lying = |sensor: usize| {
+            let first = HAMMER + 1 + 3 * sensor;
+            let reads = Vector3::from_fn(|axis, _| of(first + axis));
+            Lying { reads, moves: (first..first + 3).any(moves) }
+        };
+        (0..sensors).map(lying).collect()
     }
 }
 
@@ -137,8 +151,8 @@ impl Helper for OnScreen {
         Ok(())
     }
 
-    fn moved(&mut self, how: &Error) {
-        self.screen.update(|view| view.note(&how.to_string()));
+    fn again(&mut self, why: &Error) {
+        self.screen.update(|view| view.note(&why.to_string()));
     }
 
     fn done(&mut self, position: Position) {

@@ -191,8 +191,10 @@ pub fn take(
         let (reading, hum) = loop {
             rig.turn_to(position, |client, identity| helper.ask(position, client, identity))?;
             let (reading, hum) = read(rig)?;
-            match check_rest(&reading, position, limits) {
-                Err(moved) if rig.can_repeat() => helper.moved(&moved),
+            let good = check_rest(&reading, position, limits)
+                .and_then(|()| readings.check_turned(&reading, limits));
+            match good {
+                Err(wrong) if rig.can_repeat() => helper.again(&wrong),
                 other => break other.map(|()| (reading, hum))?,
             }
         };

@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::output::{Output, harmless};
 use crate::precision::PrecisionReport;
 use crate::readings::Chain;
-use crate::screen::guide::{Guide, HitReadings};
+use crate::screen::guide::{Guide, HitReadings, Wanted};
 use crate::screen::{Screen, View};
 
 /// Time between two requests for the levels.
@@ -73,11 +73,11 @@ impl FullScreen {
     pub fn open(
         shown: Shown<'_>,
         layout: &RigLayout,
-        estimates: bool,
+        wanted: Wanted,
         output: &Output,
     ) -> Result<Self> {
         let Shown { kind, title, identity, calibration } = shown;
-        let guide = Guide::new(&harmless(title), kind, layout, identity.adc.bits, estimates);
+        let guide = Guide::new(&harmless(title), kind, layout, identity.adc.bits, wanted);
         let screen = Screen::open(guide, output)
             .map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))?;
         Ok(Self {
@@ -130,7 +130,11 @@ impl FullScreen {
     /// Reads the averages of the DOF in hand when they have changed.
     fn read_spectra(&mut self, client: &mut Client, status: &Status) -> Result<()> {
         let hits = status.accepted.get(usize::from(status.dof)).copied().unwrap_or(0);
-        if hits == 0 || self.spectra == (status.dof, hits) || self.record.is_none() {
+        if hits == 0 {
+            // The next one is another first hit.
+            self.spectra = (status.dof, 0);
+        }
+        if self.spectra == (status.dof, hits) || self.record.is_none() {
             return Ok(());
         }
         self.spectra = (status.dof, hits);
@@ -165,6 +169,15 @@ impl Presenter for FullScreen {
 
     fn precision(&mut self, report: &PrecisionReport<'_>) {
         self.screen.update(|guide| guide.precision(report));
+        self.screen.draw();
+    }
+
+    fn reopened(&mut self, measured: usize) {
+        self.screen.update(|guide| guide.reopened(measured));
+    }
+
+    fn acted(&mut self) {
+        self.screen.update(Guide::acted);
         self.screen.draw();
     }
 

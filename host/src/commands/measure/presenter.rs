@@ -21,6 +21,14 @@ pub(super) trait Presenter {
     /// The precision after a further DOF.
     fn precision(&mut self, report: &PrecisionReport<'_>);
 
+    /// The hit that closed a DOF was undone: the mass lines of so many DOFs are left.
+    fn reopened(&mut self, measured: usize) {
+        let _ = measured;
+    }
+
+    /// A key has given the rig a command, so what was said before is dealt with.
+    fn acted(&mut self) {}
+
     /// A question that a key answers, or that answers itself.
     fn question(&mut self, text: &str);
 

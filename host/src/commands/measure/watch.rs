@@ -8,12 +8,13 @@ use massline_shared::measurement::campaign::Phase;
 use crate::archive::RecordCollection;
 use crate::campaign::{CampaignOutcome, Observer, OperatorAction, follow, open_dof};
 use crate::client::Client;
-use crate::commands::keyboard::{self, Keyboard};
+use crate::commands::keyboard::{self, Keyboard, Pressed};
 use crate::commands::progress::{Progress, Prompts};
 use crate::error::{Error, Result};
 use crate::hit_log::HitLog;
 use crate::output::Output;
 use crate::precision::PrecisionMonitor;
+use crate::screen::guide::Wanted;
 use crate::spectra::{Collecting, SpectraCollection};
 
 use super::full_screen::{FullScreen, Shown};
@@ -54,8 +55,13 @@ pub(in crate::commands) fn watch(
     output.set_raw(keyboard.is_some());
     let shown = shown.filter(|_| keyboard.is_some());
     let on_screen = shown.is_some();
+    // For the screen, the rig waits with every hit until its record has been read.
+    let accepts = accepts || (on_screen && !confirm);
     let presenter: Box<dyn Presenter + '_> = match shown {
-        Some(shown) => Box::new(FullScreen::open(shown, layout, monitor.is_some(), output)?),
+        Some(shown) => {
+            let wanted = Wanted { estimates: monitor.is_some(), verdicts: !accepts };
+            Box::new(FullScreen::open(shown, layout, wanted, output)?)
+        }
         None => {
             if keyboard.is_some() {
                 output.note(keyboard::HELP);
@@ -64,8 +70,6 @@ pub(in crate::commands) fn watch(
             Box::new(Progress::new(output, "hits", layout, prompts))
         }
     };
-    // For the screen, the rig waits with every hit until its record has been read.
-    let accepts = accepts || (on_screen && !confirm);
     let mut person = Person { presenter, keyboard, monitor, yes, accepts, asked: false };
     let ending = match collection {
         Some(collection) => {
@@ -98,6 +102,11 @@ impl Person<'_> {
     /// Reads the mass lines of the DOFs that have been closed meanwhile, and reports the precision with them.
     fn follow_precision(&mut self, client: &mut Client, status: &Status) -> Result<()> {
         let Some(monitor) = &mut self.monitor else { return Ok(()) };
+        if let Some(open) = open_dof(status)
+            && monitor.forget(open)
+        {
+            self.presenter.reopened(monitor.measured());
+        }
         let at_target = is_at_target(status);
         if read_new(client, monitor, status, |dof| dof != status.dof || at_target)? {
             self.presenter.precision(&monitor.report());
@@ -137,14 +146,27 @@ impl Person<'_> {
     fn poll(&mut self, status: &Status) -> Result<Option<OperatorAction>> {
         let Some(keyboard) = &mut self.keyboard else { return Ok(None) };
         let presenter = &mut self.presenter;
-        keyboard
+        let pressed = keyboard
             .poll(Phase::try_from(status.phase).ok(), |key| presenter.key(key))
-            .map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))
+            .map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))?;
+        match pressed {
+            None => Ok(None),
+            Some(Pressed::QuitOnce) => {
+                let hits: u32 = status.accepted.iter().map(|&hits| u32::from(hits)).sum();
+                self.presenter.line(&format!(
+                    "q again aborts the campaign and discards its {hits} accepted hits; p pauses it"
+                ));
+                Ok(None)
+            }
+            Some(Pressed::Action(action)) => {
+                self.presenter.acted();
+                Ok(Some(action))
+            }
+        }
     }
 }
 
-/// Reads the mass lines of the DOFs that are `closed` and not known yet; returns whether there were any. A DOF that is
-/// open again, because its last hit was undone, is forgotten.
+/// Reads the mass lines of the DOFs that are `closed` and not known yet; returns whether there were any.
 pub(super) fn read_new(
     client: &mut Client,
     monitor: &mut PrecisionMonitor,
@@ -152,7 +174,6 @@ pub(super) fn read_new(
     closed: impl Fn(u8) -> bool,
 ) -> Result<bool> {
     let mut new = false;
-    open_dof(status).into_iter().for_each(|dof| monitor.forget(dof));
     for (index, &hits) in (0..).zip(&status.accepted) {
         if hits > 0
             && closed(index)

@@ -12,7 +12,7 @@ use massline_shared::units::{Newtons, ScanIndex};
 use super::Recording;
 use crate::campaign::{OperatorAction, is_out_of_reach};
 use crate::client::{Client, Event, scans_of};
-use crate::commands::keyboard::Keyboard;
+use crate::commands::keyboard::{Keyboard, Pressed};
 use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::report;
@@ -55,8 +55,15 @@ pub(super) fn record(
             break Ok(());
         }
         tape.prompt(output);
-        let steer = match &mut keyboard {
-            Some(keyboard) => keyboard.poll(None, |_| false).unwrap_or(Some(OperatorAction::Leave)),
+        let leave = Some(Pressed::Action(OperatorAction::Leave));
+        let pressed =
+            keyboard.as_mut().and_then(|keyboard| keyboard.poll(None, |_| false).unwrap_or(leave));
+        let steer = match pressed {
+            Some(Pressed::Action(action)) => Some(action),
+            Some(Pressed::QuitOnce) => {
+                output.note("q again ends the recording");
+                None
+            }
             None => None,
         };
         if interrupt.pressed() || steer.is_some_and(|s| tape.steer(s)) {

@@ -29,7 +29,7 @@ pub(super) fn estimate(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: 
     let columns = if rows >= last.properties.len() { 1 } else { 2 };
     let mut lines = trend;
     for row in last.properties.chunks(columns) {
-        lines.push(Line::raw(row.iter().map(property).collect::<String>()));
+        lines.push(Line::raw(row.iter().map(property).collect::<Vec<_>>().join(" ")));
     }
     lines.extend(advice);
     let text = Paragraph::new(lines).block(framed(&title, theme)).wrap(Wrap { trim: false });
@@ -37,7 +37,7 @@ pub(super) fn estimate(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: 
 }
 
 fn property([name, value, half, unit]: &[String; 4]) -> String {
-    format!("{name:4}{value:>7} ±{half:<5} {unit:4}")
+    format!("{name:4}{value:>6} ±{half:<5} {unit:4}")
 }
 
 /// The widths after each of the last DOFs.

@@ -43,7 +43,9 @@ pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: 
     };
     let [force, responses] =
         Layout::vertical([Constraint::Fill(1), Constraint::Fill(1)]).areas(area);
-    let title = format!(" hit {}: force, N, over ms ", of.number);
+    let is_last = guide.hit.as_ref().is_none_or(|hit| hit.number == of.number);
+    let which = if is_last { "" } else { " (the last good one)" };
+    let title = format!(" hit {}{which}: force, N, over ms ", of.number);
     let curves = Curves {
         title: &title,
         names: vec!["force".into()],

@@ -14,7 +14,7 @@ use crate::screen::guide::Guide;
 const KEYS: [(&str, &str); 11] = [
     ("a  Enter", "accept the hit that waits for a verdict"),
     ("r  Backspace", "reject it"),
-    ("u", "undo the last accepted hit"),
+    ("u", "undo the last accepted hit, until the next hit, even a bad one"),
     ("d", "redo the DOF: its hits are discarded"),
     ("s", "skip the DOF"),
     ("f", "finish the DOF with the hits that it has"),
@@ -28,11 +28,16 @@ const KEYS: [(&str, &str); 11] = [
 /// The last line: the keys of the moment.
 pub(super) fn line(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
     let keys: &[&str] = match guide.phase() {
-        _ if guide.help => &["? back"],
-        Some(Phase::Confirming) => &["a accept", "r reject", "d redo", "p pause", "? help"],
+        _ if guide.help => {
+            let text = Paragraph::new(" ? back  p pause").style(theme.bar());
+            return frame.render_widget(text, area);
+        }
+        Some(Phase::Confirming) if guide.wanted.verdicts => {
+            &["a accept", "r reject", "d redo", "p pause", "? help"]
+        }
         Some(Phase::TargetReached) => &["y finish", "n go on", "p pause", "? help"],
         Some(Phase::Solving | Phase::Done) => &["? help"],
-        _ => &["u undo", "d redo", "s skip", "f finish", "p pause", "? help"],
+        _ => &["u undo", "d redo", "s skip", "f finish", "p pause", "q abort", "? help"],
     };
     let text = format!(" {}  Tab page", keys.join("  "));
     frame.render_widget(Paragraph::new(text).style(theme.bar()), area);
@@ -48,9 +53,10 @@ pub(super) fn help(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Them
         .collect();
     lines.push(Line::raw(""));
     lines.push(Line::raw(
-        "The rig keeps every accepted hit. If the cable comes off or this program ends, the same command goes on.",
+        "If the cable comes off or this program ends, nothing is lost: the same command goes on. A rig that loses power \
+         keeps the DOFs that are finished.",
     ));
-    if let Some(note) = guide.notes.back() {
+    if let Some(note) = &guide.note {
         lines.push(Line::raw(""));
         lines.push(Line::raw(note.as_str()));
     }

@@ -27,8 +27,10 @@ pub(super) fn words(guide: &Guide) -> String {
         Some(Phase::Armed) => {
             format!("hit {} now: hit {} of {wanted}", hit.dof, here.saturating_add(1).min(wanted))
         }
-        Some(Phase::Busy) => format!("measuring at {}", hit.dof),
-        Some(Phase::Confirming) => format!("the hit at {} waits", hit.dof),
+        Some(Phase::Confirming) if guide.wanted.verdicts => {
+            format!("{}: accept or reject the hit", hit.dof)
+        }
+        Some(Phase::Busy | Phase::Confirming) => format!("measuring at {}", hit.dof),
         Some(Phase::TargetReached) => "the target is reached".into(),
         Some(Phase::Solving) => "the rig is solving".into(),
         Some(Phase::Paused) => "paused".into(),
@@ -39,7 +41,7 @@ pub(super) fn words(guide: &Guide) -> String {
 
 /// A question, or the last note.
 pub(super) fn message(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    let (text, style) = match (&guide.question, guide.notes.back()) {
+    let (text, style) = match (&guide.question, &guide.note) {
         (Some(question), _) => (question.as_str(), theme.accent()),
         (None, Some(note)) => (note.as_str(), theme.bad()),
         (None, None) => return,

@@ -9,7 +9,7 @@ use massline_shared::calibration::tumble::Position;
 
 use super::{framed, large};
 use crate::screen::Theme;
-use crate::screen::positions::{Positions, in_words, lies_as};
+use crate::screen::positions::{Lying, Positions, in_words, lies_as};
 
 /// Everything.
 pub(super) fn all(view: &Positions, frame: &mut Frame<'_>, theme: Theme) {
@@ -52,15 +52,17 @@ fn positions(view: &Positions, frame: &mut Frame<'_>, area: Rect, theme: Theme) 
 
 /// What the sensors read, and as which position they lie.
 fn lying(view: &Positions, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    let lines = view.lies.iter().zip(1..).map(|(reads, number)| {
+    let lines = view.lies.iter().zip(1..).map(|(Lying { reads, moves }, number)| {
         let [x, y, z] = [reads.x, reads.y, reads.z];
         let numbers = format!("sensor {number}: x {x:+.2}  y {y:+.2}  z {z:+.2} g  ");
         let (word, style) = match lies_as(reads) {
+            _ if *moves => ("moves".into(), theme.bad()),
+            _ if !view.is_calibrated => ("at rest".into(), theme.good()),
             Some(lies) if Some(lies) == view.now => {
                 (format!("lies as {lies}, as wanted"), theme.good())
             }
             Some(lies) => (format!("lies as {lies}"), theme.bad()),
-            None => ("moves or is held askew".into(), theme.bad()),
+            None => ("is held askew".into(), theme.bad()),
         };
         Line::from(vec![Span::raw(numbers), Span::styled(word, style)])
     });

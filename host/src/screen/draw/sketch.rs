@@ -22,7 +22,7 @@ const HEAD: f64 = 0.3;
 
 /// The body with the point and the arrow of the DOF in hand.
 pub(super) fn body(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    let block = framed(" the arrow is the force on the body ", theme);
+    let block = framed(" arrow: force on the body ", theme);
     let inner = block.inner(area);
     let sketch = Sketch::of(guide, theme);
     let [x, y] = sketch.bounds(inner);

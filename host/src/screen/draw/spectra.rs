@@ -26,11 +26,8 @@ pub(super) fn spectra(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
     let shown = strongest(spectra, 3 * guide.layout.sensors.len(), band);
     let [upper, lower] = Layout::vertical([Constraint::Fill(3), Constraint::Fill(2)]).areas(area);
     let names: Vec<String> = shown.iter().map(|(k, _)| guide.response(*k)).collect();
-    let title = format!(
-        " {}: accelerance, log10 of (m/s²)/N, over Hz, of {} hits ",
-        guide.name(spectra.dof),
-        spectra.hits
-    );
+    let hits = if spectra.hits == 1 { "1 hit".into() } else { format!("{} hits", spectra.hits) };
+    let title = format!(" {}, {hits}: log (m/s²)/N over Hz ", guide.name(spectra.dof));
     let top = shown.iter().map(|(_, strength)| *strength).fold(f64::MIN_POSITIVE, f64::max).log10();
     let curves = Curves {
         title: &title,
@@ -51,7 +48,7 @@ pub(super) fn spectra(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
         names,
         points: if spectra.hits < 2 { Vec::new() } else { coherences.collect() },
         x,
-        y: Some([0.0, 1.05]),
+        y: Some([0.0, 1.0]),
     };
     plot(&curves, frame, lower, theme);
 }
