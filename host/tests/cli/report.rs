@@ -49,6 +49,20 @@ fn a_page_has_the_ten_properties_and_needs_nothing_else() {
 }
 
 #[test]
+fn the_methods_are_compared_in_all_ten_properties_and_with_their_combination() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, text) = page(folder.path(), &[&archive()]);
+    let start = text.find("Do the methods agree?").expect("the comparison");
+    let table = &text[start..start + text[start..].find("</table>").unwrap()];
+    for index in ["x", "y", "z", "xx", "yy", "zz", "xy", "xz", "yz"] {
+        assert!(table.contains(&format!("<sub>{index}</sub>")), "{index}: {table}");
+    }
+    let combined = table.lines().find(|line| line.contains(">combined</th>")).expect("its row");
+    assert_eq!(combined.matches("<td").count(), 10, "{combined}");
+    assert_eq!(combined.matches('±').count(), 10, "{combined}");
+}
+
+#[test]
 fn a_page_is_solved_like_its_archive() {
     let folder = tempfile::tempdir().unwrap();
     let (path, _) = page(folder.path(), &[&archive()]);
