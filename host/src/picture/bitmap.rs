@@ -10,6 +10,9 @@ use plotters_backend::{
 
 /// Stands for a letter that the font lacks.
 const REPLACEMENT: char = '□';
+/// How far the library draws letters above the place where an SVG file has them, share of their size: there half the height of
+/// small letters is below the middle.
+const TOO_HIGH: f64 = 0.12;
 /// What is at most drawn at a place to count as nothing, share of a pixel.
 const NOTHING: f32 = 0.02;
 
@@ -187,7 +190,9 @@ impl<'a> DrawingBackend for Bitmap<'a> {
         style: &T,
         at: BackendCoord,
     ) -> Outcome<'a> {
-        self.0.draw_text(&drawable(text, style), style, at)
+        let lower = (TOO_HIGH * style.size()).round() as i32;
+        let (x, y) = style.transform().transform(0, lower);
+        self.0.draw_text(&drawable(text, style), style, (at.0 + x, at.1 + y))
     }
 }
 

@@ -13,9 +13,6 @@ const GAP: i32 = 42;
 /// From a sign to its name, pixels.
 const BESIDE: i32 = 10;
 
-/// The middle of small letters is this far above that of the text, pixels.
-const ABOVE: i32 = 3;
-
 /// How a legend shows a thing: as the picture draws it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Sign {
@@ -130,7 +127,7 @@ pub(super) fn legend<B: DrawingBackend>(
         if x > 0 && x + needs > width {
             (x, y) = (0, y + LINE);
         }
-        sign.draw(area, (x, y - ABOVE), *color)?;
+        sign.draw(area, (x, y), *color)?;
         write(area, &name, (x + before, y), (HPos::Left, VPos::Center), LABEL)?;
         x += needs + GAP;
     }
