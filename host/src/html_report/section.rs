@@ -14,7 +14,7 @@ use super::values::{Sentence, list, words};
 use crate::embedded;
 use crate::error::Result;
 use crate::export::Exported;
-use crate::picture::{DrawnFile, ImageFormat, Picture};
+use crate::picture::{DrawnFile, ImageFormat, Picture, ellipsoid};
 use crate::result_file::{LAYOUT_NEEDED, ResultFile, shortened};
 
 /// Longest title, characters.
@@ -52,6 +52,8 @@ pub(super) struct Section {
     hits: HitTable,
     figures: Figures,
     scene: Option<String>,
+    /// Whether a real body has the inertia that was found.
+    has_ellipsoid: bool,
     groups: Vec<Group>,
     data: String,
 }
@@ -128,6 +130,7 @@ impl Section {
             hits: HitTable::of(source),
             figures: Figures::of(source, MOST_OF_HITS / results)?,
             scene: Scene::of(source, answer),
+            has_ellipsoid: answer.is_some_and(|of| ellipsoid(&of.body).is_some()),
             groups: groups(source)?,
             data: embedded::element(number, &source.json()?),
         })
