@@ -1,5 +1,7 @@
 //! One result with its test, read from a file: what pictures and reports are made of.
 
+mod combined;
+
 use std::path::Path;
 
 use massline_shared::body::scale;
@@ -14,6 +16,8 @@ use crate::document::{ErrorBudget, HitDetails, LoggedHit, Mode, Order, SensorDet
 use crate::error::{Error, Result};
 use crate::export::{Exported, document_of_archive, of_value, one_line, read_document};
 use crate::layout_file::LayoutFile;
+
+pub use combined::Combined;
 
 /// Longest title in a picture, characters.
 const MOST_OF_TITLE: usize = 40;
@@ -74,7 +78,7 @@ impl ResultFile {
         let stored = archive.as_ref().map(|archive| &archive.layout.resolved);
         let said = document["title"].as_str().filter(|title| !title.is_empty());
         let title = layout.map(|file| file.title.as_str()).filter(|title| !title.is_empty());
-        let whole_title = one_line(said.or(title).unwrap_or(stem));
+        let whole_title = whole_title(said, title).unwrap_or_else(|| one_line(stem));
         Ok(Self {
             title: shortened(&whole_title, MOST_OF_TITLE),
             whole_title,
@@ -236,6 +240,16 @@ impl ResultFile {
     }
 }
 
+/// The title of a result: what its document says, or the layout's where the document has only its beginning, which is all
+/// that a rig has room for.
+fn whole_title(document: Option<&str>, layout: Option<&str>) -> Option<String> {
+    let [said, whole] = [document, layout].map(|title| title.map(one_line));
+    match (said, whole) {
+        (Some(said), Some(whole)) if whole.starts_with(said.trim_end()) => Some(whole),
+        (said, whole) => said.or(whole),
+    }
+}
+
 /// Text of a file as a picture shows it: in one line, and not too long.
 pub(crate) fn shown(words: &str) -> String {
     shortened(&one_line(words), MOST_OF_TITLE)
@@ -244,7 +258,7 @@ pub(crate) fn shown(words: &str) -> String {
 /// A text of at most so many characters; one that is cut ends with an ellipsis.
 pub(crate) fn shortened(text: &str, most: usize) -> String {
     match text.char_indices().nth(most) {
-        Some((end, _)) => format!("{}…", &text[..end]),
+        Some((end, _)) => format!("{}…", text[..end].trim_end()),
         None => text.to_owned(),
     }
 }
@@ -276,4 +290,20 @@ pub struct ShownDetails {
     pub hits: Vec<HitDetails>,
     /// The error budget as stated and as learned.
     pub error_budget: Option<ErrorBudget>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_beginning_of_a_title_gives_way_to_the_whole() {
+        let whole = "three-bar frame, twelve hits, second day, after the repair of node 3";
+        let title = |document, layout| whole_title(document, layout).unwrap_or_default();
+        assert_eq!(title(Some(&whole[..48]), Some(whole)), whole);
+        assert_eq!(title(Some("another"), Some(whole)), "another");
+        assert_eq!(title(Some("another"), None), "another");
+        assert_eq!(title(None, Some(whole)), whole);
+        assert_eq!(shortened(whole, 40), "three-bar frame, twelve hits, second day…");
+    }
 }

@@ -96,9 +96,13 @@ impl Row {
 
 /// A property with its standard deviation, in the unit of tables.
 pub(super) fn cell(answer: &Exported, k: usize) -> String {
+    property(k, answer.theta()[k], answer.sigma().map_or(f64::NAN, |sigma| sigma[k]))
+}
+
+/// A value of a property with its standard deviation, both in SI units, in the unit of tables.
+pub(super) fn property(k: usize, value: f64, sigma: f64) -> String {
     let factor = INERTIAL_PARAMETERS[k].table_factor;
-    let sigma = answer.sigma().map_or(f64::NAN, |sigma| sigma[k] * factor);
-    with_sigma(answer.theta()[k] * factor, sigma)
+    with_sigma(value * factor, sigma * factor)
 }
 
 /// The symbol of a property without its index, the index, and the unit.

@@ -2,7 +2,9 @@
 
 use askama::Template;
 
-use super::answer::{Finding, Row, Verdict, cell, findings, label, principal, scale_text};
+use super::answer::{
+    Finding, Row, Verdict, cell, findings, label, principal, property, scale_text,
+};
 use super::facts::{Group, groups};
 use super::hits::HitTable;
 use super::limits::{Limits, unseen};
@@ -12,11 +14,9 @@ use super::values::{Sentence, list, words};
 use crate::embedded;
 use crate::error::Result;
 use crate::export::Exported;
-use crate::picture::{DrawnFile, ImageFormat, Picture};
+use crate::picture::{DrawnFile, ImageFormat, Picture, ellipsoid};
 use crate::result_file::{LAYOUT_NEEDED, ResultFile, shortened};
 
-/// How many of the ten properties the table of methods has room for: mass, centre and moments.
-const SHOWN: usize = 7;
 /// Longest title, characters.
 const MOST_OF_TITLE: usize = 160;
 /// Bytes of pictures of all hits of one DOF that a page has room for; they are the largest ones.
@@ -52,6 +52,8 @@ pub(super) struct Section {
     hits: HitTable,
     figures: Figures,
     scene: Option<String>,
+    /// Whether a real body has the inertia that was found.
+    has_ellipsoid: bool,
     groups: Vec<Group>,
     data: String,
 }
@@ -79,7 +81,7 @@ struct Figure {
 /// What the methods say together.
 struct Agreement {
     verdict: Sentence,
-    /// Method and its values with standard deviations, mass, centre and moments.
+    /// Method and its ten values with standard deviations, and the combined answer in the last row.
     rows: Vec<(String, Vec<String>)>,
     /// Symbol, index and unit.
     header: Vec<[&'static str; 3]>,
@@ -111,7 +113,7 @@ impl Section {
             principal: answer.map(|answer| principal(source, answer)).unwrap_or_default(),
             limits,
             unseen: unseen(source),
-            agreement: Agreement::of(source, &answers),
+            agreement: Agreement::of(source, &answers)?,
             refusals: refusals
                 .map(|of| (words(&of["method"]), Sentence(words(&of["message"]))))
                 .collect(),
@@ -128,6 +130,7 @@ impl Section {
             hits: HitTable::of(source),
             figures: Figures::of(source, MOST_OF_HITS / results)?,
             scene: Scene::of(source, answer),
+            has_ellipsoid: answer.is_some_and(|of| ellipsoid(&of.body).is_some()),
             groups: groups(source)?,
             data: embedded::element(number, &source.json()?),
         })
@@ -135,20 +138,28 @@ impl Section {
 }
 
 impl Agreement {
-    fn of(source: &ResultFile, answers: &[Exported]) -> Option<Self> {
+    /// What is said of several answers; `None` for fewer.
+    ///
+    /// # Errors
+    /// When the combined answer is malformed.
+    fn of(source: &ResultFile, answers: &[Exported]) -> Result<Option<Self>> {
         let verdict = words(&source.document()["agreement"]["verdict"]);
         if verdict.is_empty() || answers.len() < 2 {
-            return None;
+            return Ok(None);
         }
         let row = |answer: &Exported| {
-            let cells = (0..SHOWN).map(|k| cell(answer, k));
+            let cells = (0..10).map(|k| cell(answer, k));
             (answer.method.clone(), cells.collect())
         };
-        Some(Self {
+        let combined = source.combined()?.map(|of| {
+            let cells = (0..10).map(|k| property(k, of.theta[k], of.sigma[k]));
+            ("combined".to_owned(), cells.collect())
+        });
+        Ok(Some(Self {
             verdict: Sentence(verdict),
-            rows: answers.iter().map(row).collect(),
-            header: (0..SHOWN).map(label).collect(),
-        })
+            rows: answers.iter().map(row).chain(combined).collect(),
+            header: (0..10).map(label).collect(),
+        }))
     }
 }
 

@@ -3,13 +3,17 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, legend, number, styled, write};
+use super::canvas::{Area, Drawing, Drawn, Heading, styled, tick, write};
+use super::legend::{Key, Sign, legend};
 use super::theme::{COLORS, LABEL};
 use crate::document::{ErrorBudget, StatedAndLearned};
+use crate::report::two_digits;
 use crate::result_file::{ResultFile, ShownDetails};
 
 /// A larger value is drawn as this.
 const LARGEST_DRAWN: f64 = 1e9;
+/// A larger value is written with a power of ten.
+const LARGEST_WRITTEN: f64 = 1e6;
 
 /// An entry of the budget.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +70,7 @@ impl Entry {
             .disable_x_mesh()
             .disable_x_axis()
             .y_labels(6)
+            .y_label_formatter(&|value| tick(*value))
             .y_desc(self.quantity)
             .draw()?;
         let bar = |(place, value): (usize, &f64)| {
@@ -80,25 +85,44 @@ impl Entry {
             let ends = (place as f64 + 0.5, value.clamp(0.0, top));
             let (x, y) = plane.map_coordinate(&ends);
             let at = (x - left, y - upper - 18);
-            write(&area, &number(*value, 3), at, (HPos::Center, VPos::Center), LABEL)?;
+            write(&area, &figure(*value), at, (HPos::Center, VPos::Center), LABEL)?;
         }
         Ok(())
     }
 }
 
+/// A figure of the budget with two significant digits, as texts have it; short also when it is none of a test.
+fn figure(value: f64) -> String {
+    if value.abs() < LARGEST_WRITTEN { two_digits(value) } else { format!("{value:.1e}") }
+}
+
 impl Drawing for Budget {
-    fn title(&self) -> String {
-        format!("{}: error budget as stated and as learned", self.title)
+    fn heading(&self) -> Heading<'_> {
+        Heading { subject: &self.title, shows: "error budget as stated and as learned".into() }
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
-        let names = [
-            ("as the layout states it".to_owned(), COLORS[0]),
-            ("as the data have it".to_owned(), COLORS[1]),
+        let keys = [
+            Key::of("as the layout states it", Sign::Patch, COLORS[0]),
+            Key::of("as the data have it", Sign::Patch, COLORS[1]),
         ];
-        let used = legend(area, &names)?;
+        let used = legend(area, &keys)?;
         let (_, area) = area.split_vertically(used);
         let panels = area.split_evenly((1, self.entries.len()));
         self.entries.iter().zip(&panels).try_for_each(|(entry, panel)| entry.draw(panel))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::figure;
+
+    #[test]
+    fn figures_are_those_of_the_text() {
+        for (value, said) in
+            [(2.0499, "2.0"), (31.02, "31"), (0.614, "0.61"), (1e300, "1.0e300"), (f64::NAN, "NaN")]
+        {
+            assert_eq!(figure(value), said);
+        }
     }
 }

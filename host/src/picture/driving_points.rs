@@ -11,9 +11,10 @@ use nalgebra::{Complex, Vector3, Vector6};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, legend, write};
+use super::canvas::{Area, Drawing, Drawn, Heading, write};
+use super::legend::{Key, Sign, legend};
 use super::panel::{Curve, Panel, range_of};
-use super::theme::{COLORS, INK, LABEL};
+use super::theme::{COLORS, Dashes, FAINT, INK, LABEL};
 use crate::archive::ArchivedSpectra;
 use crate::error::Result;
 use crate::identification::lines_of;
@@ -22,6 +23,11 @@ use crate::uff::Frf;
 
 /// The range of the frequency, over the ends of the band of the mass lines.
 const SHOWN: [f64; 2] = [0.7, 1.3];
+/// How far the axis follows values beyond the band, in extents of those within it, so that a mode of the suspension or of the
+/// body beside the band does not make the band flat.
+const BEYOND: f64 = 2.0;
+/// Dashes of the mass lines, pixels.
+const DASHES: Dashes = Some([10, 6]);
 /// The largest number of panels in a row.
 const COLUMNS: usize = 4;
 
@@ -147,12 +153,19 @@ impl Point {
         if range[0] < range[1] { range } else { [0.0, 1.0] }
     }
 
-    /// The values within the band.
-    fn values(&self) -> impl Iterator<Item = f64> + '_ {
-        let [low, high] = self.band_hz;
+    /// The values of the curves at frequencies in a range.
+    fn values(&self, [low, high]: [f64; 2]) -> impl Iterator<Item = f64> + '_ {
         let curves = self.curves.iter().flat_map(|of| of.of_all.iter().chain(&of.of_sensor));
-        let inside = curves.filter(move |(f, _)| (low..=high).contains(f)).map(|(_, value)| *value);
-        inside.chain([self.mass_line])
+        curves.filter(move |(f, _)| (low..=high).contains(f)).map(|(_, value)| *value)
+    }
+
+    /// The range of the accelerance: all that is drawn, but for what is far beyond the values within the band.
+    fn range_of_values(&self, least: Option<f64>) -> [f64; 2] {
+        let inside = self.values(self.band_hz).chain([self.mass_line]).chain(least);
+        let [low, high] = range_of(inside);
+        let far = BEYOND * (high - low);
+        let all = self.values(self.range()).map(|value| value.clamp(low - far, high + far));
+        range_of(all.chain([self.mass_line]).chain(least))
     }
 
     fn draw<B: DrawingBackend>(
@@ -175,10 +188,10 @@ impl Point {
             curves.push(Curve::of(of.of_all.clone(), COLORS[0]).wide(3));
         }
         let ends = self.band_hz.map(|f| (f, self.mass_line));
-        curves.push(Curve::of(ends.into(), COLORS[1]).wide(5).dashed());
+        curves.push(Curve::of(ends.into(), COLORS[1]).wide(5).dashed(DASHES));
         let panel = Panel {
             x,
-            y: range_of(self.values().chain(least)),
+            y: self.range_of_values(least),
             below: Some(if is_lowest { "frequency, Hz" } else { "" }),
             left: if is_first { "real part, (m/s²)/N" } else { "" },
             room: if is_first { 120 } else { 80 },
@@ -189,20 +202,21 @@ impl Point {
 }
 
 impl Drawing for DrivingPoints {
-    fn title(&self) -> String {
-        format!("{}: accelerance of the points that are hit", self.title)
+    fn heading(&self) -> Heading<'_> {
+        Heading { subject: &self.title, shows: "accelerance of the points that are hit".into() }
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
-        let mut names = vec![
-            ("all sensors as one rigid body".to_owned(), COLORS[0]),
-            ("sensor at the point alone".to_owned(), COLORS[4]),
-            ("mass lines; shaded: their band".to_owned(), COLORS[1]),
+        let mut keys = vec![
+            Key::of("all sensors as one rigid body", Sign::Line(3, None), COLORS[0]),
+            Key::of("sensor at the point alone", Sign::Line(2, None), COLORS[4]),
+            Key::of("mass lines", Sign::Line(5, DASHES), COLORS[1]),
+            Key::of("their band", Sign::Patch, FAINT),
         ];
         if self.least.is_some() {
-            names.push(("1/m: no point moves less".to_owned(), COLORS[2]));
+            keys.push(Key::of("1/m: no point moves less", Sign::Line(3, None), COLORS[2]));
         }
-        let used = legend(area, &names)?;
+        let used = legend(area, &keys)?;
         let (_, area) = area.split_vertically(used);
         let count = self.points.len();
         let rows = count.div_ceil(COLUMNS).max(1);
@@ -213,5 +227,33 @@ impl Drawing for DrivingPoints {
             point.draw(panel, self.least, (place % columns == 0, is_lowest))?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn range_of_curve(beside: f64) -> [f64; 2] {
+        let curve = vec![(8.0, beside), (10.0, 4.2), (50.0, 4.3), (100.0, 4.5), (120.0, 5.4)];
+        let point = Point {
+            dof: "4:+X".into(),
+            band_hz: [10.0, 100.0],
+            mass_line: 4.2,
+            curves: Some(Accelerances { of_all: curve, of_sensor: Vec::new() }),
+        };
+        point.range_of_values(Some(0.8))
+    }
+
+    #[test]
+    fn the_axis_holds_the_curve_beside_its_band() {
+        let [low, high] = range_of_curve(4.4);
+        assert!(low < 0.0 && 5.4 < high && high < 6.0, "{low} {high}");
+    }
+
+    #[test]
+    fn a_mode_beside_the_band_does_not_make_it_flat() {
+        let [low, high] = range_of_curve(900.0);
+        assert!(low < 0.0 && 5.4 < high && high < 20.0, "{low} {high}");
     }
 }

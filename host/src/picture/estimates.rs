@@ -4,14 +4,16 @@
 use std::array;
 
 use massline_shared::body::INERTIAL_PARAMETERS;
+use massline_shared::layout::HostLayout;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, legend, styled, write};
-use super::theme::{INK, LABEL, color};
+use super::canvas::{Area, Drawing, Drawn, Heading, styled, tick, write};
+use super::legend::{Key, Sign, legend, mark};
+use super::theme::{INK, LABEL, color, cycle};
 use crate::error::Result;
 use crate::export::Exported;
-use crate::result_file::ResultFile;
+use crate::result_file::{ResultFile, shown};
 
 /// An answer.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,50 +26,73 @@ pub struct Series {
     pub half_widths: Option<[f64; 10]>,
 }
 
+/// An answer in SI units.
+struct Answer {
+    name: String,
+    /// Whether its interval covers the scatter between hits only.
+    is_narrow: bool,
+    theta: [f64; 10],
+    half_widths: Option<[f64; 10]>,
+}
+
 /// Differences beyond this are not those of an answer, % of scale.
 const LARGEST_DRAWN: f64 = 1e9;
+/// What is said about an interval of which the document says that it is too narrow.
+const SCATTER_ONLY: &str = "interval: scatter between hits only";
 
 /// Answers side by side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimates {
-    /// What was measured.
+    /// What was measured; the number of results where they are several.
     pub title: String,
     /// What the differences are from: the reference, or the first answer.
     pub zero: String,
+    /// Which scale the differences are parts of, for the axis.
+    pub scale: String,
     /// The answers.
     pub series: Vec<Series>,
 }
 
 impl Estimates {
-    /// All methods of one result, or the best answers of several; `None` without an answer.
+    /// All methods of one result and what they say together, or the best answers of several; `None` without an answer.
+    ///
+    /// Several results have one scale, that of the first: on scales of their own, equal differences of the body would not be
+    /// equally high.
     ///
     /// # Errors
     /// When a result is malformed, has no answer among several, or without a layout.
     pub fn of(sources: &[ResultFile]) -> Result<Option<Self>> {
-        let mut answers = Vec::new();
-        match sources {
-            [one] => answers.extend(one.answers()?.into_iter().map(|of| (of.method.clone(), of))),
+        let answers = match sources {
+            [one] => answers_of_one(one)?,
             _ => {
-                for source in sources {
-                    answers.push((source.name.clone(), source.answer(None)?));
-                }
+                let best = |source: &ResultFile| {
+                    Ok(Answer::of(source, shown(&source.name), &source.answer(None)?))
+                };
+                sources.iter().map(best).collect::<Result<_>>()?
             }
-        }
-        let Some(((name, best), source)) = answers.first().zip(sources.first()) else {
-            return Ok(None);
         };
+        let Some((best, source)) = answers.first().zip(sources.first()) else { return Ok(None) };
         let reference = source.reference();
-        let scale = source.scale(reference.map_or(best.body.mass, |of| of[0]))?;
-        let from = reference.unwrap_or_else(|| best.theta().into());
+        let scale = source.scale(reference.map_or(best.theta[0], |of| of[0]))?;
+        let from = reference.unwrap_or(best.theta);
         let percent = |k: usize, value: f64| 100.0 * value / scale[k];
-        let series = |(name, answer): &(String, Exported)| Series {
-            name: name.clone(),
-            differences: array::from_fn(|k| percent(k, answer.theta()[k] - from[k])),
+        let series = |answer: &Answer| Series {
+            name: answer.described(),
+            differences: array::from_fn(|k| percent(k, answer.theta[k] - from[k])),
             half_widths: answer.half_widths.map(|half| array::from_fn(|k| percent(k, half[k]))),
         };
+        let is_shared = sources.iter().all(|other| other.reference() == reference);
         Ok(Some(Self {
-            title: source.title.clone(),
-            zero: if reference.is_some() { "the reference".into() } else { name.clone() },
+            title: match sources {
+                [one] => one.title.clone(),
+                _ => format!("{} results", sources.len()),
+            },
+            zero: match reference {
+                Some(_) if is_shared => "the reference".into(),
+                Some(_) => "the reference of the first".into(),
+                None => best.name.clone(),
+            },
+            scale: scale_of(sources),
             series: answers.iter().map(series).collect(),
         }))
     }
@@ -84,19 +109,60 @@ impl Estimates {
     }
 }
 
+/// What the differences are parts of, in a few words.
+fn scale_of(sources: &[ResultFile]) -> String {
+    let length = |source: &ResultFile| source.layout().map(HostLayout::characteristic_length);
+    match sources {
+        [first, _, ..] => {
+            let length =
+                length(first).map_or(String::new(), |l| format!(" (L = {:.1} mm)", 1e3 * l));
+            format!("% of the first one's scale{length}")
+        }
+        _ => "% of scale".into(),
+    }
+}
+
+impl Answer {
+    /// An answer of a result, by a name.
+    fn of(source: &ResultFile, name: String, answer: &Exported) -> Self {
+        Self {
+            name,
+            is_narrow: source.covers_scatter_only(&answer.method),
+            theta: answer.theta().into(),
+            half_widths: answer.half_widths.map(Into::into),
+        }
+    }
+
+    /// Its name, with what has to be said about its interval.
+    fn described(&self) -> String {
+        let Self { name, is_narrow, .. } = self;
+        if *is_narrow { format!("{name} ({SCATTER_ONLY})") } else { name.clone() }
+    }
+}
+
+/// The answers of all methods, and the combined one.
+fn answers_of_one(source: &ResultFile) -> Result<Vec<Answer>> {
+    let methods = source.answers()?;
+    let mut answers: Vec<Answer> =
+        methods.iter().map(|of| Answer::of(source, of.method.clone(), of)).collect();
+    if let Some(combined) = source.combined()?.filter(|_| answers.len() > 1) {
+        let (theta, half_widths) = (combined.theta, Some(combined.half_widths));
+        answers.push(Answer { name: "combined".into(), is_narrow: false, theta, half_widths });
+    }
+    Ok(answers)
+}
+
 impl Drawing for Estimates {
-    fn title(&self) -> String {
-        format!("{}: difference from {}", self.title, self.zero)
+    fn heading(&self) -> Heading<'_> {
+        Heading { subject: &self.title, shows: format!("difference from {}", self.zero) }
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
-        let names: Vec<_> = self
-            .series
-            .iter()
-            .enumerate()
-            .map(|(place, series)| (series.name.clone(), color(place)))
-            .collect();
-        let used = legend(area, &names)?;
+        let key = |(place, series): (usize, &Series)| {
+            Key::of(series.name.clone(), Sign::Marker(cycle(place)), color(place))
+        };
+        let keys: Vec<Key> = self.series.iter().enumerate().map(key).collect();
+        let used = legend(area, &keys)?;
         let (_, area) = area.split_vertically(used);
         let limit = 1.08 * self.largest();
         let mut chart = ChartBuilder::on(&area)
@@ -107,34 +173,47 @@ impl Drawing for Estimates {
             .disable_x_mesh()
             .disable_x_axis()
             .y_labels(9)
-            .y_desc("% of scale, with 95 % interval")
+            .y_label_formatter(&|value| tick(*value))
+            .y_desc(format!("{}, with 95 % interval", self.scale))
             .draw()?;
         chart.draw_series([PathElement::new([(-0.5, 0.0), (9.5, 0.0)], INK.stroke_width(2))])?;
+        let plane = chart.plotting_area();
+        let (left, top) = area.get_base_pixel();
+        let at = |place: (f64, f64)| {
+            let (x, y) = plane.map_coordinate(&place);
+            (x - left, y - top)
+        };
         let width = 0.8 / self.series.len().max(1) as f64;
         for (place, series) in self.series.iter().enumerate() {
-            let ink = color(place).stroke_width(3);
             for k in 0..10 {
                 let x = k as f64 + width * (place as f64 + 0.5) - 0.4;
                 let y = series.differences[k];
                 if let Some(half) = series.half_widths.map(|half| half[k]) {
                     let cap = 0.25 * width.min(0.3);
-                    let ends = [[(x, y - half), (x, y + half)]];
-                    let caps = [y - half, y + half].map(|y| [(x - cap, y), (x + cap, y)]);
-                    chart.draw_series(
-                        ends.into_iter().chain(caps).map(|line| PathElement::new(line, ink)),
-                    )?;
+                    interval(&area, color(place), &at, (x, [y - half, y + half]), cap)?;
                 }
-                chart.draw_series([Circle::new((x, y), 7, color(place).filled())])?;
+                mark(&area, at((x, y)), cycle(place), color(place))?;
             }
         }
-        let plane = chart.plotting_area();
-        let bottom = plane.get_pixel_range().1.end;
-        let (left, top) = area.get_base_pixel();
+        let bottom = plane.get_pixel_range().1.end - top;
         for (k, parameter) in INERTIAL_PARAMETERS.iter().enumerate() {
-            let x = plane.map_coordinate(&(k as f64, 0.0)).0;
-            let at = (x - left, bottom - top + 28);
-            write(&area, parameter.symbol, at, (HPos::Center, VPos::Center), LABEL)?;
+            let below = (at((k as f64, 0.0)).0, bottom + 28);
+            write(&area, parameter.symbol, below, (HPos::Center, VPos::Center), LABEL)?;
         }
         Ok(())
     }
+}
+
+/// An interval with caps of this half width; `at` takes places of the chart to pixels.
+fn interval<B: DrawingBackend>(
+    area: &Area<B>,
+    color: RGBColor,
+    at: &impl Fn((f64, f64)) -> (i32, i32),
+    (x, ends): (f64, [f64; 2]),
+    cap: f64,
+) -> Drawn<B> {
+    let ink = color.stroke_width(3);
+    area.draw(&PathElement::new(ends.map(|y| at((x, y))), ink))?;
+    ends.into_iter()
+        .try_for_each(|y| area.draw(&PathElement::new([(x - cap, y), (x + cap, y)].map(at), ink)))
 }

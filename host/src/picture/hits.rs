@@ -7,9 +7,10 @@ use nalgebra::Complex;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, legend, write};
+use super::canvas::{Area, Drawing, Drawn, Heading, write};
+use super::legend::{Key, Sign, legend};
 use super::panel::{Curve, Panel, range_of};
-use super::theme::{LABEL, color};
+use super::theme::{FAINT, LABEL, color, dashes};
 use crate::archive::{Archive, ArchivedSampler, HitRecord};
 use crate::error::Result;
 use crate::readings::{Chain, Readings};
@@ -22,6 +23,8 @@ const AFTER: f64 = 24.0;
 const ENDED: f64 = 0.1;
 /// Largest number of hits in a picture.
 const MOST: usize = 64;
+/// Room between the names of the axes of the upper row and the names of the sensors below, pixels.
+const BETWEEN: i32 = 22;
 /// The spectrum of the force is shown down to here, dB.
 const LOWEST: f64 = -40.0;
 
@@ -92,7 +95,7 @@ impl HitsOfDof {
 
     fn over_time(&self, place: usize, values: &[f64]) -> Curve {
         let points = values.iter().enumerate().map(|(scan, value)| (self.time(scan), *value));
-        Curve::of(points.collect(), color(place))
+        curve(place, points.collect())
     }
 
     fn force_over_time<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
@@ -106,20 +109,20 @@ impl HitsOfDof {
     }
 
     fn spectra<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
-        let curve = |(place, hit): (usize, &Hit)| {
+        let over_frequency = |(place, hit): (usize, &Hit)| {
             let points = hit.spectrum.iter().enumerate();
-            Curve::of(
+            curve(
+                place,
                 points.map(|(bin, level)| (bin as f64 * self.resolution, *level)).collect(),
-                color(place),
             )
         };
-        let curves: Vec<Curve> = self.hits.iter().enumerate().map(curve).collect();
+        let curves: Vec<Curve> = self.hits.iter().enumerate().map(over_frequency).collect();
         let bins = self.hits.iter().map(|hit| hit.spectrum.len()).max().unwrap_or(0);
         let all = bins.max(2) as f64 * self.resolution;
         let panel = Panel {
             x: [0.0, (5.0 * self.band_hz[1]).max(4.0 * self.resolution).min(all)],
             y: [LOWEST, 6.0],
-            below: Some("frequency, Hz; shaded: the band of the mass lines"),
+            below: Some("frequency, Hz"),
             left: "force, dB re 0 Hz",
             room: 110,
             shaded: Some(self.band_hz),
@@ -170,26 +173,30 @@ impl HitsOfDof {
     }
 }
 
+/// The curve of the hit with this place.
+fn curve(place: usize, points: Vec<(f64, f64)>) -> Curve {
+    Curve::of(points, color(place)).dashed(dashes(place))
+}
+
 impl Drawing for HitsOfDof {
-    fn title(&self) -> String {
-        format!("{}: hits at {}", self.title, self.dof)
+    fn heading(&self) -> Heading<'_> {
+        Heading { subject: &self.title, shows: format!("hits at {}", self.dof) }
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
-        let names: Vec<_> = self
-            .hits
-            .iter()
-            .enumerate()
-            .map(|(place, hit)| (format!("hit {}", hit.number), color(place)))
-            .collect();
-        let used = legend(area, &names)?;
+        let key = |(place, hit): (usize, &Hit)| {
+            Key::of(format!("hit {}", hit.number), Sign::Line(2, dashes(place)), color(place))
+        };
+        let mut keys: Vec<Key> = self.hits.iter().enumerate().map(key).collect();
+        keys.push(Key::of("band of the mass lines", Sign::Patch, FAINT));
+        let used = legend(area, &keys)?;
         let (_, area) = area.split_vertically(used);
         let (width, height) = area.dim_in_pixel();
         let (upper, lower) = area.split_vertically(height * 38 / 100);
         let (force, spectra) = upper.split_horizontally(width / 2);
         self.force_over_time(&force)?;
         self.spectra(&spectra)?;
-        self.responses(&lower)
+        self.responses(&lower.margin(BETWEEN, 0, 0, 0))
     }
 }
 

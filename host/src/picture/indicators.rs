@@ -3,7 +3,8 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, legend, write};
+use super::canvas::{Area, Drawing, Drawn, Heading, write};
+use super::legend::{Key, Sign, legend};
 use super::theme::{COLORS, FAINT, LABEL, SMALL};
 use crate::document::{Indicator, Mode};
 use crate::result_file::{ResultFile, ShownModes};
@@ -47,15 +48,18 @@ impl Indicators {
 }
 
 impl Drawing for Indicators {
-    fn title(&self) -> String {
-        format!("{}: Norm Indicator, how much of a mode a hit shows", self.title)
+    fn heading(&self) -> Heading<'_> {
+        let shows = "Norm Indicator, how much of a mode a hit shows".into();
+        Heading { subject: &self.title, shows }
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
         let [usual, best] = [COLORS[5], COLORS[0]];
-        let names =
-            [("hit that shows most of the mode".into(), best), ("other hits".into(), usual)];
-        let used = legend(area, &names)?;
+        let keys = [
+            Key::of("hit that shows most of the mode", Sign::Patch, best),
+            Key::of("other hits", Sign::Patch, usual),
+        ];
+        let used = legend(area, &keys)?;
         let (_, area) = area.split_vertically(used);
         let (width, height) = area.dim_in_pixel();
         let rows = self.frequencies_hz.len().max(1) as i32;

@@ -8,7 +8,9 @@ use nalgebra::{Matrix2x3, Vector2, Vector3};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, legend, text, write};
+use super::canvas::{Area, Drawing, Drawn, Heading, tick, write};
+use super::labels::Labels;
+use super::legend::{Key, Sign, legend};
 use super::theme::{COLORS, INK, SMALL};
 use crate::error::Result;
 use crate::projection::across;
@@ -16,6 +18,8 @@ use crate::result_file::ResultFile;
 
 /// Length of an arrow's head, pixels.
 const HEAD: f64 = 24.0;
+/// Colours of sensors, hits and body.
+const INKS: [RGBColor; 3] = [COLORS[0], COLORS[1], COLORS[2]];
 /// Points of a drawn ellipse.
 const POINTS: usize = 72;
 
@@ -81,69 +85,9 @@ impl View {
     }
 }
 
-/// Labels that keep clear of each other.
-#[derive(Default)]
-struct Labels {
-    /// What they keep clear of.
-    kept: Vec<[i32; 4]>,
-    /// Where they are.
-    written: Vec<[i32; 4]>,
-}
-
-/// True for boxes of left, upper, right and lower ends that have nothing in common.
-fn are_apart(a: &[i32; 4], b: &[i32; 4]) -> bool {
-    a[2] < b[0] || b[2] < a[0] || a[3] < b[1] || b[3] < a[1]
-}
-
-impl Labels {
-    /// Keeps a square about a point free of labels.
-    fn keep(&mut self, (x, y): (i32, i32), half: i32) {
-        self.kept.push([x - half, y - half, x + half, y + half]);
-    }
-
-    /// Keeps a line free of labels.
-    fn keep_line(&mut self, from: (i32, i32), to: (i32, i32)) {
-        const PIECES: i32 = 16;
-        for k in 0..=PIECES {
-            let between = |a: i32, b: i32| a + (b - a) * k / PIECES;
-            self.keep((between(from.0, to.0), between(from.1, to.1)), 5);
-        }
-    }
-
-    /// Writes a label beside a point, where the nearest free place is.
-    fn write<B: DrawingBackend>(
-        &mut self,
-        area: &Area<B>,
-        words: &str,
-        at: (i32, i32),
-    ) -> Drawn<B> {
-        let (width, height) = area.estimate_text_size(words, &text(SMALL))?;
-        let (width, height) = (width as i32, height as i32 + 4);
-        let rings = (0..6).map(|ring| 18 + ring * (height + 2));
-        let places = rings.flat_map(|far| {
-            (0..16).map(move |k| {
-                let (sin, cos) = (TAU * f64::from(k) / 16.0).sin_cos();
-                let far = f64::from(far);
-                let x = cos * (far + f64::from(width) / 2.0);
-                let y = sin * (far + f64::from(height) / 4.0);
-                (x.round() as i32, y.round() as i32)
-            })
-        });
-        let boxed = |(dx, dy): (i32, i32)| {
-            let (x, y) = (at.0 + dx, at.1 + dy);
-            [x - width / 2, y - height / 2, x + width / 2, y + height / 2]
-        };
-        let is_free = |a: &[i32; 4]| self.kept.iter().chain(&self.written).all(|b| are_apart(a, b));
-        let found = places.map(boxed).find(is_free).unwrap_or_else(|| boxed((0, -18)));
-        self.written.push(found);
-        let middle = ((found[0] + found[2]) / 2, (found[1] + found[3]) / 2);
-        write(area, words, middle, (HPos::Center, VPos::Center), SMALL)
-    }
-}
-
 impl Drawing for InSpace {
-    fn title(&self) -> String {
-        format!("{}: the test in space", self.title)
+    fn heading(&self) -> Heading<'_> {
+        Heading { subject: &self.title, shows: "the test in space".into() }
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
@@ -157,20 +101,14 @@ impl InSpace {
         &self,
         area: &Area<B>,
     ) -> std::result::Result<Labels, DrawingAreaErrorKind<B::ErrorType>> {
-        let [of_sensors, of_hits, of_body] = [COLORS[0], COLORS[1], COLORS[2]];
-        let names = [
-            ("sensor at its node".to_owned(), of_sensors),
-            ("hit, along the force on the body".to_owned(), of_hits),
-            ("centre of mass, principal axes, ellipsoid of the same inertia".to_owned(), of_body),
-        ];
-        let names = if self.body.is_some() { &names[..] } else { &names[..2] };
-        let used = legend(area, names)?;
+        let [of_sensors, of_hits, of_body] = INKS;
+        let arms = self.body.as_ref().and_then(ellipsoid);
+        let used = legend(area, &self.keys(arms.is_some()))?;
         let (_, area) = area.split_vertically(used);
         let sensors: Vec<_> =
             self.layout.sensors.iter().map(|s| Vector3::from(s.position)).collect();
         let hits: Vec<_> = self.layout.hits.iter().map(|h| Vector3::from(h.position)).collect();
         let center = self.body.map(|body| body.center_of_mass);
-        let arms = self.body.as_ref().and_then(ellipsoid);
         let mut points: Vec<Vector3<f64>> = vec![Vector3::zeros()];
         points.extend(sensors.iter().chain(&hits).chain(&center));
         if let Some((center, arms)) = center.zip(arms) {
@@ -178,7 +116,7 @@ impl InSpace {
         }
         let view = View::of(&points, area.dim_in_pixel());
         let reach = 110.0 / view.scale;
-        let mut labels = Labels::default();
+        let mut labels = Labels::within(area.dim_in_pixel());
         sensors.iter().chain(&hits).for_each(|point| labels.keep(view.at(point), 12));
         let mut ends_of_axes = Vec::new();
         for (axis, name) in [(Vector3::x(), "x"), (Vector3::y(), "y"), (Vector3::z(), "z")] {
@@ -194,14 +132,17 @@ impl InSpace {
                     view.at(&(center + arms[first] * cos + arms[second] * sin))
                 });
                 let line: Vec<_> = ellipse.collect();
+                labels.avoid(&line);
                 area.draw(&PathElement::new(line, of_body.mix(0.5).stroke_width(2)))?;
             }
             for arm in arms {
                 let ends = [center - arm, center + arm].map(|point| view.at(&point));
+                labels.avoid(&ends);
                 area.draw(&PathElement::new(ends, of_body.stroke_width(3)))?;
             }
         }
         if let Some(center) = center {
+            labels.keep(view.at(&center), 10);
             area.draw(&Circle::new(view.at(&center), 9, of_body.filled()))?;
         }
         for (x, y) in sensors.iter().map(|point| view.at(point)) {
@@ -226,8 +167,23 @@ impl InSpace {
             labels.write(&area, name, end)?;
         }
         let (_, height) = area.dim_in_pixel();
-        self.ruler(&area, &view, height as i32 - 20)?;
+        ruler(&area, &view, height as i32 - 20)?;
         Ok(labels)
+    }
+
+    /// What is drawn how; without a body its part is missing, and one that cannot be has no ellipsoid.
+    fn keys(&self, has_ellipsoid: bool) -> Vec<Key> {
+        let [of_sensors, of_hits, of_body] = INKS;
+        let mut keys = vec![
+            Key::of("sensor at its node", Sign::Patch, of_sensors),
+            Key::of("hit, along the force on the body", Sign::Line(4, None), of_hits),
+        ];
+        let name = match has_ellipsoid {
+            true => "centre of mass, principal axes, ellipsoid of the same inertia",
+            false => "centre of mass; no real body has this inertia, so there is no ellipsoid",
+        };
+        keys.extend(self.body.map(|_| Key::of(name, Sign::Disc, of_body)));
+        keys
     }
 }
 
@@ -253,22 +209,32 @@ fn arrow<B: DrawingBackend>(
     area.draw(&Polygon::new([tip, corner(1.0), corner(-1.0)], color.filled()))
 }
 
-impl InSpace {
-    /// A line of known length.
-    fn ruler<B: DrawingBackend>(&self, area: &Area<B>, view: &View, y: i32) -> Drawn<B> {
-        // 1, 2 or 5 times a power of ten that is about 200 pixels long.
-        let wanted = 200.0 / view.scale;
-        let power = 10_f64.powf(wanted.log10().floor());
-        let length = [5.0, 2.0, 1.0].map(|k| k * power).into_iter().find(|l| *l <= wanted);
-        let length = length.unwrap_or(power);
-        let end = (length * view.scale).round() as i32;
-        area.draw(&PathElement::new([(0, y), (end, y)], INK.stroke_width(3)))?;
-        for x in [0, end] {
-            area.draw(&PathElement::new([(x, y - 8), (x, y + 8)], INK.stroke_width(3)))?;
-        }
-        let name =
-            if length < 1.0 { format!("{:.0} mm", length * 1e3) } else { format!("{length:.0} m") };
-        write(area, &name, (end + 16, y), (HPos::Left, VPos::Center), SMALL)
+/// A line of known length.
+fn ruler<B: DrawingBackend>(area: &Area<B>, view: &View, y: i32) -> Drawn<B> {
+    let length = ruler_length(view.scale);
+    let end = (length * view.scale).round() as i32;
+    area.draw(&PathElement::new([(0, y), (end, y)], INK.stroke_width(3)))?;
+    for x in [0, end] {
+        area.draw(&PathElement::new([(x, y - 8), (x, y + 8)], INK.stroke_width(3)))?;
+    }
+    write(area, &ruler_name(length), (end + 16, y), (HPos::Left, VPos::Center), SMALL)
+}
+
+/// 1, 2 or 5 times a power of ten, m, that is at most 200 pixels long at this scale, pixels per m.
+fn ruler_length(scale: f64) -> f64 {
+    let wanted = 200.0 / scale;
+    let power = 10_f64.powf(wanted.log10().floor());
+    let length = [5.0, 2.0, 1.0].map(|k| k * power).into_iter().find(|l| *l <= wanted);
+    length.unwrap_or(power)
+}
+
+/// A length, m, with its unit.
+fn ruler_name(length: f64) -> String {
+    // Rounding may have made a little less of a metre or a millimetre.
+    match length {
+        _ if length > 0.99 => format!("{} m", tick(length)),
+        _ if length > 0.99e-3 => format!("{} mm", tick(1e3 * length)),
+        _ => format!("{} µm", tick(1e6 * length)),
     }
 }
 
@@ -300,10 +266,45 @@ mod tests {
         let area = SVGBackend::with_string(&mut svg, (1540, 900)).into_drawing_area();
         let labels = picture.labelled(&area).unwrap();
         // Three sensors, twelve hits and three axes.
-        assert_eq!(labels.written.len(), 18);
-        for (place, label) in labels.written.iter().enumerate() {
-            let others = labels.written[..place].iter().chain(&labels.kept);
-            assert!(others.into_iter().all(|other| are_apart(label, other)), "{place}: {label:?}");
+        assert_eq!(labels.count(), 18);
+        assert!(labels.collisions().is_empty(), "{:?}", labels.collisions());
+    }
+
+    #[test]
+    fn the_ellipsoid_strikes_no_label_through() {
+        register().unwrap();
+        let file = include_str!("../../examples/three-bar-test-1.toml");
+        let of_file = LayoutFile::parse(file, "test-1.toml").unwrap();
+        let body = of_file.reference.and_then(|of| of.complete()).expect("a reference");
+        let body = RigidBody::from_theta(&body.into());
+        let picture = InSpace { title: String::new(), layout: twelve_dofs(), body: Some(body) };
+        let mut svg = String::new();
+        let area = SVGBackend::with_string(&mut svg, (1540, 900)).into_drawing_area();
+        let labels = picture.labelled(&area).unwrap();
+        assert_eq!((labels.count(), labels.struck()), (18, 0));
+        assert!(labels.collisions().is_empty(), "{:?}", labels.collisions());
+    }
+
+    #[test]
+    fn a_body_that_cannot_be_is_said_to_have_no_ellipsoid() {
+        let (title, layout) = (String::new(), twelve_dofs());
+        let inertia = nalgebra::Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 9.0));
+        let body = RigidBody { mass: 1.0, center_of_mass: Vector3::zeros(), inertia };
+        assert!(ellipsoid(&body).is_none());
+        let picture = InSpace { title, layout, body: Some(body) };
+        let keys = picture.keys(false);
+        assert!(keys[2].name.contains("no real body"), "{keys:?}");
+    }
+
+    #[test]
+    fn a_ruler_has_the_decimals_of_its_length() {
+        for (length, name) in
+            [(5e-2, "50 mm"), (2e-4, "200 µm"), (1e-3, "1 mm"), (2.0, "2 m"), (5e-7, "0.5 µm")]
+        {
+            assert_eq!(ruler_name(length), name);
         }
+        // An object of 1 mm on 1200 pixels.
+        assert_eq!(ruler_name(ruler_length(1.2e6)), "100 µm");
+        assert_eq!(ruler_name(ruler_length(200.0)), "1 m");
     }
 }

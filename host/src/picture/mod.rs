@@ -4,15 +4,20 @@
 //! list of [`Picture`]s says which there are; `massline plot` and the report read that list.
 
 mod assurance;
+mod bitmap;
 mod budget;
 mod canvas;
+mod clip;
 mod driving_points;
 mod estimates;
 mod hits;
 mod indicators;
+mod labels;
 mod layout;
+mod legend;
 mod list;
 mod panel;
+mod phase;
 mod pulls;
 mod responses;
 mod stabilisation;

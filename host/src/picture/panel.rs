@@ -2,25 +2,26 @@
 
 use plotters::prelude::*;
 
-use super::canvas::{Area, Drawn, styled};
-use super::theme::FAINT;
+use super::canvas::{Area, Drawn, styled, tick};
+use super::clip::pieces;
+use super::theme::{Dashes, FAINT};
 
 /// A curve of a panel.
 pub(super) struct Curve {
-    /// Its points; those that are not finite are left out.
+    /// Its points; it breaks at those that are not finite, and ends at the frame of its panel.
     pub points: Vec<(f64, f64)>,
     /// Its colour.
     pub color: RGBColor,
     /// Its width, pixels.
     pub width: u32,
-    /// Whether it is dashed.
-    pub is_dashed: bool,
+    /// Its dashes.
+    pub dashes: Dashes,
 }
 
 impl Curve {
     /// A thin curve.
     pub fn of(points: Vec<(f64, f64)>, color: RGBColor) -> Self {
-        Self { points, color, width: 2, is_dashed: false }
+        Self { points, color, width: 2, dashes: None }
     }
 
     /// A level from one end to the other.
@@ -28,9 +29,9 @@ impl Curve {
         Self::of(ends.map(|x| (x, value)).into(), color)
     }
 
-    /// The same, dashed.
-    pub fn dashed(self) -> Self {
-        Self { is_dashed: true, ..self }
+    /// The same with these dashes.
+    pub fn dashed(self, dashes: Dashes) -> Self {
+        Self { dashes, ..self }
     }
 
     /// The same, this wide.
@@ -79,23 +80,22 @@ impl Panel<'_> {
             Some(name) => mesh.x_desc(name),
             None => mesh.x_label_formatter(&nothing),
         };
-        let plain = |value: &f64| format!("{}", (value * 1e6).round() / 1e6);
+        // What is left of a zero by the arithmetic of the ticks is small against the range.
+        let plain = |value: &f64| tick((value * 1e6).round() / 1e6);
         mesh.y_label_formatter(&plain);
         if self.below.is_some() {
             mesh.x_label_formatter(&plain);
         }
         mesh.draw()?;
         for curve in curves {
-            let inside = |&(x, y): &(f64, f64)| {
-                let is_drawn = (start..=end).contains(&x) && y.is_finite();
-                is_drawn.then(|| (x, y.clamp(low, high)))
-            };
-            let points: Vec<_> = curve.points.iter().filter_map(inside).collect();
             let style = curve.color.stroke_width(curve.width);
-            if curve.is_dashed {
-                chart.draw_series(DashedLineSeries::new(points, 10, 6, style))?;
-            } else {
-                chart.draw_series(LineSeries::new(points, style))?;
+            for piece in pieces(&curve.points, [start, end], [low, high]) {
+                match curve.dashes {
+                    None => chart.draw_series(LineSeries::new(piece, style))?,
+                    Some([length, gap]) => {
+                        chart.draw_series(DashedLineSeries::new(piece, length, gap, style))?
+                    }
+                };
             }
         }
         Ok(())

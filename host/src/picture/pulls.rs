@@ -6,7 +6,8 @@ use massline_shared::layout::{HOST_HITS, HOST_SENSORS};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, legend, number, write};
+use super::canvas::{Area, Drawing, Drawn, Heading, number, tick, write};
+use super::legend::{Key, Sign, legend};
 use super::theme::{COLORS, FAINT, INK, LABEL, PAPER, SMALL};
 use crate::result_file::{ResultFile, ShownDetails, shown};
 
@@ -68,20 +69,21 @@ impl Pulls {
         (1.12 * largest).clamp(1.25 * SUSPICIOUS_PULL, LARGEST_DRAWN)
     }
 
-    /// Names of the colours.
-    fn names(&self) -> Vec<(String, RGBColor)> {
+    /// What is drawn how.
+    fn keys(&self) -> Vec<Key> {
         let budget = match self.scale {
             Some(scale) => {
                 format!("pull, with the learned budget ({scale:.2} × as stated for what stays)")
             }
             None => "pull, with the stated budget".to_owned(),
         };
-        let suspect = format!("pull above {SUSPICIOUS_PULL}: suspect");
-        vec![
-            (budget, COLORS[0]),
-            (suspect, COLORS[1]),
-            ("circle: residual of hits, over noise".into(), INK),
-        ]
+        let suspect = format!("above {SUSPICIOUS_PULL}: suspect");
+        let mut keys =
+            vec![Key::of(budget, Sign::Patch, COLORS[0]), Key::of(suspect, Sign::Patch, COLORS[1])];
+        if self.rows.iter().any(|row| row.residual.is_some()) {
+            keys.push(Key::of("residual of hits, over noise", Sign::Ring, INK));
+        }
+        keys
     }
 }
 
@@ -96,12 +98,12 @@ fn step_of(end: f64) -> f64 {
 }
 
 impl Drawing for Pulls {
-    fn title(&self) -> String {
-        format!("{}: how far the fit pulls sensors and hits", self.title)
+    fn heading(&self) -> Heading<'_> {
+        Heading { subject: &self.title, shows: "how far the fit pulls sensors and hits".into() }
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
-        let used = legend(area, &self.names())? + 10;
+        let used = legend(area, &self.keys())? + 10;
         let (_, area) = area.split_vertically(used);
         let (width, height) = area.dim_in_pixel();
         let row = ((height as i32 - BELOW) / self.rows.len().max(1) as i32).clamp(1, HIGHEST);
@@ -119,8 +121,13 @@ impl Drawing for Pulls {
         for k in 0..=(end / step).floor() as i32 {
             let value = f64::from(k) * step;
             upright(value, FAINT.stroke_width(1))?;
-            let tick = format!("{}", (value * 1e6).round() / 1e6);
-            write(&area, &tick, (x(value), bottom + 20), (HPos::Center, VPos::Center), SMALL)?;
+            write(
+                &area,
+                &tick(value),
+                (x(value), bottom + 20),
+                (HPos::Center, VPos::Center),
+                SMALL,
+            )?;
         }
         let axis = "standard deviations of the budget; 1 is what it expects";
         let middle = LEFT + (room / 2.0) as i32;

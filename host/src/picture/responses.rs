@@ -6,8 +6,11 @@ use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, legend, styled, write};
-use super::theme::{COLORS, LABEL};
+use super::canvas::{Area, Drawing, Drawn, Heading, styled, tick, write};
+use super::clip::{Place, pieces};
+use super::legend::{Key, Sign, legend};
+use super::phase::{self, LARGEST_STEP, PhaseAxis, phase_of};
+use super::theme::{COLORS, Dashes, INK, LABEL};
 use crate::archive::ArchivedSpectra;
 use crate::error::Result;
 use crate::result_file::ResultFile;
@@ -34,11 +37,21 @@ pub struct Responses {
 /// Rows of a picture: share of the height, name, and range; the range of the magnitude follows from the data.
 const ROWS: [(f64, &str, [f64; 2]); 3] = [
     (0.5, "|H|, (m/s²)/N", [0.0; 2]),
-    (0.25, "phase, °", [-110.0, 290.0]),
+    (0.25, "phase, °", phase::RANGE),
     (0.25, "coherence", [0.0, 1.05]),
 ];
 
 const MAGNITUDE: usize = 0;
+const PHASE: usize = 1;
+/// The frequencies that are shown begin at this part of the lower end of the band.
+const BELOW_BAND: f64 = 0.2;
+/// Most that is shown of the magnitude: smaller ones are noise, of the largest one.
+const DEEPEST: f64 = 1e-4;
+/// Room above and below the magnitudes, and the least of the whole range, as factors: below a decade the axis had no numbers.
+const ROOM: f64 = 1.4;
+const LEAST: f64 = 20.0;
+/// Dashes of the mass lines, pixels.
+const DASHES: Dashes = Some([10, 6]);
 /// Room for the numbers of the first column, and between columns, pixels.
 const LEFT: i32 = 120;
 const GAP: i32 = 24;
@@ -88,32 +101,66 @@ impl Responses {
         }
     }
 
-    /// From well below the band to the last bin, Hz.
+    /// From the first bin well below the band to the last one, Hz.
     fn range_of_frequency(&self) -> [f64; 2] {
-        let first = self.frequency_hz.first().copied().unwrap_or(1.0);
+        let positive = self.frequency_hz.iter().copied().filter(|f| *f > 0.0);
         let last = self.frequency_hz.last().copied().unwrap_or(10.0);
+        let shown = positive.clone().find(|f| *f >= BELOW_BAND * self.band_hz[0] && *f < last);
         // All of it where the band is not in it.
-        let below = Some(0.2 * self.band_hz[0]).filter(|below| *below < last);
-        [first.max(below.unwrap_or(first)), last]
+        [shown.or(positive.clone().next().filter(|f| *f < last)).unwrap_or(0.1 * last), last]
     }
 
-    /// Four decades below the largest magnitude.
+    /// From the smallest to the largest magnitude that is shown.
     fn range_of_magnitude(&self) -> [f64; 2] {
-        let inside = |magnitudes: &Vec<f64>| {
-            let of_lines = self.frequency_hz.iter().zip(magnitudes);
-            let wanted = of_lines.filter(|(f, m)| **f >= 0.2 * self.band_hz[0] && **m > 0.0);
-            wanted.map(|(_, m)| *m).fold(0.0, f64::max)
+        let [first, last] = self.range_of_frequency();
+        let shown = |magnitudes: &[f64]| {
+            let of_lines = self.frequency_hz.iter().copied().zip(magnitudes.to_vec());
+            of_lines.filter(move |(f, _)| (first..=last).contains(f)).map(|(_, m)| m)
         };
-        let largest = self.curves.iter().map(|of| inside(&of[0])).fold(0.0, f64::max);
-        if largest > 0.0 { [largest * 1e-4, largest * 1.5] } else { [1e-4, 1.0] }
+        let all = self.curves.iter().flat_map(|of| shown(&of[MAGNITUDE]));
+        let all = all.chain(self.accelerance.iter().map(|a| a.abs()));
+        let all: Vec<f64> = all.filter(|m| m.is_normal() && *m > 0.0).collect();
+        let largest = all.iter().copied().fold(0.0, f64::max);
+        if largest == 0.0 {
+            return [1e-4, 1.0];
+        }
+        let least = all.iter().copied().fold(largest, f64::min).max(DEEPEST * largest);
+        let [low, high] = [least / ROOM, largest * ROOM];
+        let missing = (LEAST / (high / low)).max(1.0).sqrt();
+        [low / missing, high * missing]
+    }
+
+    /// The pieces of a curve that are drawn, in the units of the axes.
+    fn pieces(&self, row: usize, values: &[f64]) -> Vec<Vec<Place>> {
+        let is_log = row == MAGNITUDE;
+        // Lines are straight on the paper, where both may be logarithms.
+        let up = |value: f64| if is_log { value.log10() } else { value };
+        let back = |value: f64| if is_log { 10_f64.powf(value) } else { value };
+        let points: Vec<Place> = self
+            .frequency_hz
+            .iter()
+            .zip(values)
+            .map(|(f, value)| (f.log10(), up(*value)))
+            .collect();
+        let is_joined = |a: &Place, b: &Place| row != PHASE || (a.1 - b.1).abs() <= LARGEST_STEP;
+        let [x, y] = [self.range_of_frequency().map(f64::log10), self.range_of(row).map(up)];
+        let pieces = points.chunk_by(is_joined).flat_map(|run| pieces(run, x, y));
+        let in_units =
+            |piece: Vec<Place>| piece.into_iter().map(|(f, v)| (10_f64.powf(f), back(v))).collect();
+        pieces.map(in_units).collect()
+    }
+
+    /// The range of a row.
+    fn range_of(&self, row: usize) -> [f64; 2] {
+        if row == MAGNITUDE { self.range_of_magnitude() } else { ROWS[row].2 }
     }
 
     fn panel<B: DrawingBackend>(&self, area: &Area<B>, sensor: usize, row: usize) -> Drawn<B> {
-        let [low, high] = if row == MAGNITUDE { self.range_of_magnitude() } else { ROWS[row].2 };
-        if row == MAGNITUDE {
-            self.curves_over(area, (low..high).log_scale(), sensor, row)
-        } else {
-            self.curves_over(area, low..high, sensor, row)
+        let [low, high] = self.range_of(row);
+        match row {
+            MAGNITUDE => self.curves_over(area, (low..high).log_scale(), sensor, row),
+            PHASE => self.curves_over(area, PhaseAxis::new(), sensor, row),
+            _ => self.curves_over(area, low..high, sensor, row),
         }
     }
 
@@ -137,53 +184,48 @@ impl Responses {
             .set_label_area_size(LabelAreaPosition::Left, if is_first { LEFT } else { GAP })
             .set_label_area_size(LabelAreaPosition::Bottom, if is_lowest { 76 } else { 12 })
             .build_cartesian_2d((first..last).log_scale(), scale)?;
-        let name = |f: &f64| if is_lowest { format!("{f}") } else { String::new() };
-        let nothing = |_: &f64| String::new();
+        let name = |f: &f64| if is_lowest { tick(*f) } else { String::new() };
         let mut mesh = chart.configure_mesh();
+        let numbers = |value: &f64| if is_first { tick(*value) } else { String::new() };
         styled(&mut mesh).x_labels(4).y_labels(5).x_label_formatter(&name);
+        mesh.y_label_formatter(&numbers);
         if is_lowest {
             mesh.x_desc("frequency, Hz");
         }
         if is_first {
             mesh.y_desc(ROWS[row].1);
-        } else {
-            mesh.y_label_formatter(&nothing);
         }
         mesh.draw()?;
         for (axis, color) in COLORS.iter().take(3).enumerate() {
             let response = 3 * sensor + axis;
-            let values = self.frequency_hz.iter().zip(&self.curves[response][row]);
-            let points = values.map(|(f, value)| (*f, *value)).filter(|(f, _)| *f >= first);
-            chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?;
-            if row == MAGNITUDE {
+            for piece in self.pieces(row, &self.curves[response][row]) {
+                chart.draw_series(LineSeries::new(piece, color.stroke_width(2)))?;
+            }
+            if let (MAGNITUDE, Some([length, gap])) = (row, DASHES) {
                 let level = self.accelerance[response].abs();
-                let line = self.band_hz.map(|f| (f, level));
-                let dashes = DashedLineSeries::new(line, 10, 6, color.stroke_width(5));
-                chart.draw_series(dashes)?;
+                let line = self.band_hz.map(|f| (f.clamp(first, last), level));
+                let style = color.stroke_width(5);
+                chart.draw_series(DashedLineSeries::new(line, length, gap, style))?;
             }
         }
         Ok(())
     }
 }
 
-/// A phase in degrees from −90 to 270, so that noise does not throw a response against the force from one end to the other.
-fn phase_of(radians: f64) -> f64 {
-    let degrees = radians.to_degrees();
-    if degrees < -90.0 { degrees + 360.0 } else { degrees }
-}
-
 impl Drawing for Responses {
-    fn title(&self) -> String {
+    fn heading(&self) -> Heading<'_> {
         let Self { title, dof, hits, .. } = self;
-        format!("{title}: frequency responses to {hits} hits at {dof}")
+        let hits = if *hits == 1 { "one hit".into() } else { format!("{hits} hits") };
+        Heading { subject: title, shows: format!("frequency responses to {hits} at {dof}") }
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
-        let names =
-            ["along x of the sensor", "along y", "along z; dashed: the mass lines in their band"];
-        let names: Vec<_> =
-            names.iter().zip(COLORS).map(|(name, color)| ((*name).into(), color)).collect();
-        let used = legend(area, &names)?;
+        let line = Sign::Line(3, None);
+        let names = ["along x of the sensor", "along y", "along z"];
+        let mut keys: Vec<Key> =
+            names.into_iter().zip(COLORS).map(|(name, color)| Key::of(name, line, color)).collect();
+        keys.push(Key::of("mass lines in their band", Sign::Line(5, DASHES), INK));
+        let used = legend(area, &keys)?;
         let (_, area) = area.split_vertically(used);
         let (width, height) = area.dim_in_pixel();
         let columns = self.nodes.len().max(1) as i32;
@@ -206,5 +248,59 @@ impl Drawing for Responses {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(frequency_hz: Vec<f64>, curve: [Vec<f64>; 3]) -> Responses {
+        Responses {
+            title: "frame".into(),
+            dof: "1:+Z".into(),
+            hits: 3,
+            nodes: vec![3],
+            frequency_hz,
+            curves: vec![curve.clone(), curve.clone(), curve],
+            band_hz: [10.0, 100.0],
+            accelerance: vec![0.5; 3],
+        }
+    }
+
+    #[test]
+    fn the_phase_breaks_where_it_jumps_to_its_other_end() {
+        let frequencies = vec![10.0, 20.0, 30.0, 40.0];
+        let phase = vec![200.0, 265.0, -85.0, -20.0];
+        let drawn = of(frequencies, [vec![1.0; 4], phase.clone(), vec![1.0; 4]]);
+        let pieces = drawn.pieces(PHASE, &phase);
+        assert_eq!(pieces.len(), 2, "{pieces:?}");
+        assert!(pieces[0].iter().all(|(f, v)| *f < 20.1 && *v >= 200.0), "{pieces:?}");
+        assert!(pieces[1].iter().all(|(f, v)| *f > 29.9 && *v <= -20.0), "{pieces:?}");
+    }
+
+    #[test]
+    fn the_axes_hold_what_is_drawn_and_not_much_more() {
+        let magnitude = vec![50.0, 2.0, 0.5, 0.1, 0.2];
+        let frequencies = vec![1.0, 3.9, 10.0, 50.0, 120.0];
+        let drawn = of(frequencies, [magnitude.clone(), vec![0.0; 5], vec![1.0; 5]]);
+        assert_eq!(drawn.range_of_frequency(), [3.9, 120.0]);
+        let [low, high] = drawn.range_of_magnitude();
+        assert!(0.05 < low && low < 0.1 && 2.0 < high && high < 4.0, "{low} {high}");
+        // The bin below the axis is not drawn at its end.
+        let pieces = drawn.pieces(MAGNITUDE, &magnitude);
+        assert!(pieces.len() == 1 && (pieces[0][0].0 - 3.9).abs() < 0.1, "{pieces:?}");
+    }
+
+    #[test]
+    fn a_notch_below_the_noise_leaves_the_panel() {
+        let magnitude = vec![1.0, 1.0, 1e-9, 0.0, 1.0];
+        let frequencies = vec![10.0, 20.0, 40.0, 80.0, 120.0];
+        let drawn = of(frequencies, [magnitude.clone(), vec![0.0; 5], vec![1.0; 5]]);
+        let [low, _] = drawn.range_of_magnitude();
+        let pieces = drawn.pieces(MAGNITUDE, &magnitude);
+        assert_eq!(pieces.len(), 1, "{pieces:?}");
+        let (f, least) = *pieces[0].last().unwrap();
+        assert!(f < 40.0 && (least / low - 1.0).abs() < 1e-9, "{f} {least} {low}");
     }
 }

@@ -32,6 +32,22 @@ pub(super) fn color(place: usize) -> RGBColor {
     COLORS[place % COLORS.len()]
 }
 
+/// How often the colours have been used up before the series with this place.
+pub(super) fn cycle(place: usize) -> usize {
+    place / COLORS.len()
+}
+
+/// The lengths of dashes and of the gaps between them, pixels; none for a line without gaps.
+pub(super) type Dashes = Option<[i32; 2]>;
+
+/// Dashes that are told apart at the width of a curve.
+const DASHES: [Dashes; 5] = [None, Some([12, 6]), Some([3, 4]), Some([24, 5]), Some([6, 12])];
+
+/// The dashes of the series with this place: others each time that the colours begin anew.
+pub(super) fn dashes(place: usize) -> Dashes {
+    DASHES[cycle(place) % DASHES.len()]
+}
+
 /// Between paper and the first colour, for a share from 0 to 1.
 pub(super) fn shade(share: f64) -> RGBColor {
     let share = share.clamp(0.0, 1.0);
@@ -41,4 +57,19 @@ pub(super) fn shade(share: f64) -> RGBColor {
     };
     let to = COLORS[0];
     RGBColor(between(PAPER.0, to.0), between(PAPER.1, to.1), between(PAPER.2, to.2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_thirty_five_series_differ() {
+        for place in 0..35 {
+            for other in 0..place {
+                let differ = color(place) != color(other) || dashes(place) != dashes(other);
+                assert!(differ, "{place} and {other}");
+            }
+        }
+    }
 }

@@ -53,9 +53,16 @@ for (const figure of document.querySelectorAll("figure.scene")) {
   function use(name) {
     pen.strokeStyle = pen.fillStyle = color(name);
   }
+  // The boxes of the labels that are drawn already, and of the sensors.
+  let taken = [];
   function label(text, point, dx, dy) {
-    const [x, y] = at(point);
-    pen.fillText(text, x + dx, y + dy);
+    const [x, y] = at(point), wide = pen.measureText(text).width, tall = 12;
+    const places = [[dx, dy], [5, 17], [-wide - 5, -5], [-wide - 5, 17], [-wide / 2, -12], [-wide / 2, 26], [9, 5], [-wide - 9, 5], [5, 32], [5, -21]];
+    const boxes = places.map(([u, v]) => [x + u, y + v - tall, x + u + wide, y + v]);
+    const free = (a) => taken.every((b) => a[2] < b[0] || b[2] < a[0] || a[3] < b[1] || b[3] < a[1]);
+    const box = boxes.find(free) ?? boxes[0];
+    taken.push(box);
+    pen.fillText(text, box[0], box[3]);
   }
   function ring(a, b) {
     pen.lineWidth = 1.2;
@@ -69,6 +76,7 @@ for (const figure of document.querySelectorAll("figure.scene")) {
   function draw() {
     pen.clearRect(0, 0, width, height);
     pen.font = "14px system-ui, sans-serif";
+    taken = scene.sensors.map((s) => at(s[1])).map(([x, y]) => [x - 7, y - 7, x + 7, y + 7]);
     use("--faint");
     for (const [name, axis] of [["x", [1, 0, 0]], ["y", [0, 1, 0]], ["z", [0, 0, 1]]]) {
       const end = add([0, 0, 0], axis, 0.8 * arrow);

@@ -66,6 +66,50 @@ fn an_archive_has_pictures_of_answers_layout_and_responses() {
     assert!(fs::read(&png).unwrap().starts_with(b"\x89PNG"));
 }
 
+/// The text of one picture of these results.
+fn drawn(folder: &Path, results: &[&str], picture: &str) -> String {
+    let svg = text(&folder.join("one.svg"));
+    let mut arguments = vec!["plot"];
+    arguments.extend(results);
+    arguments.extend(["--picture", picture, "-o", &svg, "--force"]);
+    success(&arguments);
+    fs::read_to_string(&svg).unwrap()
+}
+
+#[test]
+fn answers_are_drawn_with_their_combination_and_with_what_their_intervals_cover() {
+    let folder = tempfile::tempdir().unwrap();
+    let archive = text(&data("archive/version-1.massline"));
+    let svg = drawn(folder.path(), &[&archive], "estimates");
+    for words in ["combined", "inertia-restraint (interval: scatter between hits only)"] {
+        assert!(svg.contains(words), "{words}");
+    }
+    // Of several results the best answers are shown, which no interval of another kind is among.
+    let svg = drawn(folder.path(), &[&archive, &archive, &archive], "estimates");
+    for words in ["3 results: difference from", "% of the first one&apos;s scale (L = "] {
+        assert!(svg.contains(words), "{words}");
+    }
+    assert!(!svg.contains("combined") && !svg.contains("scatter"), "{svg:.400}");
+}
+
+/// A rig has room for the beginning of a title only.
+#[test]
+fn a_long_title_is_that_of_the_layout_and_ends_with_an_ellipsis() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = "Gestell mit drei Stäben, zwölf Stöße je Punkt, zweiter Tag";
+    let archive = edited(folder.path(), "long", &|archive| {
+        let toml = archive["layout"]["toml"].as_str().unwrap().to_owned();
+        let first = toml.lines().find(|line| line.starts_with("title")).unwrap().to_owned();
+        archive["layout"]["toml"] = toml.replace(&first, &format!("title = {whole:?}")).into();
+        archive["result"]["head"]["title"] = "Gestell mit drei Stäben, zwölf Stöße je Pu".into();
+    });
+    let svg = drawn(folder.path(), &[&archive], "layout");
+    assert!(
+        svg.contains("Gestell mit drei Stäben, zwölf Stöße je…: the test in space"),
+        "{svg:.900}"
+    );
+}
+
 #[test]
 fn suspension_modes_have_pictures() {
     let folder = tempfile::tempdir().unwrap();

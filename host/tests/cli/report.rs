@@ -49,6 +49,44 @@ fn a_page_has_the_ten_properties_and_needs_nothing_else() {
 }
 
 #[test]
+fn the_methods_are_compared_in_all_ten_properties_and_with_their_combination() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, text) = page(folder.path(), &[&archive()]);
+    let start = text.find("Do the methods agree?").expect("the comparison");
+    let table = &text[start..start + text[start..].find("</table>").unwrap()];
+    for index in ["x", "y", "z", "xx", "yy", "zz", "xy", "xz", "yz"] {
+        assert!(table.contains(&format!("<sub>{index}</sub>")), "{index}: {table}");
+    }
+    let combined = table.lines().find(|line| line.contains(">combined</th>")).expect("its row");
+    assert_eq!(combined.matches("<td").count(), 10, "{combined}");
+    assert_eq!(combined.matches('±').count(), 10, "{combined}");
+}
+
+#[test]
+fn a_body_that_cannot_be_is_said_to_have_no_ellipsoid() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut document = success(&["solve", &archive()]);
+    for list in ["/results", "/host/results"] {
+        for answer in document.pointer_mut(list).and_then(Value::as_array_mut).into_iter().flatten()
+        {
+            answer["inertia_kg_m2"]["value"] =
+                json!([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 9.0]]);
+        }
+    }
+    let path = folder.path().join("solved.json").display().to_string();
+    fs::write(&path, document.to_string()).unwrap();
+    let layout = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("examples/three-bar-test-1.toml")
+        .display()
+        .to_string();
+    let (_, text) = page(folder.path(), &[&path, "--layout", &layout]);
+    assert!(text.contains("Green: centre of mass; no real body"), "{text:.200}");
+    assert!(!text.contains("principal axes and the ellipsoid"));
+    let (_, text) = page(folder.path(), &[&archive()]);
+    assert!(text.contains("Green: centre of mass, principal axes and the ellipsoid"));
+}
+
+#[test]
 fn a_page_is_solved_like_its_archive() {
     let folder = tempfile::tempdir().unwrap();
     let (path, _) = page(folder.path(), &[&archive()]);
