@@ -229,6 +229,20 @@ mod tests {
     }
 
     #[test]
+    fn sensors_that_were_not_turned_are_noticed_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut file = TumbleFile::new(&folder.path().join("readings.toml"));
+        let limits = TumbleLimits::default();
+        let first = Position::ALL[0];
+        file.add(first, reading(first, NOISE), &limits).unwrap();
+        let same = file.check_turned(&reading(first, 2.0 * NOISE), &limits).unwrap_err();
+        assert!(same.to_string().contains(&format!("reads as {first} did")), "{same}");
+        for other in &Position::ALL[1..] {
+            file.check_turned(&reading(*other, NOISE), &limits).unwrap();
+        }
+    }
+
+    #[test]
     fn readings_survive_in_their_file_and_give_the_sensors_of_the_data_sheet() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("tumble.toml");

@@ -331,6 +331,7 @@ impl Step {
 
 #[cfg(test)]
 mod tests {
+    use massline_shared::diagnosis::Diagnostics;
     use massline_shared::layout::HostLayout;
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
@@ -370,6 +371,56 @@ mod tests {
                     assert!(size[0] < 60 || screen.contains(&begin), "{screen}");
                 }
             }
+        }
+    }
+
+    /// A status with these accepted hits at DOF `dof`.
+    fn status(dof: u8, accepted: &[u8]) -> Status {
+        Status {
+            phase: Phase::Armed.into(),
+            dof,
+            armings: 1,
+            accepted: accepted.iter().copied().collect(),
+            hits_per_dof: 5,
+            rejected: 0,
+            last_hit: 3,
+            layout_hash: 1,
+            result: 0,
+            started_unix_s: 1,
+            diagnostics: Diagnostics::new(),
+        }
+    }
+
+    fn guide() -> Guide {
+        Guide::new("frame", "measurement", &layout().cast().unwrap(), 12, ALL)
+    }
+
+    #[test]
+    fn while_the_keys_are_explained_no_other_key_reaches_the_campaign() {
+        let mut guide = guide();
+        assert!(guide.key(KeyCode::Char('?')));
+        for key in ['d', 's', 'u', 'q', 'f', 'a'] {
+            assert!(guide.key(KeyCode::Char(key)) && guide.help, "{key}");
+        }
+        assert!(guide.key(KeyCode::Tab));
+        assert_eq!(guide.page, Page::Hit);
+        assert!(!guide.key(KeyCode::Char('p')), "a pause is always possible");
+        assert!(guide.key(KeyCode::Esc) && !guide.help);
+        assert!(!guide.key(KeyCode::Char('d')));
+    }
+
+    #[test]
+    fn hits_of_a_dof_that_is_redone_or_skipped_are_said_to_be_discarded_and_not_counted_on() {
+        for (dof, what, hits) in [(0, "measured again", [0, 15]), (1, "skipped", [0, 10])] {
+            let mut guide = guide();
+            guide.status(&status(0, &[3, 0, 0]), Duration::ZERO);
+            assert_eq!(guide.hits(), [3, 15]);
+            guide.status(&status(dof, &[0, 0, 0]), Duration::ZERO);
+            let note = guide.note.clone().unwrap();
+            assert!(note.contains(what) && note.contains("1:+Y"), "{note}");
+            assert_eq!(guide.hits(), hits);
+            guide.acted();
+            assert_eq!(guide.note, None);
         }
     }
 

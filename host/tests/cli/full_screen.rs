@@ -150,11 +150,15 @@ impl Session {
         writeln!(self.rig.process.stdin.as_mut().unwrap()).unwrap();
     }
 
-    /// The same, and waits for the verdict.
+    /// The same, and waits until the hit is counted, or rejected.
     fn tap_and_see(&mut self) {
-        let before = last_hit_in(&self.terminal.shown());
+        let before = self.terminal.shown();
         self.tap();
-        assert!(self.terminal.until_shown(|shown| last_hit_in(shown) != before));
+        let is_over = |shown: &str| {
+            last_hit_in(shown) != last_hit_in(&before)
+                && (shown.contains("rejected: ") || count_in(shown) != count_in(&before))
+        };
+        assert!(self.terminal.until_shown(is_over), "{}", self.terminal.shown());
     }
 
     /// Taps until this is on the screen.
@@ -173,6 +177,13 @@ impl Session {
 fn last_hit_in(shown: &str) -> String {
     let line = shown.lines().find_map(|line| Some(&line[line.find("│hit ")?..]));
     line.unwrap_or_default().to_owned()
+}
+
+/// `measurement: 4 of 12 hits`, and what follows.
+fn count_in(shown: &str) -> String {
+    let line = shown.lines().next().unwrap_or_default();
+    let (_, count) = line.split_once("measurement: ").unwrap_or_default();
+    count.split(" hits").next().unwrap_or_default().to_owned()
 }
 
 /// From the start to the report, with all that happens at a bench; returns what was on the screen.

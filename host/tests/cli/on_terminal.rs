@@ -8,6 +8,7 @@ use std::path::Path;
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
+use nix::errno::Errno;
 use nix::poll::{PollFd, PollFlags, poll};
 use nix::pty::openpty;
 use rustix::termios::{Winsize, tcsetwinsize};
@@ -98,7 +99,10 @@ impl Terminal {
     fn read(&mut self) -> bool {
         let mut buffer = [0; 4096];
         let mut waited = [PollFd::new(self.screen.as_fd(), PollFlags::POLLIN)];
-        let heard = poll(&mut waited, u16::MAX).unwrap();
+        let heard = match poll(&mut waited, u16::MAX) {
+            Err(Errno::EINTR) => return true,
+            heard => heard.unwrap(),
+        };
         assert!(heard > 0, "nothing new for a long time on this screen:\n{}", self.shown());
         // The last end of the other side closes with an error.
         let read = self.screen.read(&mut buffer).unwrap_or(0);
