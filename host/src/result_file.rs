@@ -61,8 +61,7 @@ impl ResultFile {
     /// # Errors
     /// When the layout in it cannot be read.
     pub fn of(archive: Archive, name: String) -> Result<Self> {
-        let stem = name.clone();
-        Self::new(document_of_archive(&archive), Some(archive), name, &stem, None)
+        Self::new(document_of_archive(&archive), Some(archive), name.clone(), &name, None)
     }
 
     fn new(

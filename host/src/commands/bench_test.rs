@@ -125,10 +125,9 @@ impl BenchTest<'_> {
         output: &mut Output,
         wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
     ) -> Result<MeasurementResult> {
-        let mut rig = self.start(wrap)?;
-        let layout = narrow(self.layout)?;
-        let campaign = SimulatedCampaign { label: self.label, layout: &layout, calibration };
-        campaign.run(&mut rig, output, &mut |_, _, _| Ok(None))
+        self.on_rig(calibration, wrap, |campaign, rig| {
+            campaign.run(rig, output, &mut |_, _, _| Ok(None))
+        })
     }
 
     /// Runs the test to its archive; `file` is what the layout was read from. A file without a reference gets the truth for
@@ -143,22 +142,26 @@ impl BenchTest<'_> {
         output: &mut Output,
         wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
     ) -> Result<Archive> {
-        let mut rig = self.start(wrap)?;
-        let layout = narrow(self.layout)?;
-        let campaign = SimulatedCampaign { label: self.label, layout: &layout, calibration };
         let archived = ArchivedLayout {
             resolved: self.layout.clone(),
             ..ArchivedLayout::of_file(&file.with_reference(&self.bench.truth()))
         };
-        campaign.archived(&mut rig, archived, output, &mut |_, _, _| Ok(None))
+        self.on_rig(calibration, wrap, |campaign, rig| {
+            campaign.archived(rig, archived, output, &mut |_, _, _| Ok(None))
+        })
     }
 
-    fn start(
+    /// Starts the rig on the bench, and runs the campaign on it.
+    fn on_rig<T>(
         &self,
+        calibration: &CalibrationRecord,
         wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
-    ) -> Result<SimulatedRig> {
+        run: impl FnOnce(&SimulatedCampaign<'_>, &mut SimulatedRig) -> Result<T>,
+    ) -> Result<T> {
         let source = BenchSource::new(self.bench, self.layout, self.seed)?;
-        SimulatedRig::start(self.rig, self.firmware, wrap(Box::new(source)))
+        let mut rig = SimulatedRig::start(self.rig, self.firmware, wrap(Box::new(source)))?;
+        let layout = narrow(self.layout)?;
+        run(&SimulatedCampaign { label: self.label, layout: &layout, calibration }, &mut rig)
     }
 
     /// The ten properties of the object: [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz].

@@ -143,7 +143,6 @@ impl Guide {
 
     /// Says what became of hits that are not counted any more, unless their events say so.
     fn discarded(&mut self, before: &Status, now: &Status) {
-        let is_last = |hit: &HitEvent, dof: u8| hit.good && hit.dof == dof;
         for (dof, (&had, &has)) in (0_u8..).zip(before.accepted.iter().zip(&now.accepted)) {
             let undone = self.hit.as_ref().is_some_and(|hit| hit.is_undone() && hit.dof == dof);
             if had == 0 || has > 0 || undone {
@@ -152,7 +151,7 @@ impl Guide {
             let hits = if had == 1 { "its hit is" } else { "its hits are" };
             let what = if dof == now.dof { "measured again" } else { "skipped" };
             self.note = Some(format!("{} is {what}: {hits} discarded", self.name(dof)));
-            if self.hit.as_ref().is_some_and(|hit| is_last(hit, dof)) {
+            if self.hit.as_ref().is_some_and(|hit| hit.good && hit.dof == dof) {
                 self.hit = None;
                 self.readings = None;
             }
@@ -250,7 +249,8 @@ impl Guide {
         match &self.hit {
             None => String::new(),
             Some(hit) if hit.is_undone() => "undone".into(),
-            Some(_) if self.rejected_by_person => "rejected by you".into(),
+            // One that the rig has withdrawn has its reasons.
+            Some(hit) if hit.good && self.rejected_by_person => "rejected by you".into(),
             Some(hit) if hit.good => "good".into(),
             Some(hit) => format!("rejected: {}", messages(&hit.findings)),
         }
