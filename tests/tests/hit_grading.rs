@@ -149,11 +149,14 @@ fn good_campaigns_have_neither_inconsistent_hits_nor_loose_sensors() {
 
 #[test]
 fn a_misplaced_tap_differs_from_its_repeat_hits() {
-    let (_, result) = benched(|bench| bench.operator.misplaced_rate = 0.15);
+    let (hits, result) = benched(|bench| bench.operator.misplaced_rate = 0.15);
     let found = result.diagnostics.iter().find(|d| d.code == Code::HitInconsistent);
     let found = found.expect("80 mm beside the mark");
     assert_eq!(found.severity, Severity::Warning);
     assert!(matches!(found.subject, Subject::Hit(..3)) && found.value > 0.15, "{found:?}");
+    // Said at once, while the hit can still be undone.
+    let doubtful = hits.iter().find(|hit| hit.findings.contains(found));
+    assert!(doubtful.is_some_and(|hit| hit.good), "{hits:?}");
 }
 
 /// Some taps land 80 mm off, and the policy rejects outliers: every hit that is inconsistent with its

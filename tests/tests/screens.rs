@@ -219,6 +219,19 @@ fn a_rejected_hit_says_why() {
 }
 
 #[test]
+fn a_doubtful_hit_that_is_kept_says_why() {
+    let doubt = said(Code::HitInconsistent, Severity::Warning, Subject::Hit(1), 0.3);
+    let mut rig = Rig::at(Phase::Armed);
+    rig.model.verdict = verdict(Some(doubt));
+    rig.show("kept", Screen::Measure, 0);
+    let mut rig = Rig::at(Phase::Armed);
+    rig.model.verdict = verdict(Some(doubt));
+    rig.model.dof = Some((11, "65535:-Z".parse().unwrap()));
+    (rig.model.accepted, rig.model.wanted) = (49, 50);
+    rig.show("kept-longest", Screen::Measure, 0);
+}
+
+#[test]
 fn an_undo_looks_as_its_pictures() {
     // The longest list: all eight lines, as far as they fit the screen.
     let mut rig = Rig::at(Phase::Paused);

@@ -32,7 +32,7 @@ use embedded_graphics::pixelcolor::BinaryColor;
 use heapless::Vec;
 use massline_protocol::message::EstimatedMass;
 use massline_shared::design::{Precision, Widths};
-use massline_shared::diagnosis::Diagnostic;
+use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::layout::{Dof, RigLayout};
 use massline_shared::measurement::campaign::{Campaign, Object, Outcome, Phase};
 use massline_shared::measurement::{CampaignPrecision, GradedHit};
@@ -172,8 +172,9 @@ impl PanelModel {
 
 impl From<&GradedHit> for HitVerdict {
     fn from(hit: &GradedHit) -> Self {
-        let decisive = hit.findings.iter().find(|found| found.is_error());
-        Self { peak_force: hit.peak_force, reason: decisive.copied() }
+        let first = |of| hit.findings.iter().find(|found| found.severity == of);
+        let reason = first(Severity::Error).or_else(|| first(Severity::Warning)).copied();
+        Self { peak_force: hit.peak_force, reason }
     }
 }
 
@@ -218,7 +219,7 @@ impl PrecisionModel {
 pub struct HitVerdict {
     /// Peak force, N.
     pub peak_force: f32,
-    /// Why the hit was rejected; `None` for an accepted one.
+    /// The error for which the hit was rejected, or what makes an accepted one doubtful; `None` for a good one.
     pub reason: Option<Diagnostic>,
 }
 

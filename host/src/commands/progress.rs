@@ -8,13 +8,14 @@ use massline_shared::measurement::campaign::Phase;
 
 use crate::campaign::{explain_refusal, phase_name};
 use crate::error::{Error, Result};
-use crate::output::{Output, Tone};
-use crate::report;
+use crate::output::Output;
+use crate::report::HitSaid;
 
 /// Shows the progress of one campaign.
 pub struct Progress<'o> {
     output: &'o mut Output,
     bar: ProgressBar,
+    layout: RigLayout,
     dofs: Vec<String>,
     hits_per_dof: u32,
     /// The arming and phase for which the operator has been prompted.
@@ -44,7 +45,8 @@ impl<'o> Progress<'o> {
         let hits_per_dof = u32::from(layout.test.hits_per_dof);
         let dofs: Vec<_> = layout.hits.iter().map(|hit| hit.dof.to_string()).collect();
         let bar = output.bar(u64::from(hits_per_dof) * dofs.len() as u64, label);
-        Self { output, bar, dofs, hits_per_dof, prompted: None, prompts, rejected: 0 }
+        let layout = layout.clone();
+        Self { output, bar, layout, dofs, hits_per_dof, prompted: None, prompts, rejected: 0 }
     }
 
     /// The name of the DOF with this index.
@@ -103,16 +105,10 @@ impl<'o> Progress<'o> {
 
     /// Shows a graded hit.
     pub fn hit(&mut self, hit: &HitEvent) {
-        let undone = hit.is_undone();
-        self.rejected = if hit.good || undone { 0 } else { self.rejected + 1 };
-        let verdict = if undone {
-            self.output.toned("undone", Tone::Warning)
-        } else if hit.good {
-            self.output.toned("good", Tone::Good)
-        } else {
-            let head = self.output.toned("rejected", Tone::Warning);
-            format!("{head}: {}", report::messages(&hit.findings))
-        };
+        self.rejected = if hit.good || hit.is_undone() { 0 } else { self.rejected + 1 };
+        let said = HitSaid::of(hit, &self.layout);
+        let toned = self.output.toned(said.verdict, said.tone);
+        let verdict = said.to_string().replacen(said.verdict, &toned, 1);
         let line = format!(
             "hit {:3}  {:7}  {:6.1} N  {:6.1} m/s²  {verdict}",
             hit.number,

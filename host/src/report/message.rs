@@ -18,6 +18,18 @@ pub fn message(diagnostic: &Diagnostic) -> String {
 /// The messages of several diagnostics. What is said of several subjects is said of the first of them; the others are
 /// listed with their values.
 pub fn messages(diagnostics: &[Diagnostic]) -> String {
+    sentences(diagnostics, &|_| None)
+}
+
+/// As [`messages`], with the node and DOF names of the layout.
+pub fn messages_in<R: Real, const S: usize, const H: usize>(
+    diagnostics: &[Diagnostic],
+    layout: &Layout<R, S, H>,
+) -> String {
+    sentences(diagnostics, &|subject| named(subject, layout))
+}
+
+fn sentences(diagnostics: &[Diagnostic], known: Known<'_>) -> String {
     let of_code = |code: Code| diagnostics.iter().filter(move |d| d.code == code);
     let is_first = |(place, d): &(usize, &Diagnostic)| {
         diagnostics[..*place].iter().all(|earlier| earlier.code != d.code)
@@ -25,11 +37,11 @@ pub fn messages(diagnostics: &[Diagnostic]) -> String {
     let told = diagnostics.iter().enumerate().filter(is_first).map(|(_, first)| {
         let others: Vec<_> = of_code(first.code)
             .skip(1)
-            .map(|other| format!("{} {}", subject(other, &|_| None), value(other)))
+            .map(|other| format!("{} {}", subject(other, known), value(other)))
             .collect();
         match others.as_slice() {
-            [] => message(first),
-            others => format!("{} (also {})", message(first), others.join(", ")),
+            [] => sentence(first, known),
+            others => format!("{} (also {})", sentence(first, known), others.join(", ")),
         }
     });
     told.collect::<Vec<_>>().join("; ")
@@ -40,7 +52,15 @@ pub fn message_in<R: Real, const S: usize, const H: usize>(
     diagnostic: &Diagnostic,
     layout: &Layout<R, S, H>,
 ) -> String {
-    sentence(diagnostic, &|subject| match subject {
+    sentence(diagnostic, &|subject| named(subject, layout))
+}
+
+/// What a layout knows of a subject.
+fn named<R: Real, const S: usize, const H: usize>(
+    subject: Subject,
+    layout: &Layout<R, S, H>,
+) -> Option<String> {
+    match subject {
         Subject::Sensor(index) => {
             layout.sensors.get(usize::from(index)).map(|sensor| format!("on node {}", sensor.node))
         }
@@ -54,7 +74,7 @@ pub fn message_in<R: Real, const S: usize, const H: usize>(
             })
         }
         _ => None,
-    })
+    }
 }
 
 /// As [`message`], with the DOF names of a result.

@@ -14,7 +14,7 @@ use super::pace::Pace;
 use crate::client::DofSpectra;
 use crate::precision::PrecisionReport;
 use crate::readings::Readings;
-use crate::report::{as_exact_as, messages, two_digits};
+use crate::report::{HitSaid, as_exact_as, two_digits};
 
 /// Characters of a title that are kept: more than any terminal shows in a line.
 const TITLE: usize = 300;
@@ -245,15 +245,12 @@ impl Guide {
     }
 
     /// What is said of the last hit; nothing before the first.
-    pub(super) fn verdict(&self) -> String {
-        match &self.hit {
-            None => String::new(),
-            Some(hit) if hit.is_undone() => "undone".into(),
-            // One that the rig has withdrawn has its reasons.
-            Some(hit) if hit.good && self.rejected_by_person => "rejected by you".into(),
-            Some(hit) if hit.good => "good".into(),
-            Some(hit) => format!("rejected: {}", messages(&hit.findings)),
-        }
+    pub(super) fn verdict(&self) -> Option<HitSaid> {
+        let hit = self.hit.as_ref()?;
+        let said = HitSaid::of(hit, &self.layout);
+        // One that the rig has withdrawn has its reasons.
+        let by_person = hit.good && self.rejected_by_person;
+        Some(if by_person { HitSaid::rejected_by_you() } else { said })
     }
 
     /// The name of a response: node and axis of its sensor.

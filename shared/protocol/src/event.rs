@@ -14,9 +14,9 @@ pub const HIT: u16 = 0x4002;
 /// Kind of a [`ScanBlock`].
 pub const SCANS: u16 = 0x4003;
 
-/// A hit was graded. A later event with the same number replaces it: the hit passed its own grading and was
-/// withdrawn after the comparison with its repeat hits, or undone by the operator
-/// ([`Code::HitUndone`]).
+/// A hit was graded. A later event with the same number replaces it: the hit passed its own grading, and then the
+/// comparison with its repeat hits found something (a warning, or an error that withdraws it), or the operator has
+/// undone it ([`Code::HitUndone`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HitEvent {
     /// Number of the hit, counted from 1 since power-on.

@@ -247,7 +247,7 @@ impl<R: RealFft> Measurement<'_, R> {
             }
             Task::Withdraw { distance, .. } => {
                 campaign.withdrawn();
-                self.withdraw(inconsistent(Code::HitInconsistent, dof, distance));
+                self.report_again(inconsistent(Code::HitInconsistent, dof, distance));
                 Task::None
             }
             Task::Listen(Listening::Done(hum)) => {
@@ -271,7 +271,7 @@ impl<R: RealFft> Measurement<'_, R> {
             }
             Task::Listen(Listening::Unsteady(why)) => {
                 campaign.withdrawn();
-                self.withdraw(why);
+                self.report_again(why);
                 Task::None
             }
             Task::Listen(listening) => Task::Listen(self.listen(listening)),
@@ -309,12 +309,9 @@ impl<R: RealFft> Measurement<'_, R> {
             {
                 let code = Code::HitInconsistent;
                 let severity = verdict.severity();
-                self.push_diagnostic(Diagnostic::about(
-                    code,
-                    severity,
-                    Subject::hit(dof),
-                    distance.to_f32(),
-                ));
+                let found = Diagnostic::about(code, severity, Subject::hit(dof), distance.to_f32());
+                self.push_diagnostic(found);
+                self.report_again(found);
                 self.last_accepted.accept(dof);
                 campaign.analysed();
             }
@@ -327,17 +324,17 @@ impl<R: RealFft> Measurement<'_, R> {
                 campaign.drop_inconsistent_pair();
                 self.averaged = None;
                 self.last_accepted.forget();
-                self.withdraw(inconsistent(Code::HitsDisagree, dof, distance));
+                self.report_again(inconsistent(Code::HitsDisagree, dof, distance));
             }
         }
         Task::None
     }
 
-    /// Reports the current hit again, now as rejected; it had passed its own grading.
-    pub(super) fn withdraw(&mut self, why: Diagnostic) {
+    /// Reports the current hit again, after what was found when it had passed its own grading; an error rejects it.
+    pub(super) fn report_again(&mut self, found: Diagnostic) {
         let Some(mut hit) = self.last_hit.take() else { return };
-        hit.good = false;
-        note(&mut hit.findings, why);
+        hit.good &= !found.is_error();
+        note(&mut hit.findings, found);
         self.last_hit = Some(hit.clone());
         self.report(hit);
     }

@@ -136,7 +136,7 @@ impl<R: RealFft> Measurement<'_, R> {
             place <= before || found.interrupts()
         });
         let undone = Diagnostic::about(Code::HitUndone, Severity::Error, Subject::hit(dof), 0.0);
-        self.withdraw(undone);
+        self.report_again(undone);
     }
 }
 

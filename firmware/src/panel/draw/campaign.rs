@@ -25,7 +25,8 @@ pub(super) fn draw<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
         Phase::Idle => prepared(canvas, view),
         Phase::Armed | Phase::Busy => {
             match model.verdict.and_then(|verdict| verdict.reason) {
-                Some(reason) => rejected(canvas, view, &reason),
+                Some(reason) if reason.is_error() => rejected(canvas, view, &reason),
+                Some(doubt) => doubtful(canvas, view, &doubt),
                 None => guided(canvas, view),
             }
             match precision::after_a_dof(model) {
@@ -89,13 +90,30 @@ fn guided<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
 
 /// Shows why the last hit was rejected, and where to hit again.
 fn rejected<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, reason: &Diagnostic) {
+    let again = text(format_args!("AGAIN {}", place(view.model)));
+    said_of_hit(canvas, view, &again, reason);
+}
+
+/// Shows what makes an accepted hit doubtful, and where to hit next.
+fn doubtful<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, doubt: &Diagnostic) {
+    let next = text(format_args!("KEPT, now {}", place(view.model)));
+    said_of_hit(canvas, view, &next, doubt);
+}
+
+/// Shows what was found in the last hit, and under a title which hit is next.
+fn said_of_hit<D: Screen>(
+    canvas: &mut Canvas<'_, D>,
+    view: &View<'_>,
+    title: &str,
+    found: &Diagnostic,
+) {
     let model = view.model;
-    let again = text(format_args!("AGAIN {}", place(model)));
     let hit = text(format_args!("{}/{}", next_hit(model), model.wanted));
-    canvas.title(&again, &hit);
+    let fits = title.len() + hit.len() < words::WIDTH;
+    canvas.title(title, if fits { &hit } else { "" });
     progress(canvas, model);
-    canvas.lines(0, reason.code.words());
-    canvas.text(0, 43, &words::subject(reason, view.layout));
+    canvas.lines(0, found.code.words());
+    canvas.text(0, 43, &words::subject(found, view.layout));
 }
 
 /// Progress bar of the campaign, under the title.

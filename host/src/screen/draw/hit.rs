@@ -7,6 +7,7 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use super::framed;
 use super::spectra::{Curves, plot};
+use crate::output::Tone;
 use crate::screen::Theme;
 use crate::screen::guide::{Guide, HitReadings};
 
@@ -29,8 +30,11 @@ pub(super) fn verdict(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
         hit.peak_force,
         hit.peak_acceleration,
     );
-    let style = if hit.good { theme.good() } else { theme.bad() };
-    let lines = vec![Line::raw(numbers), Line::from(Span::styled(guide.verdict(), style))];
+    let said = guide.verdict().map(|said| {
+        let style = if said.tone == Tone::Good { theme.good() } else { theme.bad() };
+        Line::from(Span::styled(said.to_string(), style))
+    });
+    let lines: Vec<_> = [Line::raw(numbers)].into_iter().chain(said).collect();
     let text = Paragraph::new(lines).block(block).wrap(Wrap { trim: true });
     frame.render_widget(text, area);
 }

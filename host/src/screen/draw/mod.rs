@@ -107,7 +107,7 @@ fn page(page: Page, guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: The
 /// A terminal without room for more than words.
 fn small(guide: &Guide, frame: &mut Frame<'_>, theme: Theme) {
     let mut lines = vec![Line::styled(place::words(guide), theme.accent())];
-    lines.push(Line::raw(guide.verdict()));
+    lines.extend(guide.verdict().map(|said| Line::raw(said.to_string())));
     lines.push(Line::raw(progress(guide)));
     let [width, height] = SMALLEST;
     lines.push(Line::styled(
