@@ -185,6 +185,12 @@ pub fn settle_with(hits: &mut [LoggedHit], result: &MeasurementResult) {
     }
 }
 
+/// The hits of a DOF have changed while the program did not follow the campaign: nothing is known of the accepted ones.
+pub fn forget(hits: &mut [LoggedHit], dof: &str) {
+    let accepted = hits.iter_mut().filter(|hit| hit.verdict == HitVerdict::Accepted);
+    accepted.filter(|hit| hit.dof == dof).for_each(|hit| hit.verdict = HitVerdict::Unknown);
+}
+
 impl Entry {
     fn stands_at(&self, dof: u8) -> bool {
         self.verdict == HitVerdict::Accepted && self.event.dof == dof

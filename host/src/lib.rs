@@ -55,6 +55,7 @@ pub mod export;
 pub mod file;
 pub mod firmware;
 pub mod flash;
+pub mod followed;
 pub mod hit_log;
 pub mod hits;
 pub mod host_solution;

@@ -13,6 +13,7 @@ use crate::archive::RecordCollection;
 use crate::campaign::{Observer, OperatorAction, open_dof};
 use crate::client::{Client, ClientError, DofSpectra};
 use crate::error::Result;
+use crate::followed::Followed;
 use crate::hit_log::HitLog;
 
 /// Spectra that have been read so far.
@@ -21,15 +22,23 @@ pub struct SpectraCollection {
     kept: Vec<DofSpectra>,
     /// DOFs whose spectra were requested once; spectra that the rig does not have then are lost for good.
     asked: Vec<u8>,
+    /// How far the campaign was followed.
+    pub followed: Followed,
 }
 
 impl SpectraCollection {
+    /// Goes on with a campaign that was followed so far.
+    pub fn after(followed: Followed) -> Self {
+        Self { followed, ..Self::default() }
+    }
+
     /// Reads the spectra of the DOFs that are finished according to this status, if the rig still has them. Those of a DOF
     /// that is open again, because its last hit was undone, are discarded.
     ///
     /// # Errors
     /// When the link is lost or the rig sends invalid data.
     pub fn collect(&mut self, client: &mut Client, status: &Status) -> Result<(), ClientError> {
+        self.followed.status(status);
         if let Some(open) = open_dof(status) {
             self.asked.retain(|&dof| dof != open);
             self.kept.retain(|spectra| spectra.dof != open);
@@ -42,7 +51,12 @@ impl SpectraCollection {
             }
             self.asked.push(dof);
             match client.spectra(dof) {
-                Ok(spectra) if spectra.hits == accepted => self.kept.push(spectra),
+                Ok(spectra) if spectra.hits == accepted => {
+                    self.kept.push(spectra);
+                    if let Some(lines) = client.mass_lines(dof)? {
+                        self.followed.finished(&lines);
+                    }
+                }
                 Ok(_) => {}
                 Err(e) if e.refusal() == Some(Reason::NotFound) => {}
                 Err(e) => return Err(e),

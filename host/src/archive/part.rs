@@ -7,13 +7,14 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use massline_shared::layout::HOST_HITS;
+use massline_shared::layout::{Dof, HOST_HITS};
 use serde::{Deserialize, Serialize};
 
 use super::{ArchivedSpectra, HitRecord, MAX_BYTES, SCHEMA_VERSION, records};
 use crate::Result;
 use crate::document::LoggedHit;
 use crate::file::{self, Existing};
+use crate::followed::Followed;
 use crate::hit_log;
 use crate::limited::at_most;
 
@@ -35,6 +36,9 @@ pub struct Part {
     /// Every hit that was graded.
     #[serde(default, deserialize_with = "at_most::<{ hit_log::MOST }, _, _>")]
     pub hit_log: Vec<LoggedHit>,
+    /// How far the campaign was followed.
+    #[serde(default)]
+    pub followed: Followed,
 }
 
 /// What distinguishes a campaign from others.
@@ -53,6 +57,7 @@ impl Part {
         spectra: Vec<ArchivedSpectra>,
         hit_records: Vec<HitRecord>,
         hit_log: Vec<LoggedHit>,
+        followed: Followed,
     ) -> Self {
         Self {
             format: FORMAT.into(),
@@ -61,7 +66,16 @@ impl Part {
             spectra,
             hit_records,
             hit_log,
+            followed,
         }
+    }
+
+    /// Leaves out what was read of a DOF whose hits are others on the rig now.
+    pub fn forget(&mut self, dof: Dof) {
+        let name = dof.to_string();
+        self.spectra.retain(|of| of.dof != name);
+        self.hit_records.retain(|of| of.dof != name);
+        hit_log::forget(&mut self.hit_log, &name);
     }
 
     /// The file beside an archive.

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use super::*;
 use crate::document::HitVerdict;
+use crate::followed::Followed;
 
 /// A layout file, and a result with one DOF whose numbers need all their digits.
 fn archive() -> Archive {
@@ -185,7 +186,13 @@ fn what_was_read_before_an_interruption_is_for_its_campaign_only() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.massline");
     let campaign = CampaignId { layout_hash: 7, started_unix_s: 1_795_000_000 };
-    let part = Part::new(campaign, Vec::new(), archive().hit_records, archive().hit_log);
+    let part = Part::new(
+        campaign,
+        Vec::new(),
+        archive().hit_records,
+        archive().hit_log,
+        Followed::default(),
+    );
     part.write(&path).unwrap();
     assert!(Part::path(&path).ends_with("a.massline.part"));
     assert_eq!(Part::read(&path, campaign), Some(part));

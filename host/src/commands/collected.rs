@@ -34,7 +34,13 @@ impl Collected {
     }
 
     /// Begins with what was read before the campaign on this rig was interrupted; nothing without an archive.
-    pub fn of_campaign(archive: Option<&Path>, client: &mut Client) -> Result<Self> {
+    ///
+    /// What belongs to hits that the rig has replaced meanwhile is left out.
+    pub fn of_campaign(
+        archive: Option<&Path>,
+        layout: &RigLayout,
+        client: &mut Client,
+    ) -> Result<Self> {
         let Some(archive) = archive else { return Ok(Self::default()) };
         let Status { layout_hash, started_unix_s, .. } = client.status()?;
         if started_unix_s == 0 {
@@ -42,15 +48,21 @@ impl Collected {
             return Ok(Self::default());
         }
         let campaign = CampaignId { layout_hash, started_unix_s };
-        let (earlier, records, earlier_hits) = Part::read(archive, campaign)
-            .map(|Part { spectra, hit_records, hit_log, .. }| (spectra, hit_records, hit_log))
-            .unwrap_or_default();
+        let part = Some((archive.to_owned(), campaign));
+        let Some(mut read) = Part::read(archive, campaign) else {
+            return Ok(Self { part, ..Self::default() });
+        };
+        for changed in read.followed.changed(client)? {
+            if let Some(hit) = layout.hits.get(usize::from(changed)) {
+                read.forget(hit.dof);
+            }
+        }
         Ok(Self {
-            part: Some((archive.to_owned(), campaign)),
-            earlier,
-            earlier_hits,
-            spectra: SpectraCollection::default(),
-            records: RecordCollection::of(records),
+            part,
+            earlier: read.spectra,
+            earlier_hits: read.hit_log,
+            spectra: SpectraCollection::after(read.followed),
+            records: RecordCollection::of(read.hit_records),
             log: HitLog::default(),
         })
     }
@@ -72,7 +84,8 @@ impl Collected {
         }
         let read =
             format!("frequency responses: {}, records of hits: {}", spectra.len(), records.len());
-        match Part::new(*campaign, spectra, records, hits).write(archive) {
+        let followed = self.spectra.followed.clone();
+        match Part::new(*campaign, spectra, records, hits, followed).write(archive) {
             Ok(()) => output.note(format!(
                 "read so far ({read}) and kept in {}: the same command adds it to the archive",
                 Part::path(archive).display()

@@ -144,7 +144,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         StartOutcome::Joined => output.note("joins the campaign that is under way"),
     }
     let archive = args.archive.path();
-    let mut collected = Collected::of_campaign(archive, &mut client)?;
+    let mut collected = Collected::of_campaign(archive, &layout, &mut client)?;
     let followed =
         follow(args, &mut client, &layout, (&mut monitor, shown), &mut collected, output);
     if followed.is_err() {
@@ -197,7 +197,10 @@ fn follow(
     let number = match watch(client, layout, watching, output)? {
         CampaignOutcome::Done(number) => number,
         CampaignOutcome::Stopped(status) => return Err(show::stopped(&status)),
-        CampaignOutcome::Paused(status) => return Err(paused(&status)),
+        CampaignOutcome::Paused(status) => {
+            collected.spectra.followed.status(&status);
+            return Err(paused(&status));
+        }
         CampaignOutcome::Aborted => {
             collected.discard();
             return Err(Error::interrupted("the campaign was aborted; it has no result"));

@@ -42,6 +42,8 @@ pub enum HitVerdict {
     Skipped,
     /// The campaign was paused, or its DOF finished, before the hit was averaged.
     Dropped,
+    /// The campaign went on while the program did not follow it, and its DOF has other hits now.
+    Unknown,
 }
 
 /// What was found about a hit.

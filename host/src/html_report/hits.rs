@@ -100,6 +100,7 @@ impl HitRow {
                 HitVerdict::Undone => "not used: taken back by the operator",
                 HitVerdict::Skipped => "not used: the DOF was skipped",
                 HitVerdict::Dropped => "not used: paused or finished before its verdict",
+                HitVerdict::Unknown => "not known: the test went on without the program",
             },
             is_in_answer: hit.verdict == HitVerdict::Accepted,
             reasons,

@@ -6,6 +6,10 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use massline::archive::{Archive, Part};
+use massline::client::{self, Client};
+use massline::document::HitVerdict;
+use massline_protocol::message::CampaignCommand;
+use massline_shared::measurement::campaign::Phase;
 use nix::pty::openpty;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
@@ -143,6 +147,50 @@ fn an_interrupted_measurement_loses_neither_frequency_responses_nor_records() {
     let archive = Archive::read(&path).unwrap();
     assert_eq!((archive.spectra.len(), archive.hit_records.len()), (3, 15));
     assert!(!Part::path(&path).exists());
+}
+
+/// Discards the hits of the DOF in hand and takes as many others, as another program or the panel may do.
+fn hit_again_elsewhere(rig: &Rig) {
+    let mut client = Client::new(client::open(&rig.process.port).unwrap());
+    let before = client.status().unwrap().accepted;
+    client.command(CampaignCommand::Redo).unwrap();
+    let mut status = client.command(CampaignCommand::Resume).unwrap();
+    while status.accepted != before {
+        if status.phase == u8::from(Phase::Confirming) {
+            client.command(CampaignCommand::Accept).unwrap();
+        }
+        status = client.status().unwrap();
+    }
+    client.command(CampaignCommand::Pause).unwrap();
+}
+
+#[test]
+fn hits_that_were_replaced_meanwhile_are_not_archived_as_those_of_the_answer() {
+    let rig = Rig::start(&[]);
+    let layout = rig.layout(5);
+    let path = rig.folder.path().join("a.massline");
+    let command = ["measure", &layout, "--records", "-o", path.to_str().unwrap()];
+    let mut measure = rig.spawn(&command);
+    let lines = BufReader::new(measure.stderr.take().unwrap()).lines().map_while(Result::ok);
+    assert_eq!(lines.filter(|line| line.ends_with("good")).take(7).count(), 7);
+    kill(Pid::from_raw(measure.id() as i32), Signal::SIGINT).unwrap();
+    assert_eq!(measure.wait().unwrap().code(), Some(130));
+    hit_again_elsewhere(&rig);
+
+    let (run, measured) = run_json(&[&command[..], &["--port", &rig.process.port]].concat());
+    assert_eq!(run.exit, 0, "{measured}");
+    assert!(run.says("another number of hit records than hits"), "{}", run.stderr);
+    let archive = Archive::read(&path).unwrap();
+    let of = |verdict: HitVerdict| {
+        let hits = archive.hit_log.iter().filter(move |hit| hit.verdict == verdict);
+        hits.filter(|hit| hit.dof == "2:+Z").map(|hit| hit.hit).collect::<Vec<_>>()
+    };
+    assert!(!of(HitVerdict::Unknown).is_empty(), "{:?}", archive.hit_log);
+    let records = archive.hit_records.iter().filter(|record| record.dof == "2:+Z");
+    let records: Vec<_> = records.map(|record| record.hit).collect();
+    assert_eq!(records, of(HitVerdict::Accepted), "{:?}", archive.hit_log);
+    // The first DOF was finished before.
+    assert_eq!(archive.spectra.len(), 3);
 }
 
 #[test]
