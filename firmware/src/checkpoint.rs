@@ -1,7 +1,7 @@
 //! The finished DOFs of the current campaign, stored so that it can be resumed after a power cut.
 //!
-//! Flash is written between two hits, while the sampler is stopped. A write that failed is tried again when
-//! the next DOF is finished; measuring continues meanwhile.
+//! Flash is written between two hits, while the sampler is stopped. A write that failed is tried again after the next
+//! hit; measuring continues meanwhile.
 
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
@@ -42,6 +42,8 @@ pub(crate) struct Checkpoint {
     dofs: Vec<DofProgress, RIG_HITS>,
     /// Bit mask of the DOFs whose mass lines are stored.
     measured: u16,
+    /// The number of armings when a write failed.
+    failed_at: Option<u32>,
 }
 
 impl Checkpoint {
@@ -53,9 +55,9 @@ impl Checkpoint {
         store: &Mutex<NoopRawMutex, Store<F>>,
         room: &mut CheckpointBuffer,
     ) {
-        let (campaign, progress) = {
+        let (campaign, progress, armings) = {
             let measurement = rig.measurement.borrow();
-            (measurement.campaigns(), measurement.progress())
+            (measurement.campaigns(), measurement.progress(), measurement.armings())
         };
         if self.campaign != 0 && (self.campaign != campaign || progress.is_none()) {
             // If this fails, the campaign is offered again after the next start.
@@ -65,35 +67,41 @@ impl Checkpoint {
         // An undo may leave no DOF finished: what is stored must not bring its hit back.
         if let Some(progress) = progress
             && (self.campaign != 0 || progress.dofs.iter().any(DofProgress::is_finished))
-            && progress.dofs != self.dofs
+            && (progress.dofs != self.dofs || self.failed_at.is_some_and(|at| at != armings))
         {
             self.campaign = campaign;
             self.dofs.clone_from(&progress.dofs);
             // The stored mass lines of a DOF that is open again do not count.
             self.measured &= measured(rig);
             let mut store = store.lock().await;
-            self.store_dofs(rig, &mut store, room).await;
+            let kept = self.store_dofs(rig, &mut store, room).await;
             let length = encode(rig, progress, room);
-            // If this fails, it is tried again with the newer progress after the next DOF.
-            let _ = store.put_progress(room.get(..length).unwrap_or_default()).await;
+            let noted = store.put_progress(room.get(..length).unwrap_or_default()).await.is_ok();
+            self.failed_at = (!kept || !noted).then_some(armings);
         }
     }
 
-    /// Stores the mass lines of the DOFs that have been closed.
+    /// Stores the mass lines of the DOFs that have been closed; false when one could not be written.
     async fn store_dofs<F: NorFlash>(
         &mut self,
         rig: &Rig<'_>,
         store: &mut Store<F>,
         room: &mut CheckpointBuffer,
-    ) {
+    ) -> bool {
+        let mut all = true;
         for place in 0..RIG_HITS {
-            let Some((index, length)) = encode_dof(rig, place, room) else { return };
+            let Some((index, length)) = encode_dof(rig, place, room) else { break };
             let bit = bit_of(index.into());
-            let bytes = room.get(..length).unwrap_or_default();
-            if self.measured & bit == 0 && store.put_dof(index, bytes).await.is_ok() {
+            if self.measured & bit != 0 {
+                continue;
+            }
+            if store.put_dof(index, room.get(..length).unwrap_or_default()).await.is_ok() {
                 self.measured |= bit;
+            } else {
+                all = false;
             }
         }
+        all
     }
 
     /// Restores the campaign that a power cut has interrupted, if it belongs to the layout and the
@@ -155,7 +163,7 @@ fn take_up(rig: &Rig<'_>, dofs: &[DofResult], progress: &[u8]) -> Option<Checkpo
     measurement.resume(stored.campaign, dofs, had_lines, stored.diagnostics).ok()?;
     let (campaign, dofs) = (measurement.campaigns(), measurement.progress()?.dofs);
     drop(measurement);
-    Some(Checkpoint { campaign, dofs, measured: measured(rig) })
+    Some(Checkpoint { campaign, dofs, measured: measured(rig), failed_at: None })
 }
 
 /// Bit mask of the DOFs that have mass lines.

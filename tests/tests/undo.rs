@@ -371,6 +371,25 @@ fn first_dof(flash: &FlashBacking) -> Option<Vec<u8>> {
     lines.as_ref().map(bits)
 }
 
+#[test]
+fn an_undo_that_could_not_be_stored_is_stored_after_the_next_hit() {
+    let memory = FlashMemory::default();
+    let flash = FlashBacking::Memory(memory.clone());
+    // The same record once more is rejected, so that the DOF stays open.
+    let mut operator = Operator::starting(&flash, [&[0, 1, 2, 2], &[], &[]]);
+    operator.hit(usize::from(WANTED));
+    operator.armed();
+    memory.refuse_changes(true);
+    operator.armings -= 1;
+    assert_eq!(operator.undo().accepted, [2, 0, 0]);
+    memory.refuse_changes(false);
+    operator.hit(1);
+    let status = operator.armed();
+    assert_eq!((&status.accepted[..], status.rejected), (&[2, 0, 0][..], 1));
+    operator.rig.stop().unwrap();
+    assert_eq!(first_dof(&flash), None);
+}
+
 /// Runs a campaign in which the last hit of the first DOF is undone and made again; the power is cut at this step of the
 /// writes from the undo on. Returns what is stored then, and how many steps the undo took, and all.
 fn cut_after(steps: Option<u64>) -> (Option<Vec<u8>>, [u64; 2]) {

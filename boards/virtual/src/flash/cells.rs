@@ -58,6 +58,11 @@ impl FlashMemory {
         self.with(|cells| cells.cut = Some(cut));
     }
 
+    /// Whether writes and erases fail from now on, although there is power.
+    pub fn refuse_changes(&self, refuse: bool) {
+        self.with(|cells| cells.refuses = refuse);
+    }
+
     /// False from the power cut until the flash is opened again.
     pub fn has_power(&self) -> bool {
         self.with(|cells| !cells.dark)
@@ -97,6 +102,7 @@ pub(super) struct Cells {
     erases: Vec<u32>,
     cut: Option<Cut>,
     dark: bool,
+    refuses: bool,
 }
 
 impl Cells {
@@ -110,6 +116,7 @@ impl Cells {
             erases: vec![0; bytes.len() / C::PAGE],
             cut: None,
             dark: false,
+            refuses: false,
             bytes,
         }
     }
@@ -186,6 +193,9 @@ impl Cells {
     /// Begins a step; returns the random number generator when the power is cut during it.
     fn step(&mut self) -> Result<Option<Chance>, FlashError> {
         self.powered()?;
+        if self.refuses {
+            return Err(FlashError::Refused);
+        }
         self.steps += 1;
         let Some(cut) = &mut self.cut else { return Ok(None) };
         if let Some(left) = cut.after.checked_sub(1) {

@@ -143,6 +143,8 @@ pub enum FlashError {
     PowerCut,
     /// The file could not be written.
     File,
+    /// The flash does not take changes.
+    Refused,
 }
 
 impl NorFlashError for FlashError {
@@ -150,7 +152,9 @@ impl NorFlashError for FlashError {
         match self {
             Self::NotAligned => NorFlashErrorKind::NotAligned,
             Self::OutOfBounds => NorFlashErrorKind::OutOfBounds,
-            Self::NotErased | Self::Torn | Self::PowerCut | Self::File => NorFlashErrorKind::Other,
+            Self::NotErased | Self::Torn | Self::PowerCut | Self::File | Self::Refused => {
+                NorFlashErrorKind::Other
+            }
         }
     }
 }
