@@ -326,7 +326,9 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
                 &adc,
             ),
             Recorded::ReadingFailed => Err(WizardProblem::Refused(Refused::SamplerStopped)),
-            Recorded::Nothing | Recorded::Hit(_) => Err(WizardProblem::Refused(Refused::Busy)),
+            Recorded::Nothing | Recorded::Hit(_) | Recorded::HitBefore(_) => {
+                Err(WizardProblem::Refused(Refused::Busy))
+            }
         };
         *self.modal = match taken {
             Ok(false) => ModalState::Tumble(readings.clone(), false),

@@ -39,7 +39,8 @@ impl<F: NorFlash> Objects<'_, '_, F> {
             ObjectKind::Record => {
                 let _deadline = Deadline::begin(&self.rig.stats);
                 let measurement = self.rig.measurement.borrow();
-                (Record::BYTES as u32, crc_of_record(record(&measurement, object)?))
+                has_record(&measurement, object)?;
+                (Record::BYTES as u32, crc_of_record(&measurement))
             }
             ObjectKind::Spectra => {
                 let _deadline = Deadline::begin(&self.rig.stats);
@@ -70,9 +71,9 @@ impl<F: NorFlash> Objects<'_, '_, F> {
             }
             ObjectKind::Record => {
                 let measurement = self.rig.measurement.borrow();
-                let record = record(&measurement, object)?;
+                has_record(&measurement, object)?;
                 in_range(offset, Record::BYTES)?;
-                Ok(record.read_bytes(offset, room))
+                Ok(measurement.read_recorded(offset, room))
             }
             ObjectKind::Spectra => {
                 let measurement = self.rig.measurement.borrow();
@@ -93,17 +94,12 @@ impl<F: NorFlash> Objects<'_, '_, F> {
     }
 }
 
-/// The record, if it holds the requested hit or reading and is not being written.
-fn record<'r>(
-    measurement: &'r Measurement<'_, f32>,
-    object: ObjectId,
-) -> Result<&'r Record, Reason> {
+/// Whether the record holds the requested hit or reading.
+fn has_record(measurement: &Measurement<'_, f32>, object: ObjectId) -> Result<(), Reason> {
     match measurement.recorded() {
-        Recorded::Hit(hit) if hit == object.number => Ok(measurement.record()),
-        Recorded::Reading if object.number == READING && !measurement.reads() => {
-            Ok(measurement.record())
-        }
-        Recorded::Hit(_) => Err(Reason::NotFound),
+        Recorded::Hit(hit) | Recorded::HitBefore(hit) if hit == object.number => Ok(()),
+        Recorded::Reading if object.number == READING && !measurement.reads() => Ok(()),
+        Recorded::Hit(_) | Recorded::HitBefore(_) => Err(Reason::NotFound),
         _ if measurement.rests() => Err(Reason::NotFound),
         _ => Err(Reason::Busy),
     }
@@ -137,12 +133,12 @@ fn in_range(offset: usize, length: usize) -> Result<(), Reason> {
     if offset < length { Ok(()) } else { Err(Reason::OutOfRange) }
 }
 
-fn crc_of_record(record: &Record) -> u32 {
+fn crc_of_record(measurement: &Measurement<'_, f32>) -> u32 {
     let mut crc = crc32_of_chunks();
     let mut piece = [0; PIECE];
     let mut at = 0;
     loop {
-        let read = record.read_bytes(at, &mut piece);
+        let read = measurement.read_recorded(at, &mut piece);
         if read == 0 {
             return crc.finalize();
         }

@@ -88,7 +88,9 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
                         reply.with::<GetRestStatistics>(&RestStatistics::of(measurement.record()))
                     }
                     Recorded::ReadingFailed => Err(Reason::SamplerStopped),
-                    Recorded::Nothing | Recorded::Hit(_) => Err(Reason::NotFound),
+                    Recorded::Nothing | Recorded::Hit(_) | Recorded::HitBefore(_) => {
+                        Err(Reason::NotFound)
+                    }
                 }
             }
             GetMassLines::KIND => {

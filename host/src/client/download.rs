@@ -51,7 +51,7 @@ impl Client {
             .map_err(|_| ClientError::Unreadable { kind: object.kind, number })
     }
 
-    /// Downloads the record of a hit; the rig has that of its last hit until it waits for the next one.
+    /// Downloads the record of a hit; the rig has that of its last hit until the next one triggers.
     ///
     /// # Errors
     /// As [`Client::download`].

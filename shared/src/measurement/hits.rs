@@ -46,9 +46,8 @@ impl<R: RealFft> Measurement<'_, R> {
         if self.next_action() != NextAction::Sample {
             return;
         }
-        self.recorded = Recorded::Nothing;
+        self.save_record();
         if let Activity::Measuring(campaign, task) = &mut self.activity {
-            self.last_accepted.wait_begins(self.memory);
             self.memory.record.begin_wait();
             let test = self.layout.as_ref().map(|layout| layout.test.trigger_n);
             let level = Newtons(test.map_or(0.0, |level| level.to_f32()));
@@ -101,6 +100,7 @@ impl<R: RealFft> Measurement<'_, R> {
             CaptureState::Filling => {
                 *trigger = Some(index);
                 self.last_accepted.overwritten();
+                self.recorded = Recorded::Nothing;
                 self.counts.triggers += 1;
                 campaign.triggered();
             }
@@ -276,9 +276,7 @@ impl<R: RealFft> Measurement<'_, R> {
             }
             Task::Listen(listening) => Task::Listen(self.listen(listening)),
             _ => {
-                if undoes {
-                    self.restore_record();
-                } else {
+                if !undoes {
                     self.keep_before_hit();
                 }
                 Task::Listen(self.begin_listening())

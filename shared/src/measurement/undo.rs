@@ -1,7 +1,8 @@
 //! Takes the last accepted hit out of the averages again, as if it had never been made.
 //!
 //! The record of a hit stays in memory until the next one triggers: while the rig waits, only the first scans of the
-//! record are overwritten, and their codes are kept in the scratch memory, which nothing else uses meanwhile.
+//! record are overwritten, and their codes are kept in the scratch memory. Before anything is computed, as when the
+//! operator finishes the DOF early, the record is completed.
 //!
 //! ```text
 //!             accepted            sampling starts              trigger
@@ -16,7 +17,7 @@
 
 use super::averaging::HitAverager;
 use super::campaign::{Campaign, CommandError, Step};
-use super::{CampaignPrecision, Measurement, Memory};
+use super::{CampaignPrecision, Measurement, Recorded};
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::signal::{RealFft, Record};
 
@@ -76,11 +77,17 @@ impl<R: RealFft> LastAccepted<R> {
         self.hit = Undoable::Nothing;
     }
 
-    /// The rig starts to wait for the next hit: keeps what the wait overwrites.
-    pub fn wait_begins(&mut self, memory: &mut Memory<R>) {
+    /// The rig starts to wait for the next hit; what the wait overwrites is in the scratch memory.
+    fn wait_begins(&mut self) {
         if let Undoable::Whole(dof) = self.hit {
-            memory.record.save_start(&mut memory.scratch[..Record::START_CODES]);
             self.hit = Undoable::Split(dof);
+        }
+    }
+
+    /// The record is complete again.
+    fn wait_ends(&mut self) {
+        if let Undoable::Split(dof) = self.hit {
+            self.hit = Undoable::Whole(dof);
         }
     }
 
@@ -99,12 +106,27 @@ impl<R: RealFft> Measurement<'_, R> {
         self.last_accepted.diagnostics = self.diagnostics.len() as u8;
     }
 
-    /// Completes the record of the last accepted hit.
+    /// Keeps the start of the hit in the record, which the wait for the next one overwrites.
+    pub(super) fn save_record(&mut self) {
+        self.recorded = match self.recorded {
+            Recorded::Hit(number) => {
+                let memory = &mut *self.memory;
+                memory.record.save_start(&mut memory.scratch[..Record::START_CODES]);
+                Recorded::HitBefore(number)
+            }
+            Recorded::HitBefore(number) => Recorded::HitBefore(number),
+            Recorded::Nothing | Recorded::Reading | Recorded::ReadingFailed => Recorded::Nothing,
+        };
+        self.last_accepted.wait_begins();
+    }
+
+    /// Completes the record of the hit before the present wait, because a computation needs the scratch memory.
     pub(super) fn restore_record(&mut self) {
-        if let Undoable::Split(dof) = self.last_accepted.hit {
+        if let Recorded::HitBefore(number) = self.recorded {
             let memory = &mut *self.memory;
             memory.record.restore_start(&memory.scratch[..Record::START_CODES]);
-            self.last_accepted.hit = Undoable::Whole(dof);
+            self.recorded = Recorded::Hit(number);
+            self.last_accepted.wait_ends();
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::averaging::DofSpectra;
 use super::campaign::{Campaign, Phase};
-use super::{Activity, Measurement, NextAction, TestResult};
+use super::{Activity, Measurement, Memory, NextAction, TestResult};
 use crate::diagnosis::Diagnostics;
 use crate::signal::{RealFft, Record};
 
@@ -25,6 +25,8 @@ pub enum Recorded {
     Nothing,
     /// The hit with this number.
     Hit(u32),
+    /// The hit with this number, while the rig waits for the next one.
+    HitBefore(u32),
     /// A reading of the channels without a hit.
     Reading,
     /// Nothing: the converter stopped during a reading without a hit.
@@ -119,6 +121,20 @@ impl<R: RealFft> Measurement<'_, R> {
     /// The record. [`Self::recorded`] shows whether it is complete.
     pub fn record(&self) -> &Record {
         &self.memory.record
+    }
+
+    /// Copies the bytes from `offset` on of what is [recorded](Self::recorded) into `bytes`, and returns their number:
+    /// see [`Record::read_bytes`].
+    pub fn read_recorded(&self, offset: usize, bytes: &mut [u8]) -> usize {
+        let Memory { record, scratch, .. } = &*self.memory;
+        match self.recorded {
+            Recorded::HitBefore(_) => record.read_bytes_before_wait(
+                scratch.get(..Record::START_CODES).unwrap_or_default(),
+                offset,
+                bytes,
+            ),
+            _ => record.read_bytes(offset, bytes),
+        }
     }
 
     /// The averaged spectra and the index of their DOF.

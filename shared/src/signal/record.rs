@@ -69,8 +69,7 @@ impl Record {
     /// ended its wait.
     pub fn restore_start<R: Real>(&mut self, codes: &[R]) {
         let start = self.scans[..PRE_TRIGGER_SCANS].as_flattened_mut();
-        // A code has sixteen bits, which both precisions represent exactly.
-        start.iter_mut().zip(codes).for_each(|(to, code)| *to = code.to_f32() as u16);
+        start.iter_mut().zip(codes).for_each(|(to, &code)| *to = code_of(code));
         (self.next, self.filled, self.waits) = (0, RECORD_SCANS, false);
     }
 
@@ -114,19 +113,25 @@ impl Record {
     /// Copies the bytes from `offset` on into `bytes` and returns their number: scan by scan, oldest first,
     /// each code little-endian. It is less than the length of `bytes` only at the end.
     pub fn read_bytes(&self, offset: usize, bytes: &mut [u8]) -> usize {
-        let end = self.filled * Self::SCAN_BYTES;
-        let length = bytes.len().min(end.saturating_sub(offset));
-        let mut rest = bytes.get_mut(..length).unwrap_or_default();
-        // The range may start and end within a scan.
-        let (mut index, mut within) = (offset / Self::SCAN_BYTES, offset % Self::SCAN_BYTES);
-        while let Some(scan) = self.scan(index).filter(|_| !rest.is_empty()) {
-            let whole = bytes_of(scan);
-            let from = whole.get(within..).unwrap_or_default();
-            let (now, later) = rest.split_at_mut(from.len().min(rest.len()));
-            now.iter_mut().zip(from).for_each(|(to, &from)| *to = from);
-            (rest, index, within) = (later, index + 1, 0);
-        }
-        length
+        copy_bytes(|index| self.scan(index).copied(), (offset, self.filled), bytes)
+    }
+
+    /// As [`Self::read_bytes`], of the hit before the present wait, given the codes of [`Self::save_start`]. The record
+    /// must not have ended its wait.
+    pub fn read_bytes_before_wait<R: Real>(
+        &self,
+        start: &[R],
+        offset: usize,
+        bytes: &mut [u8],
+    ) -> usize {
+        let saved = |index: usize| {
+            let codes = start.get(index * CHANNELS..(index + 1) * CHANNELS)?;
+            Some(core::array::from_fn(|channel| code_of(codes[channel])))
+        };
+        let scan = |index: usize| {
+            if index < PRE_TRIGGER_SCANS { saved(index) } else { self.scans.get(index).copied() }
+        };
+        copy_bytes(scan, (offset, RECORD_SCANS), bytes)
     }
 
     /// The two pieces of the ring in order.
@@ -140,6 +145,32 @@ impl Record {
             (older, newer)
         }
     }
+}
+
+/// The code of a reading; it has sixteen bits, which both precisions represent exactly.
+fn code_of<R: Real>(reading: R) -> u16 {
+    reading.to_f32() as u16
+}
+
+/// Copies the bytes from `offset` on of this number of scans into `bytes`, and returns how many there were.
+fn copy_bytes(
+    scan: impl Fn(usize) -> Option<Scan>,
+    (offset, scans): (usize, usize),
+    bytes: &mut [u8],
+) -> usize {
+    let end = scans * Record::SCAN_BYTES;
+    let length = bytes.len().min(end.saturating_sub(offset));
+    let mut rest = bytes.get_mut(..length).unwrap_or_default();
+    // The range may start and end within a scan.
+    let (mut index, mut within) = (offset / Record::SCAN_BYTES, offset % Record::SCAN_BYTES);
+    while let Some(scan) = scan(index).filter(|_| !rest.is_empty()) {
+        let whole = bytes_of(&scan);
+        let from = whole.get(within..).unwrap_or_default();
+        let (now, later) = rest.split_at_mut(from.len().min(rest.len()));
+        now.iter_mut().zip(from).for_each(|(to, &from)| *to = from);
+        (rest, index, within) = (later, index + 1, 0);
+    }
+    length
 }
 
 /// The codes of a scan, little-endian.
@@ -275,7 +306,15 @@ mod tests {
             record.save_start(&mut start);
             record.begin_wait();
             push(&mut record, 3000..3000 + waited);
+            let mut before = std::vec![0; Record::BYTES];
+            let halves = before.split_at_mut(1001);
+            assert_eq!(record.read_bytes_before_wait(&start, 0, halves.0), 1001);
+            let rest = record.read_bytes_before_wait(&start, 1001, halves.1);
+            assert_eq!(rest, Record::BYTES - 1001);
             record.restore_start(&start);
+            let mut restored = std::vec![0; Record::BYTES];
+            assert_eq!(record.read_bytes(0, &mut restored), Record::BYTES);
+            assert!(before == restored, "{waited} scans");
             assert!((0..CHANNELS).flat_map(|k| record.channel(k)).eq(hit), "{waited} scans");
         }
     }

@@ -7,7 +7,7 @@ use crate::layout::RIG_SENSORS;
 use crate::layout::tests::bar_layout;
 use crate::measurement::averaging::DofSpectra;
 use crate::measurement::campaign::{Command, Outcome, Phase, Start};
-use crate::measurement::{NextAction, TestLayout};
+use crate::measurement::{Memory, NextAction, TestLayout};
 use crate::signal::tests::{ADC, code};
 use crate::signal::{PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES, SPECTRUM_BINS, Scan};
 use crate::units::ScanIndex;
@@ -207,6 +207,17 @@ fn a_hit_can_be_undone_in_a_pause_and_after_scans_were_lost() {
         rig.lost(5);
         wait(rig, 500);
         rig.command(Command::Pause).unwrap();
+    }));
+}
+
+#[test]
+fn a_hit_can_be_undone_after_its_dof_was_finished_early() {
+    // What is computed then needs the memory in which the start of the record was kept.
+    in_both_precisions!(as_if_never_made(|rig| {
+        wait(rig, 3000);
+        rig.command(Command::Finish).unwrap();
+        work(rig);
+        wait(rig, 3000);
     }));
 }
 
