@@ -66,7 +66,7 @@ impl Helper for Lines<'_> {
             Err(error) => Err(Error::input("no_keyboard", format!("standard input: {error}"))),
             Ok(None) => Err(Error::input(
                 "no_keyboard",
-                "a person must say when the sensors lie in their position, and stdin has ended: run this in a \\
+                "a person must say when the sensors lie in their position, and stdin has ended: run this in a \
                  terminal; what has been read is kept",
             )),
         }
