@@ -203,7 +203,9 @@ pub fn follow(
     };
     let ending = follower.run(interrupt, patience);
     // With a rig that is gone or silent, both would only wait for it again; the first error is the one to report.
-    if ending.as_ref().is_err_and(|e| !is_out_of_reach(e)) {
+    // What is interrupted here is the wait for such a rig.
+    let waited = |e: &Error| is_out_of_reach(e) || e.code() == Error::INTERRUPTED;
+    if ending.as_ref().is_err_and(|e| !waited(e)) {
         let _ = follower.hear_the_rest();
         let _ = client.command(CampaignCommand::Pause);
     }

@@ -20,18 +20,22 @@ use crate::spectra::{Collecting, SpectraCollection};
 use super::full_screen::{FullScreen, Shown};
 use super::presenter::Presenter;
 
+/// What becomes of a campaign whose rig does not answer; a link that is lost says so itself.
+const GOES_ON: &str =
+    "the rig keeps the hits that it has accepted: the same command goes on with them";
+
 /// What is done while a campaign is followed.
 #[derive(Debug, Default)]
 pub(in crate::commands) struct Watching<'a> {
     /// Reports the precision after each DOF.
     pub monitor: Option<&'a mut PrecisionMonitor>,
-    /// Collects the spectra; good hits are then accepted without asking, unless `confirm` is set.
+    /// Collects the spectra.
     pub collection: Option<&'a mut SpectraCollection>,
     /// Collects the records of accepted hits, beside the spectra.
     pub records: Option<&'a mut RecordCollection>,
     /// Collects what became of every hit, beside the spectra.
     pub log: Option<&'a mut HitLog>,
-    /// The person gives a verdict on each hit.
+    /// The person gives a verdict on each hit that the rig waits with; else the program accepts it.
     pub confirm: bool,
     /// Finish at the target without asking.
     pub yes: bool,
@@ -48,15 +52,14 @@ pub(in crate::commands) fn watch(
 ) -> Result<CampaignOutcome> {
     let interrupt = output.interrupt().clone();
     let Watching { monitor, collection, records, log, confirm, yes, shown } = watching;
-    let accepts = collection.is_some() && !confirm;
+    // The rig waits with every hit until what is collected and shown of it has been read. It keeps waiting when its
+    // campaign is resumed in another way.
+    let accepts = !confirm;
     let no_terminal = |e| Error::internal("no_keyboard", format!("the terminal: {e}"));
     let keyboard =
         if output.has_keyboard() { Keyboard::take().map_err(no_terminal)? } else { None };
     output.set_raw(keyboard.is_some());
     let shown = shown.filter(|_| keyboard.is_some());
-    let on_screen = shown.is_some();
-    // For the screen, the rig waits with every hit until its record has been read.
-    let accepts = accepts || (on_screen && !confirm);
     let presenter: Box<dyn Presenter + '_> = match shown {
         Some(shown) => {
             let wanted = Wanted { estimates: monitor.is_some(), verdicts: !accepts };
@@ -82,7 +85,10 @@ pub(in crate::commands) fn watch(
     };
     drop(person);
     output.set_raw(false);
-    ending
+    ending.map_err(|error| match error.code() {
+        "no_answer" | Error::INTERRUPTED => error.advising(GOES_ON),
+        _ => error,
+    })
 }
 
 /// The operator with a hammer, who may have a keyboard.
@@ -128,15 +134,6 @@ impl Person<'_> {
         } else {
             format!("{reached}; finishing")
         }
-    }
-
-    /// Only good hits wait for a verdict; the rig has been asked to wait by another program or on its panel.
-    fn accept_unasked(&mut self, status: &Status) -> OperatorAction {
-        self.presenter.line(&format!(
-            "hit {} is accepted: the rig asks for a verdict, and there is no keyboard to give it",
-            status.last_hit
-        ));
-        OperatorAction::Command(CampaignCommand::Accept)
     }
 
     fn asks(&self) -> bool {
@@ -204,9 +201,6 @@ impl Observer for Person<'_> {
         self.asked = false;
         self.follow_precision(client, status)?;
         let waits = Phase::try_from(status.phase).ok() == Some(Phase::Confirming);
-        if self.keyboard.is_none() && waits && !self.accepts {
-            return Ok(Some(self.accept_unasked(status)));
-        }
         self.presenter.look(client, status)?;
         let accept = OperatorAction::Command(CampaignCommand::Accept);
         Ok(self.poll(status)?.or((waits && self.accepts).then_some(accept)))
