@@ -55,15 +55,11 @@ pub(in crate::commands) fn watch(
     // The rig waits with every hit until what is collected and shown of it has been read. It keeps waiting when its
     // campaign is resumed in another way.
     let accepts = !confirm;
-    let no_terminal = |e| Error::internal("no_keyboard", format!("the terminal: {e}"));
-    let keyboard =
-        if output.has_keyboard() { Keyboard::take().map_err(no_terminal)? } else { None };
-    output.set_raw(keyboard.is_some());
-    let shown = shown.filter(|_| keyboard.is_some());
-    let presenter: Box<dyn Presenter + '_> = match shown {
-        Some(shown) => {
+    let keyboard = output.has_keyboard().then(|| Keyboard::take(output)).transpose()?;
+    let presenter: Box<dyn Presenter + '_> = match shown.zip(keyboard.as_ref()) {
+        Some((shown, keyboard)) => {
             let wanted = Wanted { estimates: monitor.is_some(), verdicts: !accepts };
-            Box::new(FullScreen::open(shown, layout, wanted, output)?)
+            Box::new(FullScreen::open(shown, layout, wanted, (keyboard, output))?)
         }
         None => {
             if keyboard.is_some() {
@@ -84,7 +80,6 @@ pub(in crate::commands) fn watch(
         None => follow(client, &interrupt, None, &mut person),
     };
     drop(person);
-    output.set_raw(false);
     ending.map_err(|error| match error.code() {
         "no_answer" | Error::INTERRUPTED => error.advising(GOES_ON),
         _ => error,
@@ -140,24 +135,21 @@ impl Person<'_> {
         self.keyboard.is_some() && !self.yes
     }
 
-    fn poll(&mut self, status: &Status) -> Result<Option<OperatorAction>> {
-        let Some(keyboard) = &mut self.keyboard else { return Ok(None) };
+    fn poll(&mut self, status: &Status) -> Option<OperatorAction> {
+        let keyboard = self.keyboard.as_mut()?;
         let presenter = &mut self.presenter;
-        let pressed = keyboard
-            .poll(Phase::try_from(status.phase).ok(), |key| presenter.key(key))
-            .map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))?;
-        match pressed {
-            None => Ok(None),
-            Some(Pressed::QuitOnce) => {
+        let phase = Phase::try_from(status.phase).ok();
+        match keyboard.poll(phase, |key| presenter.key(key))? {
+            Pressed::QuitOnce => {
                 let hits: u32 = status.accepted.iter().map(|&hits| u32::from(hits)).sum();
                 self.presenter.line(&format!(
                     "q again aborts the campaign and discards its {hits} accepted hits; p pauses it"
                 ));
-                Ok(None)
+                None
             }
-            Some(Pressed::Action(action)) => {
+            Pressed::Command(command) => {
                 self.presenter.acted();
-                Ok(Some(action))
+                Some(OperatorAction::Command(command))
             }
         }
     }
@@ -203,7 +195,7 @@ impl Observer for Person<'_> {
         let waits = Phase::try_from(status.phase).ok() == Some(Phase::Confirming);
         self.presenter.look(client, status)?;
         let accept = OperatorAction::Command(CampaignCommand::Accept);
-        Ok(self.poll(status)?.or((waits && self.accepts).then_some(accept)))
+        Ok(self.poll(status).or((waits && self.accepts).then_some(accept)))
     }
 
     fn at_target(
@@ -219,7 +211,7 @@ impl Observer for Person<'_> {
         }
         self.presenter.look(client, status)?;
         if self.asks() {
-            return self.poll(status);
+            return Ok(self.poll(status));
         }
         Ok(Some(OperatorAction::Command(CampaignCommand::Conclude)))
     }
