@@ -6,7 +6,7 @@ use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 
 use crate::archive::RecordCollection;
-use crate::campaign::{CampaignOutcome, Observer, OperatorAction, follow, open_dof};
+use crate::campaign::{CampaignOutcome, Observer, follow, open_dof};
 use crate::client::Client;
 use crate::commands::keyboard::{self, Keyboard, Pressed};
 use crate::commands::progress::{Progress, Prompts};
@@ -135,7 +135,7 @@ impl Person<'_> {
         self.keyboard.is_some() && !self.yes
     }
 
-    fn poll(&mut self, status: &Status) -> Option<OperatorAction> {
+    fn poll(&mut self, status: &Status) -> Option<CampaignCommand> {
         let keyboard = self.keyboard.as_mut()?;
         let presenter = &mut self.presenter;
         let phase = Phase::try_from(status.phase).ok();
@@ -149,7 +149,7 @@ impl Person<'_> {
             }
             Pressed::Command(command) => {
                 self.presenter.acted();
-                Some(OperatorAction::Command(command))
+                Some(command)
             }
         }
     }
@@ -189,12 +189,12 @@ impl Observer for Person<'_> {
         self.presenter.hit(hit);
     }
 
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<CampaignCommand>> {
         self.asked = false;
         self.follow_precision(client, status)?;
         let waits = Phase::try_from(status.phase).ok() == Some(Phase::Confirming);
         self.presenter.look(client, status)?;
-        let accept = OperatorAction::Command(CampaignCommand::Accept);
+        let accept = CampaignCommand::Accept;
         Ok(self.poll(status).or((waits && self.accepts).then_some(accept)))
     }
 
@@ -202,7 +202,7 @@ impl Observer for Person<'_> {
         &mut self,
         client: &mut Client,
         status: &Status,
-    ) -> Result<Option<OperatorAction>> {
+    ) -> Result<Option<CampaignCommand>> {
         self.follow_precision(client, status)?;
         if !self.asked {
             self.asked = true;
@@ -213,7 +213,7 @@ impl Observer for Person<'_> {
         if self.asks() {
             return Ok(self.poll(status));
         }
-        Ok(Some(OperatorAction::Command(CampaignCommand::Conclude)))
+        Ok(Some(CampaignCommand::Conclude))
     }
 
     fn refused(&mut self, command: CampaignCommand, reason: Reason) {
