@@ -5,7 +5,7 @@
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -105,10 +105,7 @@ impl Drop for Keyboard {
         let deadline = Instant::now() + END;
         // Its end of the channel goes with the thread.
         let left = || deadline.saturating_duration_since(Instant::now());
-        while !matches!(
-            self.keys.recv_timeout(left()),
-            Err(RecvTimeoutError::Disconnected | RecvTimeoutError::Timeout)
-        ) {}
+        while self.keys.recv_timeout(left()).is_ok() {}
     }
 }
 
