@@ -46,12 +46,12 @@ pub trait Observer {
         let _ = block;
     }
 
-    /// Returns the next action. Called repeatedly, at least every 40 ms; the observer may use the client, for
+    /// Returns the next command for the rig. Called repeatedly, at least every 40 ms; the observer may use the client, for
     /// example to read the record of a hit that waits for confirmation.
     ///
     /// # Errors
     /// An error makes `follow` end.
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<CampaignCommand>> {
         let _ = (client, status);
         Ok(None)
     }
@@ -65,9 +65,9 @@ pub trait Observer {
         &mut self,
         client: &mut Client,
         status: &Status,
-    ) -> Result<Option<OperatorAction>> {
+    ) -> Result<Option<CampaignCommand>> {
         let _ = (client, status);
-        Ok(Some(OperatorAction::Command(CampaignCommand::Conclude)))
+        Ok(Some(CampaignCommand::Conclude))
     }
 
     /// The rig refused the command of [`Observer::steer`] and goes on; [`explain_refusal`] has the words.
@@ -78,15 +78,6 @@ pub trait Observer {
 
 /// An observer that does nothing.
 impl Observer for () {}
-
-/// The next action that an observer wants.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OperatorAction {
-    /// A command to the rig.
-    Command(CampaignCommand),
-    /// Interrupt the campaign and stop following it; accepted hits stay accepted.
-    Leave,
-}
 
 /// How following a campaign ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -203,7 +194,9 @@ pub fn follow(
     };
     let ending = follower.run(interrupt, patience);
     // With a rig that is gone or silent, both would only wait for it again; the first error is the one to report.
-    if ending.as_ref().is_err_and(|e| !is_out_of_reach(e)) {
+    // What is interrupted here is the wait for such a rig.
+    let waited = |e: &Error| is_out_of_reach(e) || e.code() == Error::INTERRUPTED;
+    if ending.as_ref().is_err_and(|e| !waited(e)) {
         let _ = follower.hear_the_rest();
         let _ = client.command(CampaignCommand::Pause);
     }
@@ -240,13 +233,12 @@ impl Follower<'_> {
             if interrupt.pressed() {
                 return self.leave();
             }
-            let action = match Phase::try_from(status.phase).ok() {
+            let command = match Phase::try_from(status.phase).ok() {
                 Some(Phase::TargetReached) => self.observer.at_target(self.client, &status)?,
                 _ => self.observer.steer(self.client, &status)?,
             };
-            status = match action {
-                Some(OperatorAction::Leave) => return self.leave(),
-                Some(OperatorAction::Command(command)) => self.command(command)?,
+            status = match command {
+                Some(command) => self.command(command)?,
                 None => self.listen()?,
             };
             if let Some(patience) = patience.filter(|&p| self.changed.elapsed() > p) {

@@ -66,6 +66,9 @@ pub enum Error {
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {
+    /// The code of [`Error::Interrupted`].
+    pub const INTERRUPTED: &'static str = "interrupted";
+
     /// A bug in this program.
     pub fn internal(code: impl Into<ErrorCode>, message: impl Into<String>) -> Self {
         Self::Internal { code: code.into(), message: message.into() }
@@ -109,7 +112,7 @@ impl Error {
             | Self::Input { code, .. }
             | Self::Undetermined { code, .. }
             | Self::Device { code, .. } => code,
-            Self::Interrupted { .. } => "interrupted",
+            Self::Interrupted { .. } => Self::INTERRUPTED,
         }
     }
 
@@ -127,20 +130,35 @@ impl Error {
     /// The same error with `context` in front of its message: `context: message`.
     #[must_use]
     pub fn within(mut self, context: impl std::fmt::Display) -> Self {
-        let message = match &mut self {
+        let message = self.message_mut();
+        *message = format!("{context}: {message}");
+        self
+    }
+
+    /// The same error with `advice` after its message: `message; advice`.
+    #[must_use]
+    pub fn advising(mut self, advice: impl std::fmt::Display) -> Self {
+        let message = self.message_mut();
+        *message = format!("{message}; {advice}");
+        self
+    }
+
+    fn message_mut(&mut self) -> &mut String {
+        match self {
             Self::Internal { message, .. }
             | Self::Input { message, .. }
             | Self::Undetermined { message, .. }
             | Self::Device { message, .. }
             | Self::Interrupted { message } => message,
-        };
-        *message = format!("{context}: {message}");
-        self
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::path::Path;
+
     use super::*;
 
     #[test]
@@ -155,10 +173,33 @@ mod tests {
         assert_eq!(errors.map(|e| e.exit_code()), [1, 2, 3, 4, 130]);
     }
 
+    /// Two backslashes at the end of a line print one, and the line end and the indentation of the next line after it.
+    #[test]
+    fn no_line_of_a_text_ends_with_an_escaped_backslash() {
+        let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];
+        let mut files = 0;
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    folders.push(path);
+                } else if path.extension().is_some_and(|extension| extension == "rs") {
+                    files += 1;
+                    let source = fs::read_to_string(&path).unwrap();
+                    let line = source.lines().position(|line| line.ends_with(r"\\"));
+                    assert_eq!(line, None, "{}, counted from 0", path.display());
+                }
+            }
+        }
+        assert!(files > 100, "{files} files found");
+    }
+
     #[test]
     fn the_document_carries_code_message_and_exit() {
         let document = Error::device("port_busy", "no").within("/dev/ttyACM0").document();
         let Cause { code, message, exit } = document.error;
         assert_eq!((code.as_str(), message.as_str(), exit), ("port_busy", "/dev/ttyACM0: no", 4));
+        let advising = Error::device("no_answer", "no").advising("wait");
+        assert_eq!((advising.code(), advising.to_string().as_str()), ("no_answer", "no; wait"));
     }
 }

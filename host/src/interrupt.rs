@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use crate::terminal;
+
 /// Records whether the user has pressed Ctrl-C. Clones share their state.
 #[derive(Clone, Debug, Default)]
 pub struct Interrupt(Arc<State>);
@@ -26,20 +28,26 @@ impl Interrupt {
     /// Handles Ctrl-C and termination of the process from now on.
     ///
     /// The first press is only recorded while a [`Guard`] exists. Without a guard, or at the second press,
-    /// the process ends with exit code 130.
+    /// the terminal is given back and the process ends with exit code 130.
     pub fn of_process() -> Self {
         let interrupt = Self::new();
         let state = interrupt.clone();
         // This fails only when called twice or out of memory; Ctrl-C then kills the process as usual.
         let _ = ctrlc::set_handler(move || {
             if !state.press() {
+                terminal::give_back();
                 std::process::exit(130);
             }
         });
         interrupt
     }
 
-    /// Records a press; returns false when no guard exists.
+    /// Records a key that stands for Ctrl-C; unlike a second signal, a second key is no more than the first.
+    pub fn press_key(&self) {
+        self.0.pressed.store(true, Ordering::SeqCst);
+    }
+
+    /// Records a press; returns false when no guard exists, and at the second press.
     pub fn press(&self) -> bool {
         let first = !self.0.pressed.swap(true, Ordering::SeqCst);
         first && self.0.guards.load(Ordering::SeqCst) > 0

@@ -84,6 +84,7 @@ pub mod solve;
 pub mod spectra;
 pub mod suspension;
 pub mod tape;
+mod terminal;
 mod toml_file;
 mod udev;
 pub mod uff;

@@ -128,11 +128,6 @@ impl Output {
         self.notes_color
     }
 
-    /// Sets whether the terminal is in raw mode, where a line feed does not return to the first column.
-    pub fn set_raw(&mut self, raw: bool) {
-        self.notes.set_raw(raw);
-    }
-
     /// The record of whether the user has pressed Ctrl-C.
     pub fn interrupt(&self) -> &Interrupt {
         &self.interrupt

@@ -10,7 +10,7 @@ use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 
 use crate::archive::RecordCollection;
-use crate::campaign::{Observer, OperatorAction, open_dof};
+use crate::campaign::{Observer, open_dof};
 use crate::client::{Client, ClientError, DofSpectra};
 use crate::error::Result;
 use crate::followed::Followed;
@@ -96,18 +96,16 @@ impl Collecting<'_> {
         &mut self,
         client: &mut Client,
         status: &Status,
-        action: Option<OperatorAction>,
+        command: Option<CampaignCommand>,
     ) -> Result<()> {
         let Some((records, layout)) = &mut self.records else { return Ok(()) };
         let hit = layout.hits.get(usize::from(status.dof));
         if let (Some(open), Some(hit)) = (open_dof(status), hit) {
             records.truncate(hit.dof, status.accepted.get(usize::from(open)).copied().unwrap_or(0));
         }
-        match action {
-            Some(OperatorAction::Command(CampaignCommand::Accept)) => {
-                records.collect(client, status, layout)
-            }
-            Some(OperatorAction::Command(CampaignCommand::Redo)) => {
+        match command {
+            Some(CampaignCommand::Accept) => records.collect(client, status, layout),
+            Some(CampaignCommand::Redo) => {
                 hit.into_iter().for_each(|hit| records.discard(hit.dof));
                 Ok(())
             }
@@ -139,12 +137,12 @@ impl Observer for Collecting<'_> {
         self.observer.scans(block);
     }
 
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<CampaignCommand>> {
         // Before any command, because most commands make the rig discard the spectra.
         self.collection.collect(client, status)?;
         let steer = self.observer.steer(client, status)?;
         let waits = Phase::try_from(status.phase).ok() == Some(Phase::Confirming);
-        let accept = OperatorAction::Command(CampaignCommand::Accept);
+        let accept = CampaignCommand::Accept;
         let steer = steer.or((waits && self.accepts).then_some(accept));
         self.keep_records(client, status, steer)?;
         Ok(steer)
@@ -154,7 +152,7 @@ impl Observer for Collecting<'_> {
         &mut self,
         client: &mut Client,
         status: &Status,
-    ) -> Result<Option<OperatorAction>> {
+    ) -> Result<Option<CampaignCommand>> {
         self.collection.collect(client, status)?;
         self.observer.at_target(client, status)
     }

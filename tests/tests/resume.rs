@@ -1,9 +1,7 @@
 //! A campaign continues after a power cut: the whole rig on a bench, with its flash in a file or cut at
 //! any word.
 
-use massline::campaign::{
-    CampaignOutcome, Observer, OperatorAction, StartOptions, StartOutcome, begin, follow,
-};
+use massline::campaign::{CampaignOutcome, Observer, StartOptions, StartOutcome, begin, follow};
 use massline::client::Client;
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
@@ -54,9 +52,9 @@ impl Observer for Accepting {
         &mut self,
         _: &mut Client,
         status: &Status,
-    ) -> massline::error::Result<Option<OperatorAction>> {
+    ) -> massline::error::Result<Option<CampaignCommand>> {
         let waits = phase(status) == Some(Phase::Confirming);
-        Ok(waits.then_some(OperatorAction::Command(CampaignCommand::Accept)))
+        Ok(waits.then_some(CampaignCommand::Accept))
     }
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
-use massline::campaign::{CampaignOutcome, Observer, OperatorAction, explain_refusal, follow};
+use massline::campaign::{CampaignOutcome, Observer, explain_refusal, follow};
 use massline::client::{Client, Event, PipeTransport, Transport};
 use massline::interrupt::Interrupt;
 use massline_protocol::message::{CampaignCommand, Command, CommandRequest, Reason, Status};
@@ -329,13 +329,13 @@ impl Observer for Undoing {
         &mut self,
         _: &mut Client,
         status: &Status,
-    ) -> massline::error::Result<Option<OperatorAction>> {
+    ) -> massline::error::Result<Option<CampaignCommand>> {
         let command = match self.refused {
             Some(_) => CampaignCommand::Abort,
             None => CampaignCommand::Undo,
         };
         let armed = phase(status) == Some(Phase::Armed);
-        Ok(armed.then_some(OperatorAction::Command(command)))
+        Ok(armed.then_some(command))
     }
 
     fn refused(&mut self, command: CampaignCommand, reason: Reason) {

@@ -93,6 +93,14 @@ pub enum ClientError {
         /// How long the client waited.
         waited: Duration,
     },
+    /// The user did not want to wait for the rig any longer.
+    #[error("interrupted while {port} {state}")]
+    Interrupted {
+        /// Path of the port.
+        port: String,
+        /// Why the rig was waited for, as in "while the port …".
+        state: String,
+    },
     /// The rig uses an incompatible protocol version.
     #[error(
         "{port}: the rig (firmware {firmware}) speaks protocol {rig_major}.{rig_minor}, this \
@@ -188,6 +196,7 @@ impl ClientError {
             Self::Unreachable { .. } => "unreachable",
             Self::Lost { .. } => "link_lost",
             Self::NoAnswer { .. } => "no_answer",
+            Self::Interrupted { .. } => Error::INTERRUPTED,
             Self::OtherProtocol { .. } => "protocol_major_differs",
             Self::Refused { reason, .. } => refusal_code(*reason),
             Self::Checksum { .. } => "checksum_differs",
@@ -201,6 +210,7 @@ impl From<ClientError> for Error {
     fn from(error: ClientError) -> Self {
         let message = error.to_string();
         match (error.refusal(), &error) {
+            (_, ClientError::Interrupted { .. }) => Self::interrupted(message),
             (_, ClientError::TooLong { .. }) => Self::internal(error.code(), message),
             (Some(Reason::LayoutRefused), _) => Self::undetermined(error.code(), message),
             (Some(Reason::NotFound | Reason::NoLayout), _) => Self::input(error.code(), message),

@@ -12,9 +12,13 @@ use massline_protocol::{Deframer, Endpoint, Frame, MAX_FRAME, Refusal, encode_fr
 use super::error::seconds;
 use super::purpose::purpose;
 use super::{ClientError, Transport};
+use crate::interrupt::Interrupt;
 
 /// Capacity of the event queue; when it is full the oldest event is dropped.
 const EVENT_QUEUE: usize = 8192;
+
+/// Time between two looks at the interrupt.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// Timeouts and attempts of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,6 +68,8 @@ pub struct Client {
     reconnects: u64,
     /// Told what the client waits for.
     listener: Box<dyn FnMut(&str) + Send>,
+    /// Ends a wait.
+    interrupt: Interrupt,
 }
 
 impl std::fmt::Debug for Client {
@@ -92,6 +98,7 @@ impl Client {
             broken_frames: 0,
             reconnects: 0,
             listener: Box::new(|_| ()),
+            interrupt: Interrupt::new(),
         }
     }
 
@@ -103,6 +110,12 @@ impl Client {
     /// Tells `listener` from now on, in sentences for people, while the rig does not answer or the link is lost.
     pub fn telling(mut self, listener: impl FnMut(&str) + Send + 'static) -> Self {
         self.listener = Box::new(listener);
+        self
+    }
+
+    /// Once `interrupt` has been pressed, a silent rig is asked only once, and a lost link is not waited for.
+    pub fn interrupted_by(mut self, interrupt: Interrupt) -> Self {
+        self.interrupt = interrupt;
         self
     }
 
@@ -124,7 +137,7 @@ impl Client {
     /// Sends a request and waits for its answer; repeats the request while no answer comes.
     ///
     /// # Errors
-    /// When the rig refuses, does not answer, or the link is lost for good.
+    /// When the rig refuses, does not answer, the link is lost for good, or the wait for either is interrupted.
     pub fn ask<E: Endpoint>(&mut self, request: &E::Request) -> Result<E::Response, ClientError> {
         let name = purpose(E::KIND);
         self.sequence = self.sequence.wrapping_add(1);
@@ -139,7 +152,10 @@ impl Client {
         let started = Instant::now();
         let attempts = self.timing.attempts.max(1);
         for attempt in 1..=attempts {
-            if attempt > 1 {
+            // An interrupted command still has something to ask, such as for a pause.
+            let is_overdue = attempt > 1;
+            if is_overdue {
+                self.unless_interrupted(|| "did not answer".into())?;
                 let (port, waited) = (self.transport.name(), seconds(started.elapsed()));
                 let said = format!(
                     "no answer from {port} for {waited}; asking again ({attempt} of {attempts})"
@@ -148,7 +164,7 @@ impl Client {
             }
             self.send(&bytes)?;
             let deadline = Instant::now() + self.timing.answer;
-            while let Some(message) = self.next_message(deadline)? {
+            while let Some(message) = self.next_message(deadline, is_overdue)? {
                 let Message::Answer { kind, sequence: to, body } = message else { continue };
                 if to != sequence {
                     continue;
@@ -181,7 +197,7 @@ impl Client {
         let deadline = Instant::now() + timeout;
         while self.events.is_empty() {
             // An answer that no request waits for any more is dropped here.
-            if self.next_message(deadline)?.is_none() {
+            if self.next_message(deadline, false)?.is_none() {
                 break;
             }
         }
@@ -205,9 +221,17 @@ impl Client {
         }
     }
 
-    /// The next message that is complete before `deadline`; an event goes to the queue.
-    fn next_message(&mut self, deadline: Instant) -> Result<Option<Message>, ClientError> {
+    /// The next message that is complete before `deadline`; an event goes to the queue. The wait for an answer that
+    /// `is_overdue` can be interrupted.
+    fn next_message(
+        &mut self,
+        deadline: Instant,
+        is_overdue: bool,
+    ) -> Result<Option<Message>, ClientError> {
         loop {
+            if is_overdue {
+                self.unless_interrupted(|| "did not answer".into())?;
+            }
             while !self.unread.is_empty() {
                 let (bytes, _) = self.unread.as_slices();
                 let (taken, frame) = self.deframer.push(bytes);
@@ -232,7 +256,7 @@ impl Client {
             }
             let left = deadline.saturating_duration_since(Instant::now());
             let mut buffer = [0; 4096];
-            match self.transport.read(&mut buffer, left) {
+            match self.transport.read(&mut buffer, left.min(LOOK)) {
                 Ok(0) if Instant::now() >= deadline => return Ok(None),
                 Ok(n) => self.unread.extend(&buffer[..n]),
                 Err(lost) => {
@@ -274,6 +298,7 @@ impl Client {
                         ));
                         told = true;
                     }
+                    self.unless_interrupted(|| format!("was gone ({lost})"))?;
                     std::thread::sleep(self.timing.pause);
                 }
                 Err(e) if e.kind() == io::ErrorKind::ResourceBusy => {
@@ -287,6 +312,14 @@ impl Client {
                     });
                 }
             }
+        }
+    }
+
+    /// An error once a wait for a rig in this state is interrupted.
+    fn unless_interrupted(&self, state: impl FnOnce() -> String) -> Result<(), ClientError> {
+        match self.interrupt.pressed() {
+            true => Err(ClientError::Interrupted { port: self.port().into(), state: state() }),
+            false => Ok(()),
         }
     }
 }

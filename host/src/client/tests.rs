@@ -370,6 +370,40 @@ fn a_rig_that_falls_silent_during_a_campaign_is_asked_no_further_requests() {
     assert_eq!(*asked.lock().unwrap(), TIMING.attempts);
 }
 
+/// The error of a request to this rig after Ctrl-C, and how often the rig got it.
+fn interrupted(mut rig: FakeRig) -> (crate::Error, u32) {
+    let asked = Arc::new(Mutex::new(0));
+    let count = asked.clone();
+    let mut handler = rig.handler;
+    rig.handler = Box::new(move |frame| {
+        *count.lock().unwrap() += 1;
+        handler(frame)
+    });
+    let interrupt = crate::interrupt::Interrupt::new();
+    interrupt.press();
+    let mut client = rig.client().interrupted_by(interrupt);
+    let error = client.status().unwrap_err().into();
+    let asked = *asked.lock().unwrap();
+    (error, asked)
+}
+
+#[test]
+fn an_interrupt_ends_the_wait_for_a_silent_rig_after_one_attempt() {
+    let (error, asked) = interrupted(FakeRig::new(|_| Ok(Vec::new())));
+    assert_eq!((error.code(), error.exit_code(), asked), ("interrupted", 130, 1));
+    assert_eq!(error.to_string(), "interrupted while fake did not answer");
+}
+
+#[test]
+fn an_interrupt_ends_the_wait_for_a_lost_link() {
+    let mut rig = FakeRig::new(|_| Err(unplugged()));
+    rig.comes_back = false;
+    let began = std::time::Instant::now();
+    let (error, _) = interrupted(rig);
+    assert!(began.elapsed() < TIMING.reconnect, "{:?}", began.elapsed());
+    assert_eq!(error.to_string(), "interrupted while fake was gone (unplugged)");
+}
+
 #[test]
 fn an_object_that_changed_on_the_way_is_read_again() {
     let mut client = object_server(|n, chunk| {

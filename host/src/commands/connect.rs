@@ -24,6 +24,7 @@ impl PortArgs {
         let port = choose_port(self.port.as_deref())?;
         let notes = output.notes();
         let client = Client::new(client::open(&port)?);
+        let client = client.interrupted_by(output.interrupt().clone());
         let mut client = client.telling(move |text| notes.note(text));
         let identity = client.identify()?;
         Ok((client, identity))

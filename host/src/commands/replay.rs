@@ -11,7 +11,6 @@ use super::method::MethodArgs;
 use super::progress::Progress;
 use super::show;
 use super::simulated::{RigArgs, SimulatedCampaign};
-use crate::campaign::OperatorAction;
 use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::output::Output;
@@ -97,7 +96,7 @@ impl Player {
         client: &mut Client,
         status: &Status,
         shown: &mut Progress,
-    ) -> Result<Option<OperatorAction>> {
+    ) -> Result<Option<CampaignCommand>> {
         if let Some(failed) = self.tape.failed() {
             let message = format!("the tape cannot be played on: {failed}");
             return Err(Error::input("tape_not_readable", message));
@@ -134,7 +133,7 @@ impl Player {
 }
 
 /// Finishes the DOF with the hits that it has; without any the data cannot determine the answer.
-fn end(status: &Status, dof: usize, shown: &mut Progress) -> Result<OperatorAction> {
+fn end(status: &Status, dof: usize, shown: &mut Progress) -> Result<CampaignCommand> {
     let name = shown.dof(dof).to_owned();
     let accepted = status.accepted.get(dof).copied().unwrap_or(0);
     if accepted == 0 {
@@ -150,5 +149,5 @@ fn end(status: &Status, dof: usize, shown: &mut Progress) -> Result<OperatorActi
     shown.line(&format!(
         "warning: {name} is finished with {accepted} of {wanted} hits, because the tape has no more"
     ));
-    Ok(OperatorAction::Command(CampaignCommand::Finish))
+    Ok(CampaignCommand::Finish)
 }

@@ -17,7 +17,7 @@ use super::measure::judge_layout;
 use super::progress::{Progress, Prompts};
 use super::show;
 use crate::archive::{Archive, ArchivedLayout};
-use crate::campaign::{CampaignOutcome, Observer, OperatorAction, StartOptions, begin, follow};
+use crate::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow};
 use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::output::Output;
@@ -63,9 +63,9 @@ pub fn narrow(layout: &HostLayout) -> Result<RigLayout> {
     })
 }
 
-/// Decides on the next action, as [`Observer::steer`].
+/// Decides on the next command, as [`Observer::steer`].
 pub type Policy<'p> =
-    dyn FnMut(&mut Client, &Status, &mut Progress) -> Result<Option<OperatorAction>> + 'p;
+    dyn FnMut(&mut Client, &Status, &mut Progress) -> Result<Option<CampaignCommand>> + 'p;
 
 /// A campaign on a simulated rig.
 #[derive(Clone, Copy, Debug)]
@@ -187,15 +187,15 @@ impl Observer for Operator<'_, '_> {
         self.progress.hit(hit);
     }
 
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<CampaignCommand>> {
         let steer = (self.policy)(client, status, &mut self.progress)?;
         self.rig.poke();
         Ok(steer)
     }
 
-    fn at_target(&mut self, _: &mut Client, _: &Status) -> Result<Option<OperatorAction>> {
+    fn at_target(&mut self, _: &mut Client, _: &Status) -> Result<Option<CampaignCommand>> {
         self.progress.line("target reached; finishing");
-        Ok(Some(OperatorAction::Command(CampaignCommand::Conclude)))
+        Ok(Some(CampaignCommand::Conclude))
     }
 
     fn refused(&mut self, command: CampaignCommand, reason: Reason) {

@@ -1,7 +1,6 @@
 //! What is said beside the answer, and the progress bars under it.
 
 use std::io::Write;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -10,6 +9,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::tone::{harmless, plain};
 use super::width;
 use super::wrap::wrapped;
+use crate::terminal::RawMode;
 
 /// The stream of what is said beside the answer. Clones write to the same stream.
 #[derive(Clone)]
@@ -19,7 +19,6 @@ pub struct Notes {
     terminal: bool,
     /// The bars, which make room for a note; `None` where there are none.
     bars: Option<MultiProgress>,
-    raw: Arc<AtomicBool>,
     diverted: Arc<Mutex<Option<Diverted>>>,
 }
 
@@ -38,7 +37,6 @@ impl Notes {
             err: Arc::new(Mutex::new(err)),
             terminal: false,
             bars: None,
-            raw: Arc::default(),
             diverted: Arc::default(),
         }
     }
@@ -60,7 +58,7 @@ impl Notes {
 
     fn verbatim(&self, text: String) {
         let mut text = harmless(&text).into_owned();
-        if self.raw.load(Ordering::Relaxed) {
+        if self.terminal && RawMode::is_on() {
             text = text.replace('\n', "\r\n") + "\r";
         }
         let mut err = self.err.lock().unwrap_or_else(PoisonError::into_inner);
@@ -91,11 +89,6 @@ impl Notes {
 
     fn diverted(&self) -> MutexGuard<'_, Option<Diverted>> {
         self.diverted.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Sets whether the terminal is in raw mode, where a line feed does not return to the first column.
-    pub(super) fn set_raw(&self, raw: bool) {
-        self.raw.store(raw, Ordering::Relaxed);
     }
 
     /// A progress bar that counts to `length`; invisible where there are none. Notes appear above it.

@@ -9,17 +9,15 @@ mod pace;
 pub mod positions;
 mod theme;
 
-use std::io::{self, Stderr, Write};
-use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
+use std::io::{self, Stderr};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use crossterm::cursor::{Hide, Show};
-use crossterm::execute;
-use crossterm::terminal::{self, EnterAlternateScreen, LeaveAlternateScreen};
 use ratatui::backend::CrosstermBackend;
 use ratatui::{Frame, Terminal};
 
 use crate::output::{Notes, Output};
+use crate::terminal::{self, AlternateScreen, RawMode};
 pub use theme::Theme;
 
 /// Without a change, the screen is drawn again after this time.
@@ -37,6 +35,8 @@ pub trait View: Send + 'static {
 /// A view on the terminal. Dropping it gives the terminal back as it was, with the notes that were taken meanwhile.
 pub struct Screen<V: View> {
     shown: Arc<Mutex<Shown<V>>>,
+    /// Left before the notes are written.
+    alternate: Option<AlternateScreen>,
     notes: Notes,
 }
 
@@ -48,16 +48,13 @@ struct Shown<V> {
 }
 
 impl<V: View> Screen<V> {
-    /// Takes the terminal of this output, in raw mode.
+    /// Takes the terminal of this output, which is in raw mode.
     ///
     /// # Errors
     /// When the terminal cannot be taken.
-    pub fn open(view: V, output: &Output) -> io::Result<Self> {
-        restore_after_a_panic();
-        terminal::enable_raw_mode()?;
-        let taken = execute!(io::stderr(), EnterAlternateScreen, Hide)
-            .and_then(|()| Terminal::new(CrosstermBackend::new(io::stderr())));
-        let terminal = taken.inspect_err(|_| restore())?;
+    pub fn open(view: V, raw: Arc<RawMode>, output: &Output) -> io::Result<Self> {
+        let alternate = Some(AlternateScreen::enter(raw)?);
+        let terminal = Terminal::new(CrosstermBackend::new(io::stderr()))?;
         let theme = Theme { color: output.screen_in_color() };
         let shown = Shown { terminal, view, theme, drawn: Instant::now() };
         let shown = Arc::new(Mutex::new(shown));
@@ -69,7 +66,7 @@ impl<V: View> Screen<V> {
             shown.view.note(text);
             shown.draw();
         });
-        let screen = Self { shown, notes };
+        let screen = Self { shown, alternate, notes };
         screen.draw();
         Ok(screen)
     }
@@ -98,36 +95,17 @@ impl<V: View> Shown<V> {
         self.drawn = Instant::now();
         let (view, theme) = (&self.view, self.theme);
         // A terminal that is gone ends the program by its hang-up; until then nothing can be shown.
-        let _ = self.terminal.draw(|frame| view.draw(frame, theme));
+        terminal::draw(|| drop(self.terminal.draw(|frame| view.draw(frame, theme))));
     }
 }
 
 impl<V: View> Drop for Screen<V> {
     fn drop(&mut self) {
-        restore();
+        self.alternate = None;
         self.notes.resume();
     }
 }
 
 fn locked<V>(shown: &Mutex<Shown<V>>) -> MutexGuard<'_, Shown<V>> {
     shown.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Gives the terminal back; if this fails, the terminal is gone.
-fn restore() {
-    let _ = execute!(io::stderr(), LeaveAlternateScreen, Show);
-    let _ = terminal::disable_raw_mode();
-    let _ = io::stderr().flush();
-}
-
-/// The message of a panic must not stay on a screen that is gone a moment later.
-fn restore_after_a_panic() {
-    static HOOK: Once = Once::new();
-    HOOK.call_once(|| {
-        let usual = std::panic::take_hook();
-        std::panic::set_hook(Box::new(move |panic| {
-            restore();
-            usual(panic);
-        }));
-    });
 }

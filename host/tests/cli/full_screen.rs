@@ -2,13 +2,13 @@
 
 use std::io::Write;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
 use crate::on_terminal::{Size, Terminal};
-use crate::program::layout_with_hits;
+use crate::program::{layout_with_hits, words};
 use crate::recording;
 use crate::virtual_process::VirtualProcess;
 
@@ -80,6 +80,66 @@ fn a_silent_rig_is_told_of_on_the_screen_and_the_campaign_goes_on() {
     assert!(terminal.until_shown(next), "{}", terminal.shown());
     terminal.type_keys("\x03");
     assert_eq!(terminal.end().0, 130);
+}
+
+/// Within this time, a program that waits for a silent rig ends after Ctrl-C. By itself it would wait for 7.5 s.
+const SOON: Duration = Duration::from_secs(4);
+
+#[test]
+fn a_pause_ends_the_wait_for_a_silent_rig_soon_and_says_how_to_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let layout = layout_with_hits(folder.path(), 20);
+    for (more, key) in [(&[][..], "\x03"), (&[], "p"), (&["--plain"], "\x03")] {
+        let rig = VirtualProcess::start(&[]);
+        let mut terminal = measure(&rig, SMALL, &layout, more);
+        assert!(terminal.until(|text| text.contains("good")));
+        kill(Pid::from_raw(rig.process.id() as i32), Signal::SIGSTOP).unwrap();
+        assert!(terminal.until(|text| text.contains("asking again")));
+        let began = Instant::now();
+        terminal.type_keys(key);
+        let (exit, text) = terminal.end();
+        assert!(began.elapsed() < SOON, "{more:?} {key:?}: {:?}\n{text}", began.elapsed());
+        assert_eq!(exit, 130, "{text}");
+        let text = words(text.rsplit("\x1b[?1049l").next().unwrap());
+        assert!(text.contains("did not answer; the rig keeps the hits"), "{text}");
+        assert!(text.contains("the same command goes on"), "{text}");
+    }
+}
+
+/// The first one is dealt with when the rig answers, the second at once.
+#[test]
+fn a_second_signal_to_end_gives_the_terminal_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = VirtualProcess::start(&[]);
+    let layout = layout_with_hits(folder.path(), 20);
+    let mut terminal = measure(&rig, SMALL, &layout, &[]);
+    assert!(terminal.until(|text| text.contains("good")));
+    kill(Pid::from_raw(rig.process.id() as i32), Signal::SIGSTOP).unwrap();
+    let process = Pid::from_raw(terminal.process.id() as i32);
+    for _ in 0..2 {
+        kill(process, Signal::SIGTERM).unwrap();
+        // Two that come together are one.
+        std::thread::sleep(Duration::from_millis(200));
+    }
+    let (exit, text) = terminal.end();
+    assert_eq!(exit, 130, "{text}");
+    let (_, after) = text.rsplit_once("\x1b[?1049l").expect("the alternate screen is left");
+    assert_eq!(after, "\x1b[?25h", "{text}");
+}
+
+/// The screen asks the rig to wait with every hit.
+#[test]
+fn a_campaign_that_is_paused_on_the_screen_goes_on_in_lines_without_asking_for_verdicts() {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = VirtualProcess::start(&["--fast"]);
+    let layout = layout_with_hits(folder.path(), 12);
+    let mut terminal = measure(&rig, SMALL, &layout, &[]);
+    assert!(terminal.until_shown(|shown| shown.contains("good")));
+    terminal.type_keys("p");
+    assert_eq!(terminal.end().0, 130);
+    let (exit, text) = measure(&rig, SMALL, &layout, &["--plain"]).end();
+    assert_eq!(exit, 0, "{text}");
+    assert!(text.contains("resuming") && !text.contains("accept this hit?"), "{text}");
 }
 
 #[test]

@@ -40,4 +40,6 @@ mod tape_files;
 mod tcp;
 #[cfg(target_os = "linux")]
 mod terminal;
+#[cfg(target_os = "linux")]
+mod tumble_test;
 mod wrong_input;

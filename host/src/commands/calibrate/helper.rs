@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use crossterm::event::KeyCode;
 use indicatif::ProgressBar;
 use massline_protocol::message::Identity;
 use massline_shared::calibration::CalibrationMethod;
@@ -12,8 +12,10 @@ use massline_shared::signal::{Calibration, HAMMER, RESPONSES, RestStatistics};
 use nalgebra::Vector3;
 
 use crate::client::Client;
+use crate::commands::keyboard::{Keyboard, no_terminal};
 use crate::error::{Error, Result};
 use crate::file;
+use crate::interrupt::Interrupt;
 use crate::output::Output;
 use crate::screen::positions::{Lying, Positions, in_words};
 use crate::screen::{Screen, View};
@@ -66,7 +68,7 @@ impl Helper for Lines<'_> {
             Err(error) => Err(Error::input("no_keyboard", format!("standard input: {error}"))),
             Ok(None) => Err(Error::input(
                 "no_keyboard",
-                "a person must say when the sensors lie in their position, and stdin has ended: run this in a \\
+                "a person must say when the sensors lie in their position, and stdin has ended: run this in a \
                  terminal; what has been read is kept",
             )),
         }
@@ -85,6 +87,8 @@ impl Helper for Lines<'_> {
 /// Shows on a full screen how the sensors lie until Enter is pressed.
 pub struct OnScreen {
     screen: Screen<Positions>,
+    keyboard: Keyboard,
+    interrupt: Interrupt,
     /// The calibration that the rig has now, for what is shown.
     calibration: Calibration,
     /// Largest standard deviation of a sensor that does not move, m/s².
@@ -101,9 +105,22 @@ impl OnScreen {
         // By its data sheet, the zero of an axis is known to 1 g only.
         let is_calibrated = record.method != CalibrationMethod::DataSheet;
         let view = Positions::new(wanted, is_calibrated);
-        let screen = Screen::open(view, output).map_err(no_terminal)?;
+        let keyboard = Keyboard::take(output)?;
+        let screen = Screen::open(view, keyboard.raw_mode(), output).map_err(no_terminal)?;
+        let interrupt = output.interrupt().clone();
         let unrest = TumbleLimits::default().unrest;
-        Ok(Self { screen, calibration: record.calibration, unrest })
+        Ok(Self { screen, keyboard, interrupt, calibration: record.calibration, unrest })
+    }
+
+    /// An error once the person has left.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    pub fn unless_interrupted(&self) -> Result<()> {
+        match self.interrupt.pressed() {
+            true => Err(Error::interrupted("the tumble test is interrupted")),
+            false => Ok(()),
+        }
     }
 
     /// What each sensor reads.
@@ -133,14 +150,9 @@ impl Helper for OnScreen {
         self.screen.update(|view| view.ask(position));
         loop {
             self.screen.draw();
-            match pressed().map_err(no_terminal)? {
-                Some(Pressed::Enter) => break,
-                Some(Pressed::Leave) => {
-                    return Err(Error::interrupted(
-                        "the tumble test is interrupted; what has been read is kept: the same command goes on",
-                    ));
-                }
-                None => {}
+            self.unless_interrupted()?;
+            if self.keyboard.next_key(PATIENCE) == Some(KeyCode::Enter) {
+                break;
             }
             let statistics = client.rest_statistics()?;
             let lies = self.lies(&statistics, identity);
@@ -159,33 +171,4 @@ impl Helper for OnScreen {
         self.screen.update(|view| view.done(position));
         self.screen.draw();
     }
-}
-
-fn no_terminal(error: io::Error) -> Error {
-    Error::internal("no_keyboard", format!("the terminal: {error}"))
-}
-
-/// A key of the tumble test.
-enum Pressed {
-    Enter,
-    Leave,
-}
-
-/// The key that was pressed meanwhile, if it is one of the tumble test.
-fn pressed() -> io::Result<Option<Pressed>> {
-    while event::poll(PATIENCE)? {
-        let Event::Key(KeyEvent { code, modifiers, kind: KeyEventKind::Press, .. }) =
-            event::read()?
-        else {
-            continue;
-        };
-        let control = modifiers.contains(KeyModifiers::CONTROL);
-        match code {
-            KeyCode::Enter => return Ok(Some(Pressed::Enter)),
-            KeyCode::Char('p' | 'q') | KeyCode::Esc => return Ok(Some(Pressed::Leave)),
-            KeyCode::Char('c') if control => return Ok(Some(Pressed::Leave)),
-            _ => {}
-        }
-    }
-    Ok(None)
 }

@@ -72,7 +72,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let on_screen = rig.can_repeat() && args.rig.screen.wants_screen(output);
     let hum = if on_screen {
         let mut helper = OnScreen::open(&mut rig.client, &readings.wanted(), output)?;
-        take(&mut rig, &mut readings, &limits, &mut helper)
+        let taken = take(&mut rig, &mut readings, &limits, &mut helper);
+        // Who leaves during the last reading wants nothing stored.
+        taken.and_then(|hum| helper.unless_interrupted().map(|()| hum)).map_err(goes_on)
     } else {
         take(&mut rig, &mut readings, &limits, &mut Lines::new(output))
     }?;
@@ -98,6 +100,16 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         stored: !args.dry_run,
     };
     output.answer(&value, |_| report::tumble_text(&found, &record, &memory_text(memory.as_ref())))
+}
+
+/// The error, with what becomes of the readings when the person leaves.
+fn goes_on(error: Error) -> Error {
+    match error {
+        Error::Interrupted { .. } => {
+            error.advising("what has been read is kept: the same command goes on")
+        }
+        _ => error,
+    }
 }
 
 impl Args {

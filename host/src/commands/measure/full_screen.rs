@@ -11,7 +11,8 @@ use massline_shared::measurement::campaign::Phase;
 
 use super::presenter::Presenter;
 use crate::client::{Client, ClientError};
-use crate::error::{Error, Result};
+use crate::commands::keyboard::{Keyboard, no_terminal};
+use crate::error::Result;
 use crate::output::{Output, harmless};
 use crate::precision::PrecisionReport;
 use crate::readings::Chain;
@@ -74,12 +75,11 @@ impl FullScreen {
         shown: Shown<'_>,
         layout: &RigLayout,
         wanted: Wanted,
-        output: &Output,
+        (keyboard, output): (&Keyboard, &Output),
     ) -> Result<Self> {
         let Shown { kind, title, identity, calibration } = shown;
         let guide = Guide::new(&harmless(title), kind, layout, identity.adc.bits, wanted);
-        let screen = Screen::open(guide, output)
-            .map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))?;
+        let screen = Screen::open(guide, keyboard.raw_mode(), output).map_err(no_terminal)?;
         Ok(Self {
             screen,
             identity: identity.clone(),

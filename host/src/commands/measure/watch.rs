@@ -6,7 +6,7 @@ use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 
 use crate::archive::RecordCollection;
-use crate::campaign::{CampaignOutcome, Observer, OperatorAction, follow, open_dof};
+use crate::campaign::{CampaignOutcome, Observer, follow, open_dof};
 use crate::client::Client;
 use crate::commands::keyboard::{self, Keyboard, Pressed};
 use crate::commands::progress::{Progress, Prompts};
@@ -20,18 +20,22 @@ use crate::spectra::{Collecting, SpectraCollection};
 use super::full_screen::{FullScreen, Shown};
 use super::presenter::Presenter;
 
+/// What becomes of a campaign whose rig does not answer; a link that is lost says so itself.
+const GOES_ON: &str =
+    "the rig keeps the hits that it has accepted: the same command goes on with them";
+
 /// What is done while a campaign is followed.
 #[derive(Debug, Default)]
 pub(in crate::commands) struct Watching<'a> {
     /// Reports the precision after each DOF.
     pub monitor: Option<&'a mut PrecisionMonitor>,
-    /// Collects the spectra; good hits are then accepted without asking, unless `confirm` is set.
+    /// Collects the spectra.
     pub collection: Option<&'a mut SpectraCollection>,
     /// Collects the records of accepted hits, beside the spectra.
     pub records: Option<&'a mut RecordCollection>,
     /// Collects what became of every hit, beside the spectra.
     pub log: Option<&'a mut HitLog>,
-    /// The person gives a verdict on each hit.
+    /// The person gives a verdict on each hit that the rig waits with; else the program accepts it.
     pub confirm: bool,
     /// Finish at the target without asking.
     pub yes: bool,
@@ -48,19 +52,14 @@ pub(in crate::commands) fn watch(
 ) -> Result<CampaignOutcome> {
     let interrupt = output.interrupt().clone();
     let Watching { monitor, collection, records, log, confirm, yes, shown } = watching;
-    let accepts = collection.is_some() && !confirm;
-    let no_terminal = |e| Error::internal("no_keyboard", format!("the terminal: {e}"));
-    let keyboard =
-        if output.has_keyboard() { Keyboard::take().map_err(no_terminal)? } else { None };
-    output.set_raw(keyboard.is_some());
-    let shown = shown.filter(|_| keyboard.is_some());
-    let on_screen = shown.is_some();
-    // For the screen, the rig waits with every hit until its record has been read.
-    let accepts = accepts || (on_screen && !confirm);
-    let presenter: Box<dyn Presenter + '_> = match shown {
-        Some(shown) => {
+    // The rig waits with every hit until what is collected and shown of it has been read. It keeps waiting when its
+    // campaign is resumed in another way.
+    let accepts = !confirm;
+    let keyboard = output.has_keyboard().then(|| Keyboard::take(output)).transpose()?;
+    let presenter: Box<dyn Presenter + '_> = match shown.zip(keyboard.as_ref()) {
+        Some((shown, keyboard)) => {
             let wanted = Wanted { estimates: monitor.is_some(), verdicts: !accepts };
-            Box::new(FullScreen::open(shown, layout, wanted, output)?)
+            Box::new(FullScreen::open(shown, layout, wanted, (keyboard, output))?)
         }
         None => {
             if keyboard.is_some() {
@@ -81,8 +80,10 @@ pub(in crate::commands) fn watch(
         None => follow(client, &interrupt, None, &mut person),
     };
     drop(person);
-    output.set_raw(false);
-    ending
+    ending.map_err(|error| match error.code() {
+        "no_answer" | Error::INTERRUPTED => error.advising(GOES_ON),
+        _ => error,
+    })
 }
 
 /// The operator with a hammer, who may have a keyboard.
@@ -130,37 +131,25 @@ impl Person<'_> {
         }
     }
 
-    /// Only good hits wait for a verdict; the rig has been asked to wait by another program or on its panel.
-    fn accept_unasked(&mut self, status: &Status) -> OperatorAction {
-        self.presenter.line(&format!(
-            "hit {} is accepted: the rig asks for a verdict, and there is no keyboard to give it",
-            status.last_hit
-        ));
-        OperatorAction::Command(CampaignCommand::Accept)
-    }
-
     fn asks(&self) -> bool {
         self.keyboard.is_some() && !self.yes
     }
 
-    fn poll(&mut self, status: &Status) -> Result<Option<OperatorAction>> {
-        let Some(keyboard) = &mut self.keyboard else { return Ok(None) };
+    fn poll(&mut self, status: &Status) -> Option<CampaignCommand> {
+        let keyboard = self.keyboard.as_mut()?;
         let presenter = &mut self.presenter;
-        let pressed = keyboard
-            .poll(Phase::try_from(status.phase).ok(), |key| presenter.key(key))
-            .map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))?;
-        match pressed {
-            None => Ok(None),
-            Some(Pressed::QuitOnce) => {
+        let phase = Phase::try_from(status.phase).ok();
+        match keyboard.poll(phase, |key| presenter.key(key))? {
+            Pressed::QuitOnce => {
                 let hits: u32 = status.accepted.iter().map(|&hits| u32::from(hits)).sum();
                 self.presenter.line(&format!(
                     "q again aborts the campaign and discards its {hits} accepted hits; p pauses it"
                 ));
-                Ok(None)
+                None
             }
-            Some(Pressed::Action(action)) => {
+            Pressed::Command(command) => {
                 self.presenter.acted();
-                Ok(Some(action))
+                Some(command)
             }
         }
     }
@@ -200,23 +189,20 @@ impl Observer for Person<'_> {
         self.presenter.hit(hit);
     }
 
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<CampaignCommand>> {
         self.asked = false;
         self.follow_precision(client, status)?;
         let waits = Phase::try_from(status.phase).ok() == Some(Phase::Confirming);
-        if self.keyboard.is_none() && waits && !self.accepts {
-            return Ok(Some(self.accept_unasked(status)));
-        }
         self.presenter.look(client, status)?;
-        let accept = OperatorAction::Command(CampaignCommand::Accept);
-        Ok(self.poll(status)?.or((waits && self.accepts).then_some(accept)))
+        let accept = CampaignCommand::Accept;
+        Ok(self.poll(status).or((waits && self.accepts).then_some(accept)))
     }
 
     fn at_target(
         &mut self,
         client: &mut Client,
         status: &Status,
-    ) -> Result<Option<OperatorAction>> {
+    ) -> Result<Option<CampaignCommand>> {
         self.follow_precision(client, status)?;
         if !self.asked {
             self.asked = true;
@@ -225,9 +211,9 @@ impl Observer for Person<'_> {
         }
         self.presenter.look(client, status)?;
         if self.asks() {
-            return self.poll(status);
+            return Ok(self.poll(status));
         }
-        Ok(Some(OperatorAction::Command(CampaignCommand::Conclude)))
+        Ok(Some(CampaignCommand::Conclude))
     }
 
     fn refused(&mut self, command: CampaignCommand, reason: Reason) {

@@ -10,7 +10,7 @@ use massline_shared::signal::{
 use massline_shared::units::{Newtons, ScanIndex};
 
 use super::Recording;
-use crate::campaign::{OperatorAction, is_out_of_reach};
+use crate::campaign::is_out_of_reach;
 use crate::client::{Client, Event, scans_of};
 use crate::commands::keyboard::{Keyboard, Pressed};
 use crate::error::{Error, Result};
@@ -38,10 +38,7 @@ pub(super) fn record(
 ) -> Result<u32> {
     let interrupt = output.interrupt().clone();
     let _guard = interrupt.guard();
-    let keyboard = if output.has_keyboard() { Keyboard::take() } else { Ok(None) };
-    let mut keyboard =
-        keyboard.map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))?;
-    output.set_raw(keyboard.is_some());
+    let mut keyboard = output.has_keyboard().then(|| Keyboard::take(output)).transpose()?;
     if recording.identity.board == massline_virtual::BOARD {
         output.note(
             "a simulated rig taps by itself only in a campaign: press Enter at `massline virtual --manual`, or \
@@ -55,25 +52,22 @@ pub(super) fn record(
             break Ok(());
         }
         tape.prompt(output);
-        let leave = Some(Pressed::Action(OperatorAction::Leave));
-        let pressed =
-            keyboard.as_mut().and_then(|keyboard| keyboard.poll(None, |_| false).unwrap_or(leave));
-        let steer = match pressed {
-            Some(Pressed::Action(action)) => Some(action),
+        let ended = match keyboard.as_mut().and_then(|keyboard| keyboard.poll(None, |_| false)) {
+            Some(Pressed::Command(command)) => tape.steer(command),
             Some(Pressed::QuitOnce) => {
                 output.note("q again ends the recording");
-                None
+                false
             }
-            None => None,
+            None => false,
         };
-        if interrupt.pressed() || steer.is_some_and(|s| tape.steer(s)) {
+        if interrupt.pressed() || ended {
             break Err(Error::interrupted("the recording was interrupted"));
         }
         if let Err(error) = tape.listen(client, writer, output) {
             break Err(error);
         }
     };
-    output.set_raw(false);
+    drop(keyboard);
     // An error of the recording takes precedence over one of stopping the stream.
     let stopped = match &recorded {
         Err(error) if is_out_of_reach(error) || error.code() == SILENT => Ok(()),
@@ -138,18 +132,16 @@ impl<'r> Stream<'r> {
         }
     }
 
-    /// Applies an action of the operator; true to end the recording.
-    fn steer(&mut self, steer: OperatorAction) -> bool {
-        match steer {
-            OperatorAction::Leave | OperatorAction::Command(CampaignCommand::Abort) => return true,
-            OperatorAction::Command(CampaignCommand::Undo) => {
+    /// Applies a command of the operator; true to end the recording.
+    fn steer(&mut self, command: CampaignCommand) -> bool {
+        match command {
+            CampaignCommand::Abort => return true,
+            CampaignCommand::Undo => {
                 self.segments.truncate(self.before.max(self.segments.len().saturating_sub(1)));
             }
-            OperatorAction::Command(CampaignCommand::Redo) => self.segments.truncate(self.before),
-            OperatorAction::Command(CampaignCommand::Skip | CampaignCommand::Finish) => {
-                self.next_dof()
-            }
-            OperatorAction::Command(_) => {}
+            CampaignCommand::Redo => self.segments.truncate(self.before),
+            CampaignCommand::Skip | CampaignCommand::Finish => self.next_dof(),
+            _ => {}
         }
         false
     }

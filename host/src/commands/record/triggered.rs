@@ -6,9 +6,7 @@ use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::Scan;
 
 use super::Recording;
-use crate::campaign::{
-    CampaignOutcome, Observer, OperatorAction, StartOptions, begin, follow, is_out_of_reach,
-};
+use crate::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow, is_out_of_reach};
 use crate::client::Client;
 use crate::clock;
 use crate::commands::progress::{Progress, Prompts};
@@ -89,7 +87,7 @@ impl Observer for Recorder<'_, '_> {
         self.progress.hit(hit);
     }
 
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<CampaignCommand>> {
         if Phase::try_from(status.phase).ok() != Some(Phase::Confirming) {
             return Ok(None);
         }
@@ -98,12 +96,12 @@ impl Observer for Recorder<'_, '_> {
             self.read = status.last_hit;
             self.hits += 1;
         }
-        Ok(Some(OperatorAction::Command(CampaignCommand::Accept)))
+        Ok(Some(CampaignCommand::Accept))
     }
 
     /// A recording has every DOF, whatever the target.
-    fn at_target(&mut self, _: &mut Client, _: &Status) -> Result<Option<OperatorAction>> {
-        Ok(Some(OperatorAction::Command(CampaignCommand::Continue)))
+    fn at_target(&mut self, _: &mut Client, _: &Status) -> Result<Option<CampaignCommand>> {
+        Ok(Some(CampaignCommand::Continue))
     }
 
     fn refused(&mut self, command: CampaignCommand, reason: Reason) {
