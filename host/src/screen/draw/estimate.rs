@@ -9,10 +9,11 @@ use ratatui::widgets::{Paragraph, Wrap};
 use super::framed;
 use crate::report::two_digits;
 use crate::screen::Theme;
-use crate::screen::guide::{Guide, Step};
+use crate::screen::guide::Guide;
+use crate::screen::interim::InterimEstimate;
 
-/// Steps of which the widths are shown.
-const STEPS: usize = 6;
+/// Estimates of which the widths are shown.
+const SHOWN: usize = 6;
 
 /// The estimate after the last DOF.
 pub(super) fn estimate(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
@@ -41,9 +42,9 @@ fn property([name, value, half, unit]: &[String; 4]) -> String {
 }
 
 /// The widths after each of the last DOFs.
-fn trend(steps: &[Step], theme: Theme) -> Vec<Line<'static>> {
-    let known: Vec<Widths<f64>> = steps.iter().filter_map(|step| step.widths).collect();
-    let known = &known[known.len().saturating_sub(STEPS)..];
+fn trend(estimates: &[InterimEstimate], theme: Theme) -> Vec<Line<'static>> {
+    let known: Vec<Widths<f64>> = estimates.iter().filter_map(|estimate| estimate.widths).collect();
+    let known = &known[known.len().saturating_sub(SHOWN)..];
     let row = |name: &'static str, unit: &'static str, of: fn(&Widths<f64>) -> f64| {
         let widths: Vec<String> = known.iter().map(|widths| two_digits(of(widths))).collect();
         Line::from(vec![

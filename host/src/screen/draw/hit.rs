@@ -68,8 +68,10 @@ pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: 
 /// Points over time in ms, as far as they are shown.
 fn points(of: &HitReadings, values: &[f64]) -> Vec<(f64, f64)> {
     let [from, to] = SHOWN;
-    let timed =
-        values.iter().enumerate().map(|(scan, value)| (scan as f64 * of.step - of.before, *value));
+    let timed = values
+        .iter()
+        .enumerate()
+        .map(|(scan, value)| (scan as f64 * of.scan_interval_s - of.pre_trigger_s, *value));
     timed
         .filter(|(time, _)| (from..=to).contains(time))
         .map(|(time, value)| (1e3 * time, value))

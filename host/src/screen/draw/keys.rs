@@ -28,7 +28,7 @@ const KEYS: [(&str, &str); 11] = [
 /// The last line: the keys of the moment.
 pub(super) fn line(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
     let keys: &[&str] = match guide.phase() {
-        _ if guide.help => {
+        _ if guide.pages.help => {
             let text = Paragraph::new(" ? back  p pause").style(theme.bar());
             return frame.render_widget(text, area);
         }

@@ -15,7 +15,8 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Wrap};
 use tui_big_text::{BigText, PixelSize};
 
-use super::guide::{Guide, Page};
+use super::guide::Guide;
+use super::pages::Page;
 use super::positions::Positions;
 use super::{Theme, View, pace};
 
@@ -57,7 +58,7 @@ fn guide(guide: &Guide, frame: &mut Frame<'_>, theme: Theme) {
     bar(frame, title, theme, [&guide.title, &progress(guide)]);
     place::message(guide, frame, messages, theme);
     keys::line(guide, frame, keys, theme);
-    if guide.help {
+    if guide.pages.help {
         return keys::help(guide, frame, middle, theme);
     }
     let left = (area.width * 2 / 5).clamp(32, 56);
@@ -78,7 +79,7 @@ fn left_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
 
 /// What was measured: pages, as many as there is room for.
 fn right_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    let pages: Vec<Page> = guide.pages().collect();
+    let pages: Vec<Page> = guide.pages.all().collect();
     let [verdict, area] =
         Layout::vertical([Constraint::Length(hit::HEIGHT), Constraint::Min(0)]).areas(area);
     hit::verdict(guide, frame, verdict, theme);
@@ -89,7 +90,7 @@ fn right_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
         () if frame.area().height >= TALL => {
             Layout::vertical(pages.iter().map(|_| Constraint::Fill(1))).split(area)
         }
-        () => return page(guide.page, guide, frame, area, theme),
+        () => return page(guide.pages.current, guide, frame, area, theme),
     };
     for (of, place) in pages.iter().zip(places.iter()) {
         page(*of, guide, frame, *place, theme);
@@ -161,3 +162,6 @@ fn large(name: &str, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
 fn framed(title: &str, theme: Theme) -> Block<'_> {
     Block::bordered().border_style(theme.faint()).title(Span::styled(title, theme.strong()))
 }
+
+#[cfg(test)]
+mod tests;
