@@ -232,7 +232,10 @@ impl Guide {
         let per_dof = usize::from(self.layout.test.hits_per_dof);
         let all = self.layout.hits.len() * per_dof;
         let Some(status) = &self.status else { return [0, all] };
-        let is_closed = |dof: usize| dof < usize::from(status.dof);
+        // From the target on, there are no hits to come unless the person goes on.
+        let is_over =
+            matches!(self.phase(), Some(Phase::TargetReached | Phase::Solving | Phase::Done));
+        let is_closed = |dof: usize| is_over || dof < usize::from(status.dof);
         let of = |(dof, &hits): (usize, &u8)| {
             if is_closed(dof) { usize::from(hits) } else { per_dof.max(hits.into()) }
         };

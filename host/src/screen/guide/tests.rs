@@ -47,3 +47,16 @@ fn hits_of_a_dof_that_is_redone_or_skipped_are_said_to_be_discarded_and_not_coun
         assert_eq!(guide.note, None);
     }
 }
+
+#[test]
+fn a_campaign_that_is_finished_early_has_all_its_hits() {
+    let mut guide = guide();
+    let mut now = status(2, &[5, 5, 3]);
+    guide.status(&now, Duration::ZERO);
+    assert_eq!(guide.hits(), [13, 15]);
+    for phase in [Phase::TargetReached, Phase::Solving, Phase::Done] {
+        now.phase = phase.into();
+        guide.status(&now, Duration::ZERO);
+        assert_eq!(guide.hits(), [13, 13]);
+    }
+}
