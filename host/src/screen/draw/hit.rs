@@ -1,12 +1,12 @@
 //! The last hit: its verdict with the reason, and its force and responses over time.
 
 use ratatui::Frame;
-use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
+use super::curves::{Curves, plot, stacked};
 use super::framed;
-use super::spectra::{Curves, plot};
 use crate::screen::Theme;
 use crate::screen::guide::{Guide, HitReadings};
 
@@ -41,8 +41,7 @@ pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: 
         let text = Paragraph::new("nothing read yet").block(framed(" hit over time ", theme));
         return frame.render_widget(text.style(theme.faint()), area);
     };
-    let [force, responses] =
-        Layout::vertical([Constraint::Fill(1), Constraint::Fill(1)]).areas(area);
+    let [force, responses] = stacked(area, 50);
     let is_last = guide.hit.as_ref().is_none_or(|hit| hit.number == of.number);
     let which = if is_last { "" } else { " (the last good one)" };
     let title = format!(" hit {}{which}: force, N, over ms ", of.number);
