@@ -1,5 +1,7 @@
 //! How curves are drawn: in a frame, over one axis, each of them told from the others with and without colours.
 
+use std::borrow::Cow;
+
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::symbols::Marker;
@@ -41,7 +43,14 @@ pub(super) fn plot(curves: &Curves<'_>, frame: &mut Frame<'_>, area: Rect, theme
         let margin = 0.05 * (high - low).max(1e-9);
         [low - margin, high + margin]
     });
-    let sets = curves.points.iter().enumerate().map(|(place, points)| {
+    let points = curves.points.iter().enumerate();
+    let points: Vec<Cow<'_, [(f64, f64)]>> = points
+        .map(|(place, points)| match drawn_as(place, theme) {
+            (_, GraphType::Scatter, _) => Cow::Owned(thinned(points, curves.x, place, area.width)),
+            _ => Cow::Borrowed(points.as_slice()),
+        })
+        .collect();
+    let sets = points.iter().enumerate().map(|(place, points)| {
         let (marker, kind, _) = drawn_as(place, theme);
         let set = Dataset::default().marker(marker).graph_type(kind);
         set.style(theme.curve(place)).data(points)
@@ -75,6 +84,19 @@ fn drawn_as(place: usize, theme: Theme) -> (Marker, GraphType, &'static str) {
         1 => (Marker::Dot, GraphType::Scatter, "• "),
         _ => (Marker::Custom('+'), GraphType::Scatter, "+ "),
     }
+}
+
+/// Points of a curve in every sixth column, each curve in others: the rest of the cells is left to the curves below.
+fn thinned(
+    points: &[(f64, f64)],
+    [from, to]: [f64; 2],
+    place: usize,
+    columns: u16,
+) -> Vec<(f64, f64)> {
+    let apart = 6.0 * (to - from) / f64::from(columns.max(1));
+    let first = from + apart * place as f64 / 3.0;
+    let wanted = (0..columns / 6).map(|step| first + apart * f64::from(step));
+    wanted.filter_map(|x| points.get(points.partition_point(|(at, _)| *at < x)).copied()).collect()
 }
 
 /// A number at the end of an axis.

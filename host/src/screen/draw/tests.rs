@@ -104,11 +104,12 @@ fn the_full_view_fits_at_its_smallest_size() {
 }
 
 #[test]
-fn without_colours_the_legend_tells_curves_by_their_markers() {
+fn without_colours_the_legend_tells_curves_by_their_markers_also_where_they_coincide() {
+    let flat: Vec<(f64, f64)> = (0..=100).map(|k| (f64::from(k) / 100.0, 0.5)).collect();
     let curves = Curves {
         title: " curves ",
         names: ["1X", "2Y", "3Z"].map(String::from).into(),
-        points: [0.2, 0.5, 0.8].map(|y| vec![(0.0, y), (0.5, y), (1.0, y)]).into(),
+        points: vec![flat; 3],
         x: [0.0, 1.0],
         y: Some([0.0, 1.0]),
     };
@@ -116,10 +117,11 @@ fn without_colours_the_legend_tells_curves_by_their_markers() {
     let theme = Theme { color: false };
     terminal.draw(|frame| plot(&curves, frame, frame.area(), theme)).unwrap();
     let screen = terminal.backend().to_string();
-    for (sign, name) in [('⠒', "⠒ 1X"), ('•', "• 2Y"), ('+', "+ 3Z")] {
+    for (signs, name) in [('⠁'..='⣿', "⠒ 1X"), ('•'..='•', "• 2Y"), ('+'..='+', "+ 3Z")]
+    {
         assert!(screen.contains(name), "{screen}");
-        let is_curve = |c: char| c == sign || (sign == '⠒' && ('⠁'..='⣿').contains(&c));
-        assert!(screen.chars().filter(|&c| is_curve(c)).count() > 2, "{sign}: {screen}");
+        let cells = screen.chars().filter(|sign| signs.contains(sign)).count();
+        assert!(cells > 4, "{name}: {screen}");
     }
 }
 
