@@ -115,7 +115,7 @@ impl FullScreen {
         };
         if began.elapsed() > SLOW {
             self.record = None;
-            self.line("the link is slow: hits are no longer drawn");
+            self.line("the link is slow: hits are no longer plotted");
         }
         let Identity { adc, pre_trigger_scans, .. } = self.identity;
         let calibration = &self.calibration.calibration;

@@ -22,10 +22,11 @@ const NAME: usize = 8;
 /// The estimate after the last DOF.
 pub(super) fn estimate(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
     let Some(last) = guide.precision.last() else {
-        let text = Paragraph::new("after the first DOF").block(framed(" estimate ", theme));
+        let text =
+            Paragraph::new("available after the first DOF").block(framed(" estimate ", theme));
         return frame.render_widget(text.style(theme.faint()), area);
     };
-    let title = format!(" after {}, 95 % intervals ", last.progress);
+    let title = format!(" 95 % intervals, {} ", last.progress);
     let block = framed(&title, theme);
     let inner = block.inner(area);
     let mut lines = trend(&guide.precision, inner.width.into(), theme);

@@ -23,8 +23,7 @@ pub(super) fn verdict(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
         return frame.render_widget(text, area);
     };
     let numbers = format!(
-        "hit {} at {}: {:.1} N, {:.1} m/s²",
-        hit.number,
+        "{}: {:.1} N, {:.1} m/s²",
         guide.name(hit.dof),
         hit.peak_force,
         hit.peak_acceleration,
@@ -38,13 +37,13 @@ pub(super) fn verdict(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
 /// Force and responses of the last hit that was read.
 pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
     let Some(of) = &guide.readings else {
-        let text = Paragraph::new("nothing read yet").block(framed(" hit over time ", theme));
+        let text = Paragraph::new("no hit read yet").block(framed(" hit over time ", theme));
         return frame.render_widget(text.style(theme.faint()), area);
     };
     let [force, responses] = stacked(area, 50);
     let is_last = guide.hit.as_ref().is_none_or(|hit| hit.number == of.number);
-    let which = if is_last { "" } else { " (the last good one)" };
-    let title = format!(" hit {}{which}: force, N, over ms ", of.number);
+    let which = if is_last { "" } else { "last good hit: " };
+    let title = format!(" {which}force, N, over ms ");
     let curves = Curves {
         title: &title,
         names: vec!["force".into()],

@@ -18,7 +18,7 @@ const KEYS: [(&str, &str); 11] = [
     ("r  Backspace", "reject it"),
     (
         "u",
-        "undo the last accepted hit, until the next hit, good or bad; not the last hit of the test",
+        "undo the last accepted hit, even if it finished a DOF, until the next hit of any kind; not the test's last hit",
     ),
     ("d", "redo the DOF: its hits are discarded"),
     ("s", "skip the DOF"),

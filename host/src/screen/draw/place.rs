@@ -37,8 +37,8 @@ pub(super) fn words(guide: &Guide) -> String {
             format!("{}: accept or reject the hit", hit.dof)
         }
         Some(Phase::Busy | Phase::Confirming) => format!("measuring at {}", hit.dof),
-        Some(Phase::TargetReached) => "the target is reached".into(),
-        Some(Phase::Solving) => "the rig is solving".into(),
+        Some(Phase::TargetReached) => "target reached".into(),
+        Some(Phase::Solving) => "the rig is computing the result".into(),
         Some(Phase::Paused) => "paused".into(),
         Some(Phase::Done) => "done".into(),
         Some(Phase::Idle) | None => "waiting for the rig".into(),

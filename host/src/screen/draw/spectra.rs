@@ -26,7 +26,7 @@ pub(super) fn spectra(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
     let [upper, lower] = stacked(area, 60);
     let names: Vec<String> = shown.iter().map(|(k, _)| guide.response(*k)).collect();
     let hits = if spectra.hits == 1 { "1 hit".into() } else { format!("{} hits", spectra.hits) };
-    let title = format!(" {}, {hits}: log (m/s²)/N over Hz ", guide.name(spectra.dof));
+    let title = format!(" {hits}: log (m/s²)/N over Hz ");
     let top = shown.iter().map(|(_, strength)| *strength).fold(f64::MIN_POSITIVE, f64::max).log10();
     let curves = Curves {
         title: &title,
@@ -37,7 +37,7 @@ pub(super) fn spectra(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
     };
     plot(&curves, frame, upper, theme);
     let title = if spectra.hits < 2 {
-        " coherence: from the second hit on "
+        " coherence: available after the second hit "
     } else {
         " coherence over Hz "
     };
