@@ -75,7 +75,7 @@ impl<'a> PrecisionReport<'a> {
     /// What is known worst and what helps, one or two lines.
     pub fn advice(&self) -> String {
         let Some(precision) = &self.precision else {
-            return "more are needed for the ten properties".into();
+            return "more DOFs are needed for the ten properties".into();
         };
         let mut text = String::new();
         if precision.contradicted {
@@ -241,7 +241,10 @@ mod tests {
     fn before_the_properties_are_determined_more_dofs_are_needed() {
         let layout = layout();
         let report = PrecisionReport::of(&layout, &dofs(&layout, 2));
-        assert_eq!(report.to_text(), "after 2 of 5 DOFs: more are needed for the ten properties");
+        assert_eq!(
+            report.to_text(),
+            "after 2 of 5 DOFs: more DOFs are needed for the ten properties"
+        );
         assert!(report.document().half_widths95.is_none() && !report.is_reached());
     }
 

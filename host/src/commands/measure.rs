@@ -44,7 +44,8 @@ On a terminal, a full screen shows where to hit, the last hit and the intervals;
 --plain prints lines.
 While it runs (when the keyboard is a terminal): a accept, r reject, u undo the last hit,
 d redo the DOF, s skip it, f finish it with the hits it has, p or Ctrl-C pause, q q abort.
-Until the next hit, u takes back the last accepted one, also the one that finished a DOF.
+Until the next hit, u takes back the last accepted one, also the one that finished a DOF,
+but not the last hit of the test.
 A paused campaign keeps every accepted hit; the same command goes on with it.
 
 After each DOF the 95 % intervals so far are printed, and which further hit of the layout would

@@ -5,7 +5,9 @@
 
 mod draw;
 pub mod guide;
+mod interim;
 mod pace;
+mod pages;
 pub mod positions;
 mod theme;
 

@@ -61,12 +61,22 @@ impl Positions {
 
 /// What a person is to do.
 pub fn in_words(position: Position) -> String {
-    let name = position.name();
-    let way = if name.starts_with('+') { "up" } else { "down" };
-    let axis = &name[1..];
+    let [axis, way] = axis_and_way(position);
     format!(
         "turn the block so that the {axis} axes of all sensors point {way}, let go, and press Enter"
     )
+}
+
+/// The same for a small terminal.
+pub(super) fn briefly(position: Position) -> String {
+    let [axis, way] = axis_and_way(position);
+    format!("{position}: {axis} axes of all sensors {way}, then press Enter")
+}
+
+/// `X` and `up` for `+X`.
+fn axis_and_way(position: Position) -> [&'static str; 2] {
+    let (sign, axis) = position.name().split_at(1);
+    [axis, if sign == "+" { "up" } else { "down" }]
 }
 
 /// The axis that points up or down, when a sensor reads this, g; `None` for one that is between two positions.
@@ -87,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sensor_lies_as_its_largest_axis_says_unless_it_is_held_askew() {
+    fn a_sensor_lies_as_its_largest_axis_says_unless_it_is_not_aligned_with_one() {
         for position in Position::ALL {
             let reads = position.up::<f64>() + Vector3::new(0.02, -0.04, 0.03);
             assert_eq!(lies_as(&reads), Some(position));

@@ -248,9 +248,11 @@ impl Session {
     }
 }
 
+/// `1:+Y: 12.3 N, 4.5 m/s²`.
 fn last_hit_in(shown: &str) -> String {
-    let line = shown.lines().find_map(|line| Some(&line[line.find("│hit ")?..]));
-    line.unwrap_or_default().to_owned()
+    let mut parts = shown.split(['│', '\n']);
+    let numbers = parts.find(|part| part.contains(" N, ") && part.contains(" m/s²"));
+    numbers.unwrap_or_default().to_owned()
 }
 
 /// `measurement: 4 of 12 hits`, and what follows.
@@ -298,7 +300,7 @@ fn a_campaign_with_mishaps(size: Size, other: Size) -> Recorded {
     session.see("3 of 12 hits");
     session.tap_until("8 of 12 hits");
     session.terminal.type_keys("\t\t");
-    session.tap_until("after 3 of 4 DOFs, 95 % intervals");
+    session.tap_until("95 % intervals, 3 of 4 DOFs");
     session.see("mass");
     session.tap_until("11 of 12 hits");
     session.tap_for(|shown| shown.contains("archive written"));

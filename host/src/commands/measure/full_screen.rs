@@ -115,14 +115,15 @@ impl FullScreen {
         };
         if began.elapsed() > SLOW {
             self.record = None;
-            self.line("the link is slow: hits are no longer drawn");
+            self.line("the link is slow: hits are no longer plotted");
         }
         let Identity { adc, pre_trigger_scans, .. } = self.identity;
         let calibration = &self.calibration.calibration;
         let readings = Chain { calibration, adc, pre_trigger_scans }.readings(&codes);
-        let step = 1.0 / f64::from(adc.rate.0);
-        let before = f64::from(pre_trigger_scans) * step;
-        self.screen.update(|guide| guide.readings(HitReadings { number, readings, step, before }));
+        let scan_interval_s = 1.0 / f64::from(adc.rate.0);
+        let pre_trigger_s = f64::from(pre_trigger_scans) * scan_interval_s;
+        let readings = HitReadings { number, readings, scan_interval_s, pre_trigger_s };
+        self.screen.update(|guide| guide.readings(readings));
         self.screen.draw();
         Ok(())
     }

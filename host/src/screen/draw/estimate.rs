@@ -4,52 +4,61 @@ use massline_shared::design::Widths;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Paragraph, Wrap};
+use ratatui::widgets::Paragraph;
 
+use super::bar::columns;
 use super::framed;
 use crate::report::two_digits;
 use crate::screen::Theme;
-use crate::screen::guide::{Guide, Step};
+use crate::screen::guide::Guide;
+use crate::screen::interim::InterimEstimate;
 
-/// Steps of which the widths are shown.
-const STEPS: usize = 6;
+/// Estimates of which the widths are shown.
+const SHOWN: usize = 6;
+/// Width of a property with its interval, and of the name of a width.
+const PROPERTY: usize = 22;
+const NAME: usize = 8;
 
 /// The estimate after the last DOF.
 pub(super) fn estimate(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
     let Some(last) = guide.precision.last() else {
-        let text = Paragraph::new("after the first DOF").block(framed(" estimate ", theme));
+        let text =
+            Paragraph::new("available after the first DOF").block(framed(" estimate ", theme));
         return frame.render_widget(text.style(theme.faint()), area);
     };
-    let title = format!(" after {}, 95 % intervals ", last.progress);
-    let trend = trend(&guide.precision, theme);
-    let advice = last.advice.lines().map(Line::raw);
-    // Two properties in a line where all would not fit below each other.
-    let wrapped = 2 + last.advice.len() / usize::from(area.width.max(1));
-    let rows = usize::from(area.height.saturating_sub(2)).saturating_sub(trend.len() + wrapped);
-    let columns = if rows >= last.properties.len() { 1 } else { 2 };
-    let mut lines = trend;
-    for row in last.properties.chunks(columns) {
-        lines.push(Line::raw(row.iter().map(property).collect::<Vec<_>>().join(" ")));
+    let title = format!(" 95 % intervals, {} ", last.progress);
+    let block = framed(&title, theme);
+    let inner = block.inner(area);
+    let mut lines = trend(&guide.precision, inner.width.into(), theme);
+    let advice = textwrap::wrap(&last.advice, usize::from(inner.width));
+    let rows = usize::from(inner.height).saturating_sub(lines.len() + advice.len());
+    let cells: Vec<String> = last.properties.iter().map(property).collect();
+    // Two properties in a line where all would not fit below each other, and none where even that has no room.
+    let beside = (1..=2).find(|beside| {
+        let width = (PROPERTY + 1) * beside - 1;
+        cells.len().div_ceil(*beside) <= rows && width <= inner.width.into()
+    });
+    if let Some(beside) = beside {
+        lines.extend(cells.chunks(beside).map(|row| Line::raw(row.join(" "))));
     }
-    lines.extend(advice);
-    let text = Paragraph::new(lines).block(framed(&title, theme)).wrap(Wrap { trim: false });
-    frame.render_widget(text, area);
+    lines.extend(advice.into_iter().map(|line| Line::raw(line.into_owned())));
+    frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
 fn property([name, value, half, unit]: &[String; 4]) -> String {
     format!("{name:4}{value:>6} ±{half:<5} {unit:4}")
 }
 
-/// The widths after each of the last DOFs.
-fn trend(steps: &[Step], theme: Theme) -> Vec<Line<'static>> {
-    let known: Vec<Widths<f64>> = steps.iter().filter_map(|step| step.widths).collect();
-    let known = &known[known.len().saturating_sub(STEPS)..];
+/// The widths after each of the last DOFs, as many as fit.
+fn trend(estimates: &[InterimEstimate], room: usize, theme: Theme) -> Vec<Line<'static>> {
+    let known: Vec<Widths<f64>> = estimates.iter().filter_map(|estimate| estimate.widths).collect();
+    let known = &known[known.len().saturating_sub(SHOWN)..];
     let row = |name: &'static str, unit: &'static str, of: fn(&Widths<f64>) -> f64| {
         let widths: Vec<String> = known.iter().map(|widths| two_digits(of(widths))).collect();
-        Line::from(vec![
-            Span::styled(format!("{name:8}"), theme.strong()),
-            Span::raw(format!("±{} {unit}", widths.join(" → "))),
-        ])
+        let since = |first: usize| format!("±{} {unit}", widths[first..].join(" → "));
+        let fits = |text: &String| NAME + columns(text) <= room;
+        let text = (0..widths.len()).map(since).find(fits).unwrap_or_default();
+        Line::from(vec![Span::styled(format!("{name:NAME$}"), theme.strong()), Span::raw(text)])
     };
     if known.is_empty() {
         return Vec::new();

@@ -1,12 +1,12 @@
 //! The last hit: its verdict with the reason, and its force and responses over time.
 
 use ratatui::Frame;
-use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
+use super::curves::{Curves, plot, stacked};
 use super::framed;
-use super::spectra::{Curves, plot};
 use crate::output::Tone;
 use crate::screen::Theme;
 use crate::screen::guide::{Guide, HitReadings};
@@ -24,8 +24,7 @@ pub(super) fn verdict(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
         return frame.render_widget(text, area);
     };
     let numbers = format!(
-        "hit {} at {}: {:.1} N, {:.1} m/s²",
-        hit.number,
+        "{}: {:.1} N, {:.1} m/s²",
         guide.name(hit.dof),
         hit.peak_force,
         hit.peak_acceleration,
@@ -42,14 +41,13 @@ pub(super) fn verdict(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
 /// Force and responses of the last hit that was read.
 pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
     let Some(of) = &guide.readings else {
-        let text = Paragraph::new("nothing read yet").block(framed(" hit over time ", theme));
+        let text = Paragraph::new("no hit read yet").block(framed(" hit over time ", theme));
         return frame.render_widget(text.style(theme.faint()), area);
     };
-    let [force, responses] =
-        Layout::vertical([Constraint::Fill(1), Constraint::Fill(1)]).areas(area);
+    let [force, responses] = stacked(area, 50);
     let is_last = guide.hit.as_ref().is_none_or(|hit| hit.number == of.number);
-    let which = if is_last { "" } else { " (the last good one)" };
-    let title = format!(" hit {}{which}: force, N, over ms ", of.number);
+    let which = if is_last { "" } else { "last good hit: " };
+    let title = format!(" {which}force, N, over ms ");
     let curves = Curves {
         title: &title,
         names: vec!["force".into()],
@@ -72,8 +70,10 @@ pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: 
 /// Points over time in ms, as far as they are shown.
 fn points(of: &HitReadings, values: &[f64]) -> Vec<(f64, f64)> {
     let [from, to] = SHOWN;
-    let timed =
-        values.iter().enumerate().map(|(scan, value)| (scan as f64 * of.step - of.before, *value));
+    let timed = values
+        .iter()
+        .enumerate()
+        .map(|(scan, value)| (scan as f64 * of.scan_interval_s - of.pre_trigger_s, *value));
     timed
         .filter(|(time, _)| (from..=to).contains(time))
         .map(|(time, value)| (1e3 * time, value))

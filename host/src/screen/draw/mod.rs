@@ -1,5 +1,7 @@
 //! How a view looks: which parts there are on a terminal of this size, and each part in a file.
 
+mod bar;
+mod curves;
 mod estimate;
 mod hit;
 mod keys;
@@ -7,15 +9,21 @@ mod levels;
 mod place;
 mod positions;
 mod sketch;
+mod small;
 mod spectra;
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Wrap};
 use tui_big_text::{BigText, PixelSize};
 
-use super::guide::{Guide, Page};
+use bar::bar;
+use small::SmallView;
+
+use super::guide::Guide;
+use super::pages::Page;
 use super::positions::Positions;
 use super::{Theme, View, pace};
 
@@ -48,28 +56,51 @@ impl View for Positions {
 /// The guide of a campaign.
 fn guide(guide: &Guide, frame: &mut Frame<'_>, theme: Theme) {
     let area = frame.area();
-    if area.width < SMALLEST[0] || area.height < SMALLEST[1] {
+    let is_small = area.width < SMALLEST[0] || area.height < SMALLEST[1];
+    if is_small && !guide.pages.help {
         return small(guide, frame, theme);
     }
-    let rows =
-        [Constraint::Length(1), Constraint::Min(0), Constraint::Length(2), Constraint::Length(1)];
+    let message = message(guide, theme);
+    // The keys need the rows of a message that there is not.
+    let messages = if message.is_none() && guide.pages.help { 0 } else { 2 };
+    let rows = [
+        Constraint::Length((!is_small).into()),
+        Constraint::Min(0),
+        Constraint::Length(messages),
+        Constraint::Length(1),
+    ];
     let [title, middle, messages, keys] = Layout::vertical(rows).areas(area);
-    bar(frame, title, theme, [&guide.title, &progress(guide)]);
-    place::message(guide, frame, messages, theme);
-    keys::line(guide, frame, keys, theme);
-    if guide.help {
-        return keys::help(guide, frame, middle, theme);
+    bar([&guide.title, &progress(guide)], frame, title, theme);
+    if let Some((text, style)) = message {
+        let text = Paragraph::new(text).style(style).wrap(Wrap { trim: true });
+        frame.render_widget(text, messages);
     }
-    let left = (area.width * 2 / 5).clamp(32, 56);
+    keys::line(keys::of(guide), frame, keys, theme);
+    if guide.pages.help {
+        return keys::help(frame, middle, theme);
+    }
+    let left = (area.width * 2 / 5).clamp(28, 56);
     let [left, right] =
         Layout::horizontal([Constraint::Length(left), Constraint::Min(0)]).areas(middle);
     left_side(guide, frame, left, theme);
     right_side(guide, frame, right, theme);
 }
 
+/// A question, or the last note.
+fn message(guide: &Guide, theme: Theme) -> Option<(&str, Style)> {
+    let question = guide.question.as_deref().map(|question| (question, theme.accent()));
+    question.or_else(|| guide.note.as_deref().map(|note| (note, theme.bad())))
+}
+
 /// Where to hit.
 fn left_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    let rows = [Constraint::Length(6), Constraint::Min(6), Constraint::Length(levels::HEIGHT)];
+    let has_room = area.height >= place::LARGE + sketch::LOWEST + levels::HEIGHT;
+    let name = if has_room { place::LARGE } else { place::WORDS };
+    let rows = [
+        Constraint::Length(name),
+        Constraint::Min(sketch::LOWEST),
+        Constraint::Length(levels::HEIGHT),
+    ];
     let [name, body, bars] = Layout::vertical(rows).areas(area);
     place::name(guide, frame, name, theme);
     sketch::body(guide, frame, body, theme);
@@ -78,7 +109,7 @@ fn left_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
 
 /// What was measured: pages, as many as there is room for.
 fn right_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    let pages: Vec<Page> = guide.pages().collect();
+    let pages: Vec<Page> = guide.pages.all().collect();
     let [verdict, area] =
         Layout::vertical([Constraint::Length(hit::HEIGHT), Constraint::Min(0)]).areas(area);
     hit::verdict(guide, frame, verdict, theme);
@@ -89,7 +120,7 @@ fn right_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
         () if frame.area().height >= TALL => {
             Layout::vertical(pages.iter().map(|_| Constraint::Fill(1))).split(area)
         }
-        () => return page(guide.page, guide, frame, area, theme),
+        () => return page(guide.pages.current, guide, frame, area, theme),
     };
     for (of, place) in pages.iter().zip(places.iter()) {
         page(*of, guide, frame, *place, theme);
@@ -106,15 +137,19 @@ fn page(page: Page, guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: The
 
 /// A terminal without room for more than words.
 fn small(guide: &Guide, frame: &mut Frame<'_>, theme: Theme) {
-    let mut lines = vec![Line::styled(place::words(guide), theme.accent())];
-    lines.extend(guide.verdict().map(|said| Line::raw(said.to_string())));
-    lines.push(Line::raw(progress(guide)));
-    let [width, height] = SMALLEST;
-    lines.push(Line::styled(
-        format!("from {width} × {height} on, there is more to see"),
-        theme.faint(),
-    ));
-    frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), frame.area());
+    let mut small = SmallView::new(frame.area());
+    match message(guide, theme) {
+        // What is asked comes last.
+        Some((text, style)) if guide.question.is_some() => small.text_to_its_end(text, style),
+        Some((text, style)) => small.text(text, style),
+        None => {}
+    }
+    small.text(&place::words(guide), theme.accent());
+    if let Some(said) = guide.verdict() {
+        small.text(&format!("last hit: {said}"), Style::new());
+    }
+    small.text(&progress(guide), Style::new());
+    small.draw(SMALLEST, keys::of(guide), frame, theme);
 }
 
 /// `block test 12 of 60 hits, about 3 min left`.
@@ -124,26 +159,6 @@ fn progress(guide: &Guide) -> String {
     let left =
         left.map_or_else(String::new, |left| format!(", about {} left", pace::in_words(left)));
     format!("{}: {done} of {wanted} hits{left}", guide.kind)
-}
-
-/// The first line: what it is, and on the right how far it is.
-fn bar(frame: &mut Frame<'_>, area: Rect, theme: Theme, [title, right]: [&str; 2]) {
-    let room = usize::from(area.width).saturating_sub(right.chars().count() + 3);
-    let mut shown: String = title.chars().take(room).collect();
-    if shown.len() < title.len() {
-        shown.pop();
-        shown.push('…');
-    }
-    let line = Line::from(format!(" {shown}"));
-    frame.render_widget(Paragraph::new(line).style(theme.bar()), area);
-    let right = Line::from(format!("{right} ")).right_aligned();
-    frame.render_widget(Paragraph::new(right).style(theme.bar()), right_part(area, room));
-}
-
-/// What is right of a text with this many characters.
-fn right_part(area: Rect, text: usize) -> Rect {
-    let left = u16::try_from(text).unwrap_or(area.width).saturating_add(2).min(area.width);
-    Rect { x: area.x + left, width: area.width - left, ..area }
 }
 
 /// A name in large letters.
@@ -161,3 +176,6 @@ fn large(name: &str, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
 fn framed(title: &str, theme: Theme) -> Block<'_> {
     Block::bordered().border_style(theme.faint()).title(Span::styled(title, theme.strong()))
 }
+
+#[cfg(test)]
+mod tests;

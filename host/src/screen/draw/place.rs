@@ -8,12 +8,18 @@ use ratatui::widgets::{Paragraph, Wrap};
 use crate::screen::Theme;
 use crate::screen::guide::Guide;
 
-/// The name of the DOF in hand, and what to do there.
+/// Rows of the words, and of the words below the name in large letters.
+pub(super) const WORDS: u16 = 2;
+pub(super) const LARGE: u16 = 4 + WORDS;
+
+/// The name of the DOF in hand, and what to do there; the words alone where there is no room for both.
 pub(super) fn name(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    let rows = [Constraint::Length(4), Constraint::Length(2)];
-    let [large, below] = Layout::vertical(rows).areas(area);
-    let name = guide.dof().map_or_else(String::new, |hit| hit.dof.to_string());
-    super::large(&name, frame, large, theme);
+    let [large, below] =
+        Layout::vertical([Constraint::Min(0), Constraint::Length(WORDS)]).areas(area);
+    if area.height >= LARGE {
+        let name = guide.dof().map_or_else(String::new, |hit| hit.dof.to_string());
+        super::large(&name, frame, large, theme);
+    }
     let words = Paragraph::new(words(guide)).style(theme.strong()).centered();
     frame.render_widget(words.wrap(Wrap { trim: true }), below);
 }
@@ -31,20 +37,10 @@ pub(super) fn words(guide: &Guide) -> String {
             format!("{}: accept or reject the hit", hit.dof)
         }
         Some(Phase::Busy | Phase::Confirming) => format!("measuring at {}", hit.dof),
-        Some(Phase::TargetReached) => "the target is reached".into(),
-        Some(Phase::Solving) => "the rig is solving".into(),
+        Some(Phase::TargetReached) => "target reached".into(),
+        Some(Phase::Solving) => "the rig is computing the result".into(),
         Some(Phase::Paused) => "paused".into(),
         Some(Phase::Done) => "done".into(),
         Some(Phase::Idle) | None => "waiting for the rig".into(),
     }
-}
-
-/// A question, or the last note.
-pub(super) fn message(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    let (text, style) = match (&guide.question, &guide.note) {
-        (Some(question), _) => (question.as_str(), theme.accent()),
-        (None, Some(note)) => (note.as_str(), theme.bad()),
-        (None, None) => return,
-    };
-    frame.render_widget(Paragraph::new(text).style(style).wrap(Wrap { trim: true }), area);
 }

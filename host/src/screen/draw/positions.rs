@@ -1,40 +1,71 @@
-//! How a tumble test looks: the six positions, and the sensors as they lie.
+//! How a tumble test looks: the six positions, and the orientation of the sensors at the moment.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
 use massline_shared::calibration::tumble::Position;
 
-use super::{framed, large};
+use super::small::SmallView;
+use super::{framed, keys, large};
 use crate::screen::Theme;
-use crate::screen::positions::{Lying, Positions, in_words, lies_as};
+use crate::screen::positions::{Lying, Positions, briefly, in_words, lies_as};
 
-/// Everything.
+/// From this size on, everything is shown.
+const FULL: [u16; 2] = [64, 23];
+/// The keys, the most important first.
+const KEYS: [&str; 3] = ["Enter read", "p pause", "(positions already read are kept)"];
+
+/// Everything, or on a small terminal the words.
 pub(super) fn all(view: &Positions, frame: &mut Frame<'_>, theme: Theme) {
+    let area = frame.area();
+    if area.width < FULL[0] || area.height < FULL[1] {
+        return small(view, frame, theme);
+    }
     let rows = [1, 4, 2, 8, 6].map(Constraint::Length);
     let [title, name, words, table, sensors, note, keys] =
         Layout::vertical(rows.into_iter().chain([Constraint::Min(1), Constraint::Length(1)]))
-            .areas(frame.area());
-    let read = Position::ALL.len() - view.wanted.len();
-    let head = format!(" tumble test: {read} of {} positions read", Position::ALL.len());
+            .areas(area);
+    let head = format!(" tumble test: {}", progress(view));
     frame.render_widget(Paragraph::new(head).style(theme.bar()), title);
     if let Some(now) = view.now {
         large(&now.to_string(), frame, name, theme);
-        let what = Paragraph::new(what_to_do(view, now)).style(theme.strong()).centered();
+        let what = Paragraph::new(what_to_do(view, in_words(now))).style(theme.strong()).centered();
         frame.render_widget(what.wrap(Wrap { trim: true }), words);
     }
     positions(view, frame, table, theme);
-    lying(view, frame, sensors, theme);
+    orientations(view, frame, sensors, theme);
     let text = Paragraph::new(view.note.as_str()).style(theme.bad()).wrap(Wrap { trim: true });
     frame.render_widget(text, note);
-    let text = " Enter read  p pause: what has been read is kept";
-    frame.render_widget(Paragraph::new(text).style(theme.bar()), keys);
+    keys::line(&KEYS, frame, keys, theme);
 }
 
-fn what_to_do(view: &Positions, now: Position) -> String {
-    if view.reading { "reading: do not touch it".into() } else { in_words(now) }
+/// A terminal without room for more than words.
+fn small(view: &Positions, frame: &mut Frame<'_>, theme: Theme) {
+    let mut small = SmallView::new(frame.area());
+    if let Some(now) = view.now {
+        small.text(&what_to_do(view, briefly(now)), theme.accent());
+    }
+    small.text(&view.note, theme.bad());
+    for (lying, number) in view.lies.iter().zip(1..) {
+        let (word, style) = orientation(view, lying, theme);
+        small.text(&format!("sensor {number}: {word}"), style);
+    }
+    small.text(&progress(view), Style::new());
+    small.draw(FULL, &KEYS, frame, theme);
+}
+
+/// `2 of 6 positions read`.
+fn progress(view: &Positions) -> String {
+    let all = Position::ALL.len();
+    format!("{} of {all} positions read", all - view.wanted.len())
+}
+
+/// The position asked for, in these words, until it is read.
+fn what_to_do(view: &Positions, asked: String) -> String {
+    if view.reading { "reading: do not touch the block".into() } else { asked }
 }
 
 fn positions(view: &Positions, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
@@ -50,22 +81,25 @@ fn positions(view: &Positions, frame: &mut Frame<'_>, area: Rect, theme: Theme) 
     frame.render_widget(Paragraph::new(lines).block(framed(" positions ", theme)), area);
 }
 
-/// What the sensors read, and as which position they lie.
-fn lying(view: &Positions, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    let lines = view.lies.iter().zip(1..).map(|(Lying { reads, moves }, number)| {
-        let [x, y, z] = [reads.x, reads.y, reads.z];
+/// What the sensors read, and their orientation.
+fn orientations(view: &Positions, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
+    let lines = view.lies.iter().zip(1..).map(|(lying, number)| {
+        let [x, y, z] = [lying.reads.x, lying.reads.y, lying.reads.z];
         let numbers = format!("sensor {number}: x {x:+.2}  y {y:+.2}  z {z:+.2} g  ");
-        let (word, style) = match lies_as(reads) {
-            _ if *moves => ("moves".into(), theme.bad()),
-            _ if !view.is_calibrated => ("at rest".into(), theme.good()),
-            Some(lies) if Some(lies) == view.now => {
-                (format!("lies as {lies}, as wanted"), theme.good())
-            }
-            Some(lies) => (format!("lies as {lies}"), theme.bad()),
-            None => ("is held askew".into(), theme.bad()),
-        };
+        let (word, style) = orientation(view, lying, theme);
         Line::from(vec![Span::raw(numbers), Span::styled(word, style)])
     });
     let text = Paragraph::new(lines.collect::<Vec<_>>());
-    frame.render_widget(text.block(framed(" as they lie now ", theme)), area);
+    frame.render_widget(text.block(framed(" current orientation ", theme)), area);
+}
+
+/// The orientation of a sensor in a few words.
+fn orientation(view: &Positions, Lying { reads, moves }: &Lying, theme: Theme) -> (String, Style) {
+    match lies_as(reads) {
+        _ if *moves => ("moving".into(), theme.bad()),
+        _ if !view.is_calibrated => ("at rest".into(), theme.good()),
+        Some(lies) if Some(lies) == view.now => (format!("{lies}, correct"), theme.good()),
+        Some(lies) => (format!("{lies}, turn it"), theme.bad()),
+        None => ("not aligned with an axis".into(), theme.bad()),
+    }
 }

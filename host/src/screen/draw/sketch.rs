@@ -14,6 +14,8 @@ use crate::projection::across;
 use crate::screen::Theme;
 use crate::screen::guide::Guide;
 
+/// Fewest rows, with the frame.
+pub(super) const LOWEST: u16 = 6;
 /// Length of the arrow and of the axes over the size of the body.
 const ARROW: f64 = 0.35;
 const AXES: f64 = 0.2;

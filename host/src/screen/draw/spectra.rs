@@ -1,11 +1,10 @@
-//! Frequency responses and coherence of the DOF in hand, as they build up; and how curves are drawn.
+//! Frequency responses and coherence of the DOF in hand, as they build up.
 
 use ratatui::Frame;
-use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::symbols::Marker;
-use ratatui::text::{Line, Span};
-use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
+use ratatui::layout::Rect;
+use ratatui::widgets::Paragraph;
 
+use super::curves::{Curves, plot, stacked};
 use super::framed;
 use crate::client::DofSpectra;
 use crate::screen::Theme;
@@ -24,10 +23,10 @@ pub(super) fn spectra(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
     let band = guide.layout.test.expected_band().map(f64::from);
     let x = [0.0, 1.5 * band[1]];
     let shown = strongest(spectra, 3 * guide.layout.sensors.len(), band);
-    let [upper, lower] = Layout::vertical([Constraint::Fill(3), Constraint::Fill(2)]).areas(area);
+    let [upper, lower] = stacked(area, 60);
     let names: Vec<String> = shown.iter().map(|(k, _)| guide.response(*k)).collect();
     let hits = if spectra.hits == 1 { "1 hit".into() } else { format!("{} hits", spectra.hits) };
-    let title = format!(" {}, {hits}: log (m/s²)/N over Hz ", guide.name(spectra.dof));
+    let title = format!(" {hits}: log (m/s²)/N over Hz ");
     let top = shown.iter().map(|(_, strength)| *strength).fold(f64::MIN_POSITIVE, f64::max).log10();
     let curves = Curves {
         title: &title,
@@ -38,7 +37,7 @@ pub(super) fn spectra(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
     };
     plot(&curves, frame, upper, theme);
     let title = if spectra.hits < 2 {
-        " coherence: from the second hit on "
+        " coherence: available after the second hit "
     } else {
         " coherence over Hz "
     };
@@ -94,59 +93,4 @@ fn coherence(spectra: &DofSpectra, response: usize, [from, to]: [f64; 2]) -> Vec
             .then(|| (frequency, (cross.norm_sqr() / product).min(1.0)))
     });
     points.collect()
-}
-
-/// Curves over one axis.
-pub(super) struct Curves<'a> {
-    /// With both units.
-    pub title: &'a str,
-    pub names: Vec<String>,
-    pub points: Vec<Vec<(f64, f64)>>,
-    /// Limits of the axes; those of the values where none are given.
-    pub x: [f64; 2],
-    pub y: Option<[f64; 2]>,
-}
-
-/// Draws curves in a frame.
-pub(super) fn plot(curves: &Curves<'_>, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    let values = || curves.points.iter().flatten().map(|(_, value)| *value);
-    let y = curves.y.unwrap_or_else(|| {
-        let low = values().fold(0.0, f64::min);
-        let high = values().fold(0.0, f64::max);
-        let margin = 0.05 * (high - low).max(1e-9);
-        [low - margin, high + margin]
-    });
-    let sets =
-        curves.points.iter().zip(&curves.names).enumerate().map(|(place, (points, name))| {
-            Dataset::default()
-                .name(name.clone())
-                .marker(Marker::Braille)
-                .graph_type(GraphType::Line)
-                .style(theme.curve(place))
-                .data(points)
-        });
-    let axis = |limits: [f64; 2]| {
-        Axis::default().style(theme.faint()).bounds(limits).labels(limits.map(label))
-    };
-    // Without colours, curves differ by nothing, so only the first is drawn.
-    let sets: Vec<Dataset<'_>> = if theme.color { sets.collect() } else { sets.take(1).collect() };
-    let mut title = vec![Span::styled(curves.title, theme.strong())];
-    let names = curves.names.iter().take(sets.len()).enumerate();
-    if curves.names.len() > 1 {
-        title.extend(
-            names.map(|(place, name)| Span::styled(format!("{name} "), theme.curve(place))),
-        );
-    }
-    let block = framed("", theme).title(Line::from(title));
-    let chart = Chart::new(sets).block(block).x_axis(axis(curves.x)).y_axis(axis(y));
-    frame.render_widget(chart.legend_position(None), area);
-}
-
-/// A number at the end of an axis.
-fn label(value: f64) -> String {
-    match value.abs() {
-        size if size >= 100.0 => format!("{value:.0}"),
-        size if size >= 1.0 => format!("{value:.1}"),
-        _ => format!("{value:.2}"),
-    }
 }

@@ -1,0 +1,144 @@
+use crossterm::event::KeyCode;
+use massline_shared::calibration::tumble::Position;
+use massline_shared::measurement::campaign::Phase;
+use nalgebra::Vector3;
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+
+use super::curves::{Curves, plot};
+use super::*;
+use crate::output::harmless;
+use crate::screen::guide::tests::{ALL, guide, layout, status};
+use crate::screen::positions::Lying;
+
+/// Sizes below that of the full view.
+const SMALL: [[u16; 2]; 3] = [[20, 5], [40, 12], [59, 17]];
+
+/// What is on a terminal of this size.
+fn shown(view: &impl View, [width, height]: [u16; 2]) -> String {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+    terminal.draw(|frame| view.draw(frame, Theme { color: true })).unwrap();
+    terminal.backend().to_string()
+}
+
+/// The words on it, without the ends of its lines.
+fn words(view: &impl View, size: [u16; 2]) -> String {
+    let screen = shown(view, size).replace(['"', '\n'], " ");
+    screen.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn titles_are_text_at_every_size() {
+    let layout = layout().cast().unwrap();
+    let long = "long ".repeat(820);
+    let wide = "試験体の慣性".repeat(20);
+    for title in ["<script>alert(1)</script>", "\u{202e}abc\u{1b}[2J", &long, &wide] {
+        let title = harmless(title);
+        let mut guide = Guide::new(&title, "measurement", &layout, 12, ALL);
+        for size in [[1, 1], [40, 10], [60, 18], [80, 24], [200, 40], [200, 60]] {
+            for help in [false, true] {
+                guide.pages.help = help;
+                let screen = shown(&guide, size);
+                assert!(!screen.contains(['\u{202e}', '\u{1b}']), "{screen}");
+                if size[0] < 60 {
+                    continue;
+                }
+                let begin: String = title.chars().take(8).collect();
+                assert!(screen.contains(&begin), "{screen}");
+                assert!(screen.contains(" measurement: 0 of 15 hits "), "{screen}");
+                let is_cut = screen.lines().next().unwrap().contains('…');
+                assert_eq!(is_cut, title.chars().count() > 100, "{screen}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_small_terminal_shows_what_is_asked_and_said_and_how_to_leave() {
+    for size in SMALL {
+        let mut guide = guide();
+        guide.status(&status(1, &[5, 2, 0]), std::time::Duration::ZERO);
+        assert!(words(&guide, size).contains("2:+Z"), "{}", shown(&guide, size));
+        guide.keep_note("q again aborts the campaign and discards its 7 accepted hits");
+        let said = words(&guide, size);
+        for word in ["q again aborts the campaign", "p pause", "q abort"] {
+            assert!(said.contains(word), "{word}: {}", shown(&guide, size));
+        }
+        let at_target = Phase::TargetReached.into();
+        let reached =
+            massline_protocol::message::Status { phase: at_target, ..status(1, &[5, 5, 0]) };
+        guide.status(&reached, std::time::Duration::ZERO);
+        guide.question(format!("target reached {}; finish now? [Y/n]", "±1 % ".repeat(20)));
+        let asked = words(&guide, size);
+        for word in ["finish now? [Y/n]", "y finish", "n go on"] {
+            assert!(asked.contains(word), "{word}: {}", shown(&guide, size));
+        }
+    }
+}
+
+#[test]
+fn the_keys_are_explained_as_far_as_there_is_room_and_the_way_back_is_shown() {
+    let mut guide = guide();
+    assert!(guide.key(KeyCode::Char('?')));
+    for size in SMALL {
+        let screen = shown(&guide, size);
+        assert!(screen.contains("? back") && screen.contains("accept"), "{screen}");
+    }
+    let all = words(&guide, SMALLEST);
+    for word in ["accept the hit", "this page", "finished."] {
+        assert!(all.contains(word), "{word}: {}", shown(&guide, SMALLEST));
+    }
+}
+
+#[test]
+fn the_full_view_fits_at_its_smallest_size() {
+    let mut guide = guide();
+    guide.status(&status(0, &[2, 0, 0]), std::time::Duration::ZERO);
+    guide.levels([3; 10]);
+    let screen = shown(&guide, SMALLEST);
+    let words = ["hit 1:+Y now", "arrow: force on the body", "hammer", "z ", "p pause", "Tab page"];
+    for word in words {
+        assert!(screen.contains(word), "{word}: {screen}");
+    }
+    assert!(screen.matches('█').count() >= 10, "a bar for each channel: {screen}");
+}
+
+#[test]
+fn without_colours_the_legend_tells_curves_by_their_markers_also_where_they_coincide() {
+    let flat: Vec<(f64, f64)> = (0..=100).map(|k| (f64::from(k) / 100.0, 0.5)).collect();
+    let curves = Curves {
+        title: " curves ",
+        names: ["1X", "2Y", "3Z"].map(String::from).into(),
+        points: vec![flat; 3],
+        x: [0.0, 1.0],
+        y: Some([0.0, 1.0]),
+    };
+    let mut terminal = Terminal::new(TestBackend::new(40, 14)).unwrap();
+    let theme = Theme { color: false };
+    terminal.draw(|frame| plot(&curves, frame, frame.area(), theme)).unwrap();
+    let screen = terminal.backend().to_string();
+    for (signs, name) in [('⠁'..='⣿', "⠒ 1X"), ('•'..='•', "• 2Y"), ('+'..='+', "+ 3Z")]
+    {
+        assert!(screen.contains(name), "{screen}");
+        let cells = screen.chars().filter(|sign| signs.contains(sign)).count();
+        assert!(cells > 4, "{name}: {screen}");
+    }
+}
+
+#[test]
+fn a_tumble_test_on_a_small_terminal_says_what_to_do_first() {
+    let mut view = Positions::new(&Position::ALL, true);
+    view.ask(Position::ALL[0]);
+    let sensor = Lying { reads: Vector3::new(0.7, 0.7, 0.0), moves: false };
+    view.lies(vec![sensor; 3]);
+    for size in SMALL {
+        let said = words(&view, size);
+        for word in ["+X: X axes of all sensors up, then press Enter", "Enter read"] {
+            assert!(said.contains(word), "{word}: {}", shown(&view, size));
+        }
+    }
+    let said = words(&view, SMALL[1]);
+    for word in ["sensor 3: not aligned with an axis", "0 of 6 positions read", "p pause"] {
+        assert!(said.contains(word), "{word}: {}", shown(&view, SMALL[1]));
+    }
+}
