@@ -37,6 +37,8 @@ pub struct Guide {
     rejected_by_person: bool,
     pub(super) readings: Option<HitReadings>,
     pub(super) spectra: Option<DofSpectra>,
+    /// Hits and spectra of this DOF are not read, because the link is slow.
+    pub(super) slow: bool,
     pub(super) precision: Vec<InterimEstimate>,
     pub(super) question: Option<String>,
     /// The last note, until something else happens.
@@ -88,6 +90,7 @@ impl Guide {
             rejected_by_person: false,
             readings: None,
             spectra: None,
+            slow: false,
             precision: Vec::new(),
             question: None,
             note: None,
@@ -152,6 +155,11 @@ impl Guide {
     /// The hit that closed a DOF was undone: the estimates with that DOF hold no more.
     pub fn reopened(&mut self, measured: usize) {
         self.precision.retain(|estimate| estimate.measured <= measured);
+    }
+
+    /// Whether the link is too slow to read hits and spectra at this DOF.
+    pub fn link_is_slow(&mut self, slow: bool) {
+        self.slow = slow;
     }
 
     /// Takes the levels of the channels.

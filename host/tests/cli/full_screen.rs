@@ -283,6 +283,9 @@ fn a_campaign_with_mishaps(size: Size, other: Size) -> Recorded {
     session.see("undone");
     session.see("1 of 12 hits");
     session.tap_until("rejected: ");
+    // A bad hit is drawn as well.
+    let is_drawn = |shown: &str| shown.contains("force, N") && !shown.contains("that was read");
+    assert!(session.terminal.until_shown(is_drawn), "{}", session.terminal.shown());
     session.tap_until("4 of 12 hits");
     session.terminal.type_keys("\t");
     session.see("1 hit: log");

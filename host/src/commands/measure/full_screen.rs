@@ -21,7 +21,7 @@ use crate::screen::{Screen, View};
 
 /// Time between two requests for the levels.
 const LEVELS: Duration = Duration::from_millis(200);
-/// A record that takes longer than this keeps a person waiting.
+/// A record that takes longer than this keeps a person waiting: the next one is read at the next DOF.
 const SLOW: Duration = Duration::from_secs(2);
 
 /// Whether a campaign is followed on a full screen.
@@ -60,8 +60,10 @@ pub(super) struct FullScreen {
     began: Instant,
     /// When the levels were asked for; `None` from a rig that does not send them.
     levels: Option<Instant>,
-    /// The last hit whose record was asked for; `None` when the link is too slow for records.
-    record: Option<u32>,
+    /// The last hit whose record was asked for.
+    record: u32,
+    /// The DOF at which the link was slow.
+    slow_at: Option<u8>,
     /// DOF and number of the hits whose spectra were asked for last.
     spectra: (u8, u8),
 }
@@ -86,9 +88,17 @@ impl FullScreen {
             calibration: calibration.clone(),
             began: Instant::now(),
             levels: Some(Instant::now()),
-            record: Some(0),
+            record: 0,
+            slow_at: None,
             spectra: (0, 0),
         })
+    }
+
+    /// True while nothing large is read, because that took long at this DOF.
+    fn is_slow(&mut self, status: &Status) -> bool {
+        let slow = self.slow_at == Some(status.dof);
+        self.screen.update(|guide| guide.link_is_slow(slow));
+        slow
     }
 
     fn read_levels(&mut self, client: &mut Client) -> Result<()> {
@@ -102,20 +112,20 @@ impl FullScreen {
         Ok(())
     }
 
-    /// Reads the record of the hit that waits for a verdict.
+    /// Reads the record of the last hit, good or bad, which the rig has until the next one triggers.
     fn read_record(&mut self, client: &mut Client, status: &Status) -> Result<()> {
         let number = status.last_hit;
-        if self.record.is_none_or(|read| read == number) {
+        if self.record == number || self.is_slow(status) {
             return Ok(());
         }
-        self.record = Some(number);
+        self.record = number;
         let began = Instant::now();
         let Some(codes) = unless_refused(client.hit_record(number))? else {
             return Ok(());
         };
         if began.elapsed() > SLOW {
-            self.record = None;
-            self.line("the link is slow: hits are no longer plotted");
+            self.slow_at = Some(status.dof);
+            self.line("the link is slow: hits and spectra are read again at the next DOF");
         }
         let Identity { adc, pre_trigger_scans, .. } = self.identity;
         let calibration = &self.calibration.calibration;
@@ -135,7 +145,7 @@ impl FullScreen {
             // The next one is another first hit.
             self.spectra = (status.dof, 0);
         }
-        if self.spectra == (status.dof, hits) || self.record.is_none() {
+        if self.spectra == (status.dof, hits) || self.is_slow(status) {
             return Ok(());
         }
         self.spectra = (status.dof, hits);
@@ -195,6 +205,7 @@ impl Presenter for FullScreen {
     fn look(&mut self, client: &mut Client, status: &Status) -> Result<()> {
         match Phase::try_from(status.phase).ok() {
             Some(Phase::Armed) => {
+                self.read_record(client, status)?;
                 self.read_spectra(client, status)?;
                 self.read_levels(client)?;
             }

@@ -16,6 +16,9 @@ pub(super) const HEIGHT: u16 = 6;
 /// Time that is shown before and after the trigger, s.
 const SHOWN: [f64; 2] = [-0.004, 0.026];
 
+/// Instead of what is not read.
+pub(super) const SLOW: &str = "the link is slow: read again at the next DOF";
+
 /// The verdict on the last hit.
 pub(super) fn verdict(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
     let block = framed(" last hit ", theme);
@@ -41,12 +44,13 @@ pub(super) fn verdict(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
 /// Force and responses of the last hit that was read.
 pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
     let Some(of) = &guide.readings else {
-        let text = Paragraph::new("no hit read yet").block(framed(" hit over time ", theme));
+        let missing = if guide.slow { SLOW } else { "no hit read yet" };
+        let text = Paragraph::new(missing).block(framed(" hit over time ", theme));
         return frame.render_widget(text.style(theme.faint()), area);
     };
     let [force, responses] = stacked(area, 50);
     let is_last = guide.hit.as_ref().is_none_or(|hit| hit.number == of.number);
-    let which = if is_last { "" } else { "last good hit: " };
+    let which = if is_last { "" } else { "last hit that was read: " };
     let title = format!(" {which}force, N, over ms ");
     let curves = Curves {
         title: &title,

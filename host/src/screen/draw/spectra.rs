@@ -6,6 +6,7 @@ use ratatui::widgets::Paragraph;
 
 use super::curves::{Curves, plot, stacked};
 use super::framed;
+use super::hit::SLOW;
 use crate::client::DofSpectra;
 use crate::screen::Theme;
 use crate::screen::guide::Guide;
@@ -16,7 +17,8 @@ const DECADES: f64 = 3.0;
 /// Magnitudes and the smallest coherence of the strongest responses.
 pub(super) fn spectra(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
     let Some(spectra) = &guide.spectra else {
-        let text = Paragraph::new("no accepted hit at this DOF yet");
+        let missing = if guide.slow { SLOW } else { "no accepted hit at this DOF yet" };
+        let text = Paragraph::new(missing);
         let text = text.block(framed(" spectra ", theme)).style(theme.faint());
         return frame.render_widget(text, area);
     };
