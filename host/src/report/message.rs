@@ -18,6 +18,19 @@ pub fn message(diagnostic: &Diagnostic) -> String {
 /// The messages of several diagnostics. What is said of several subjects is said of the first of them; the others are
 /// listed with their values.
 pub fn messages(diagnostics: &[Diagnostic]) -> String {
+    let each = grouped(diagnostics, &|_| None).into_iter();
+    each.map(|(_, message)| message).collect::<Vec<_>>().join("; ")
+}
+
+/// As [`messages`], with the names of the layout: the first diagnostic of every code with the message of all that have it.
+pub fn by_code<'d, R: Real, const S: usize, const H: usize>(
+    diagnostics: &'d [Diagnostic],
+    layout: &Layout<R, S, H>,
+) -> Vec<(&'d Diagnostic, String)> {
+    grouped(diagnostics, &|subject| name_in(subject, layout))
+}
+
+fn grouped<'d>(diagnostics: &'d [Diagnostic], known: Known<'_>) -> Vec<(&'d Diagnostic, String)> {
     let of_code = |code: Code| diagnostics.iter().filter(move |d| d.code == code);
     let is_first = |(place, d): &(usize, &Diagnostic)| {
         diagnostics[..*place].iter().all(|earlier| earlier.code != d.code)
@@ -25,14 +38,15 @@ pub fn messages(diagnostics: &[Diagnostic]) -> String {
     let told = diagnostics.iter().enumerate().filter(is_first).map(|(_, first)| {
         let others: Vec<_> = of_code(first.code)
             .skip(1)
-            .map(|other| format!("{} {}", subject(other, &|_| None), value(other)))
+            .map(|other| format!("{} {}", subject(other, known), value(other)))
             .collect();
+        let message = sentence(first, known);
         match others.as_slice() {
-            [] => message(first),
-            others => format!("{} (also {})", message(first), others.join(", ")),
+            [] => (first, message),
+            others => (first, format!("{message} (also {})", others.join(", "))),
         }
     });
-    told.collect::<Vec<_>>().join("; ")
+    told.collect()
 }
 
 /// As [`message`], with the node and DOF names of the layout.
@@ -40,7 +54,15 @@ pub fn message_in<R: Real, const S: usize, const H: usize>(
     diagnostic: &Diagnostic,
     layout: &Layout<R, S, H>,
 ) -> String {
-    sentence(diagnostic, &|subject| match subject {
+    sentence(diagnostic, &|subject| name_in(subject, layout))
+}
+
+/// What the layout says of a subject.
+fn name_in<R: Real, const S: usize, const H: usize>(
+    subject: Subject,
+    layout: &Layout<R, S, H>,
+) -> Option<String> {
+    match subject {
         Subject::Sensor(index) => {
             layout.sensors.get(usize::from(index)).map(|sensor| format!("on node {}", sensor.node))
         }
@@ -54,7 +76,7 @@ pub fn message_in<R: Real, const S: usize, const H: usize>(
             })
         }
         _ => None,
-    })
+    }
 }
 
 /// As [`message`], with the DOF names of a result.
