@@ -17,7 +17,7 @@ pub enum Picture {
     Estimates,
     /// Sensors, hits, centre of mass, principal axes and the ellipsoid of the same inertia.
     Layout,
-    /// Magnitude, phase and coherence of the frequency responses with the mass lines, a picture for each hit DOF.
+    /// Magnitude, phase and coherence of the frequency responses, with the mass lines where there are some, a picture for each hit DOF.
     Frf,
     /// All hits overlaid: force, its spectrum and responses, a picture for each hit DOF.
     Hits,
@@ -75,7 +75,7 @@ impl Picture {
         match self {
             Self::Estimates => "The ten properties with their 95 % intervals",
             Self::Layout => "The test in space",
-            Self::Frf => "Frequency responses with the mass lines",
+            Self::Frf => "Frequency responses",
             Self::Hits => "All hits overlaid",
             Self::DrivingPoints => "Driving points: does every point move with its force?",
             Self::Pulls => "Pulls of sensors and hits: what contradicts the error budget",
