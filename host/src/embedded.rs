@@ -2,7 +2,7 @@
 //!
 //! A report holds the archive or the document of each of its results, so that it can be solved, exported and drawn like the
 //! file that it was made of. Of several results, `report.html#result-2` is the second one; in a browser the same address
-//! leads to its place in the page.
+//! leads to its place in the page. Only the records of single hits are left out: they would take most of the page.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -59,9 +59,12 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
             Err(format!("this report holds {count} results; name one, such as {name}{FRAGMENT}1"))
         }
         (_, Some(number)) if (1..=count).contains(&number) => Ok(number),
-        (_, Some(number)) => {
-            Err(format!("this report holds {count} results, and {number} is none of them"))
-        }
+        (1, Some(number)) => Err(format!(
+            "this report holds one result, {name}{FRAGMENT}1, and {number} is none of it"
+        )),
+        (_, Some(number)) => Err(format!(
+            "this report holds {count} results, {name}{FRAGMENT}1 to {FRAGMENT}{count}, and {number} is none of them"
+        )),
     };
     let number = found.map_err(io::Error::other)?;
     Ok(results[number - 1].as_bytes().to_vec())
@@ -69,18 +72,36 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 
 /// Whether the result in a report begins like this; false for any other file, and a pipe is not read.
 pub(crate) fn begins_with(path: &Path, first: &str, most: u64) -> bool {
-    let (file, number) = named(path);
-    let mut head = [0; DOCTYPE.len()];
-    let is_page = file.is_file()
-        && File::open(&file).and_then(|mut file| file.read_exact(&mut head)).is_ok()
-        && head == *DOCTYPE.as_bytes();
-    if !is_page {
+    if !is_page(path) {
         return false;
     }
+    let (file, number) = named(path);
     let Ok(bytes) = file::read(&file, most) else { return false };
     let page = String::from_utf8_lossy(&bytes);
     let place = number.unwrap_or(1).saturating_sub(1);
     results(&page).get(place).is_some_and(|result| result.starts_with(first))
+}
+
+/// Whether a file is a page, such as a report; a pipe is not read.
+pub(crate) fn is_page(path: &Path) -> bool {
+    let (file, _) = named(path);
+    let mut head = [0; DOCTYPE.len()];
+    file.is_file()
+        && File::open(&file).and_then(|mut file| file.read_exact(&mut head)).is_ok()
+        && head == *DOCTYPE.as_bytes()
+}
+
+/// A name for files that are made of a result: that of its file without the extension, with its number in a report.
+pub(crate) fn stem(path: &Path) -> String {
+    let (file, number) = named(path);
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    number.map_or_else(|| stem.clone().into_owned(), |number| format!("{stem}-result-{number}"))
+}
+
+/// True when a result is in the file of this path.
+pub(crate) fn is_file_of(result: &Path, path: &Path) -> bool {
+    let [result, path] = [named(result).0.as_path(), path].map(std::fs::canonicalize);
+    result.ok().zip(path.ok()).is_some_and(|(result, path)| result == path)
 }
 
 /// The file of a name, and the number of the result behind it; a file that exists under the whole name is that file.
@@ -125,10 +146,20 @@ mod tests {
         assert_eq!(read_page(&both, "#result-2").unwrap(), "{\"a\":2}");
         let said = |page: &str, fragment| read_page(page, fragment).unwrap_err().to_string();
         assert!(said(&both, "").contains("report.html#result-1"));
-        assert!(said(&both, "#result-3").contains("2 results, and 3"));
+        let third = said(&both, "#result-3");
+        assert!(
+            third.contains("2 results") && third.contains("#result-2, and 3 is none"),
+            "{third}"
+        );
         assert!(said(&both, "#result-0").contains("and 0"));
         assert!(said(&page(&[]), "").contains("no result"));
         assert!(said("{}", "#result-1").contains("only a report"));
+    }
+
+    #[test]
+    fn files_that_are_made_of_a_result_are_called_after_its_number() {
+        assert_eq!(stem(Path::new("a/frame.massline")), "frame");
+        assert_eq!(stem(Path::new("a/both.html#result-2")), "both-result-2");
     }
 
     #[test]

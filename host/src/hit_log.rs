@@ -25,7 +25,7 @@ use massline_shared::measurement::campaign::Phase;
 
 use crate::clock;
 use crate::document::{HitRemark, HitVerdict, LoggedHit};
-use crate::report::{code_name, message_in};
+use crate::report::{by_code, code_name};
 
 /// Largest number of hits in a log.
 pub const MOST: usize = 8192;
@@ -201,16 +201,16 @@ impl Entry {
         let event = &self.event;
         // A record that was lost has no peaks.
         let known = |peak: f32| (peak.is_finite() && peak > 0.0).then_some(peak);
-        let remark = |of: &Diagnostic| HitRemark {
+        let remark = |(of, message): (&Diagnostic, String)| HitRemark {
             code: code_name(of),
             severity: of.severity.name().into(),
-            message: message_in(of, layout),
+            message,
         };
         Some(LoggedHit {
             dof: layout.hits.get(usize::from(event.dof))?.dof.to_string(),
             hit: event.number,
             verdict: self.verdict,
-            findings: event.findings.iter().map(remark).collect(),
+            findings: by_code(&event.findings, layout).into_iter().map(remark).collect(),
             peak_force_n: known(event.peak_force),
             peak_acceleration_m_per_s2: known(event.peak_acceleration),
             graded: self.graded.clone(),

@@ -33,7 +33,7 @@ pub use estimate::estimate_json;
 pub use global_fit::{global_fit_json, global_fit_text};
 pub use hit::HitSaid;
 pub use measurement::{estimates_of, measurement_json, measurement_text};
-pub use message::{channel_name, code_name, message, message_in, messages};
+pub use message::{by_code, channel_name, code_name, message, message_in, messages};
 pub use modes::{assurance_text, modes_json, modes_text, orders_text, shapes_text};
 pub use refusals::{refusals_json, refusals_text};
 pub use summary::{ResultVerdict, Summary};

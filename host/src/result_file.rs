@@ -1,6 +1,9 @@
 //! One result with its test, read from a file: what pictures and reports are made of.
 
 mod combined;
+mod modes;
+mod names;
+mod responses;
 
 use std::path::Path;
 
@@ -12,12 +15,17 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::archive::{Archive, is_archive};
-use crate::document::{ErrorBudget, HitDetails, LoggedHit, Mode, Order, SensorDetails};
+use crate::document::{ErrorBudget, HitDetails, LoggedHit, SensorDetails, Solution};
+use crate::embedded;
 use crate::error::{Error, Result};
 use crate::export::{Exported, document_of_archive, of_value, one_line, read_document};
 use crate::layout_file::LayoutFile;
+use crate::output::SCHEMA_VERSION;
 
 pub use combined::Combined;
+pub use modes::ShownModes;
+pub use names::distinct_names;
+pub use responses::{Band, DofResponses};
 
 /// Longest title in a picture, characters.
 const MOST_OF_TITLE: usize = 40;
@@ -37,6 +45,8 @@ pub struct ResultFile {
     archive: Option<Archive>,
     layout: Option<HostLayout>,
     layout_file: Option<LayoutFile>,
+    /// Frequency responses that the document does not hold.
+    responses: Vec<DofResponses>,
     /// The ten properties of the reference, where they are known.
     reference: Option<[f64; 10]>,
 }
@@ -48,7 +58,7 @@ impl ResultFile {
     /// Exit 2 when the file cannot be read or is neither.
     pub fn read(path: &Path, layout: Option<&LayoutFile>) -> Result<Self> {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let stem = embedded::stem(path);
         if is_archive(path) {
             let archive = Archive::read(path)?;
             return Self::new(document_of_archive(&archive), Some(archive), name, &stem, layout);
@@ -62,6 +72,24 @@ impl ResultFile {
     /// When the layout in it cannot be read.
     pub fn of(archive: Archive, name: String) -> Result<Self> {
         Self::new(document_of_archive(&archive), Some(archive), name.clone(), &name, None)
+    }
+
+    /// The result in the document of a solution that is no file, by its name.
+    ///
+    /// # Errors
+    /// When the document cannot be written as JSON.
+    pub fn of_solution(document: &Solution, layout: &LayoutFile, name: String) -> Result<Self> {
+        let mut document = serde_json::to_value(document).map_err(|e| {
+            Error::internal("document_not_written", format!("{name}: {e}; report this"))
+        })?;
+        document["schema_version"] = SCHEMA_VERSION.into();
+        Self::new(document, None, name.clone(), &name, Some(layout))
+    }
+
+    /// A document without a test, by its name.
+    #[cfg(test)]
+    pub(crate) fn of_document(document: Value, name: &str) -> Self {
+        Self::new(document, None, name.into(), name, None).expect("there is no layout to be read")
     }
 
     fn new(
@@ -83,6 +111,7 @@ impl ResultFile {
             whole_title,
             layout_file: layout.cloned(),
             layout: stored.or(layout.map(|file| &file.layout)).cloned(),
+            responses: Vec::new(),
             reference: layout.and_then(|file| file.reference?.complete()),
             document,
             archive,
@@ -152,7 +181,8 @@ impl ResultFile {
         }
     }
 
-    /// The JSON text from which this result can be read again: the archive without the records of hits, or the document.
+    /// The JSON text from which this result can be read again: the archive without the records of hits, which would take most
+    /// of a page, or the document.
     ///
     /// # Errors
     /// When the archive cannot be written.
@@ -196,21 +226,17 @@ impl ResultFile {
             _ => return Ok(None),
         };
         let part = "suspension modes";
-        let band_hz: [f64; 2] = self.part(modes, part, "band_hz")?;
-        if !(0.0 <= band_hz[0] && band_hz[0] < band_hz[1]) {
-            let [low, high] = band_hz;
-            let text = format!(
-                "{}: band_hz of the suspension modes: {low} to {high} Hz is no band",
-                self.name
-            );
-            return Err(Error::input("result_malformed", text));
-        }
-        Ok(Some(ShownModes {
-            band_hz,
+        let shown = ShownModes {
+            band_hz: self.part(modes, part, "band_hz")?,
             modes: self.part(modes, part, "modes")?,
             modal_assurance: self.part(modes, part, "modal_assurance")?,
             orders: self.part(modes, part, "orders")?,
-        }))
+        };
+        shown.check().map_err(|what| {
+            let text = format!("{}: {part}: {what}", self.name);
+            Error::input("result_malformed", text)
+        })?;
+        Ok(Some(shown))
     }
 
     /// What the fit has found about sensors and hits, where the result has it: of the host, else of its document.
@@ -259,25 +285,6 @@ pub(crate) fn shortened(text: &str, most: usize) -> String {
     match text.char_indices().nth(most) {
         Some((end, _)) => format!("{}…", text[..end].trim_end()),
         None => text.to_owned(),
-    }
-}
-
-/// The suspension modes as pictures show them.
-pub struct ShownModes {
-    /// The suspension band.
-    pub band_hz: [f64; 2],
-    /// The modes.
-    pub modes: Vec<Mode>,
-    /// The modal assurance criterion, row by row.
-    pub modal_assurance: Vec<Vec<f64>>,
-    /// The fits of all orders.
-    pub orders: Vec<Order>,
-}
-
-impl ShownModes {
-    /// Their frequencies, Hz.
-    pub fn frequencies_hz(&self) -> Vec<f64> {
-        self.modes.iter().map(|mode| mode.frequency_hz.value).collect()
     }
 }
 

@@ -14,6 +14,7 @@ mod driving_points;
 mod errors;
 mod frfs;
 mod layout_checks;
+mod responses;
 mod suspension;
 mod suspension_lines;
 
@@ -45,6 +46,7 @@ use suspension::{Looked, ModalPart};
 pub use answer::FrfSolution;
 pub(crate) use errors::first_error;
 pub use layout_checks::body_for_checks;
+pub use responses::responses_of;
 
 /// The point about which the equations are set up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -222,6 +222,11 @@ impl Function {
         self.function_type == function::FREQUENCY_RESPONSE
     }
 
+    /// True for a coherence.
+    pub fn is_coherence(&self) -> bool {
+        self.function_type == function::COHERENCE
+    }
+
     /// True for a record over time.
     pub fn is_time_response(&self) -> bool {
         self.function_type == function::TIME_RESPONSE

@@ -10,11 +10,14 @@ use massline_shared::layout::{HostLayout, LayoutReport};
 use massline_shared::signal::AdcProperties;
 use serde_json::value::RawValue;
 
-use super::{Archive, EXTENSION, FORMAT, MAX_BYTES, SCHEMA_VERSION};
+use super::{Archive, ArchivedLayout, EXTENSION, FORMAT, MAX_BYTES, SCHEMA_VERSION};
 use crate::{Error, Result, embedded};
 
 /// The first bytes of an archive that this program has written.
 const FIRST: &str = r#"{"format":"massline-archive""#;
+
+/// The largest coordinate of a point, m.
+const FARTHEST: f64 = 1e4;
 
 /// True when the first bytes of a file, or of the result in a report, are those of an archive; a pipe is not read.
 pub(super) fn begins_as_archive(path: &Path) -> bool {
@@ -69,8 +72,15 @@ pub(super) fn head(bytes: &[u8], file: &str) -> Result<()> {
 pub(super) fn contents(archive: &Archive) -> Result<(), String> {
     let Archive { layout, calibration, result, spectra, .. } = archive;
     let found = LayoutReport::new(&layout.resolved, None).diagnostics;
-    if found.iter().any(|found| found.code == Code::LayoutNotFinite) {
+    let has = |code: Code| found.iter().any(|found| found.code == code);
+    if has(Code::LayoutNotFinite) {
         return Err("layout.resolved: a standard deviation, prior or target is negative".into());
+    }
+    if has(Code::AxesNotOrthonormal) {
+        return Err("layout.resolved: a direction or an axis has no unit length".into());
+    }
+    if !is_of_an_object(layout) {
+        return Err(format!("layout: a position is more than {FARTHEST:.0} m away"));
     }
     for (place, dof) in result.dofs.iter().enumerate() {
         belongs(dof, &layout.resolved)
@@ -79,13 +89,21 @@ pub(super) fn contents(archive: &Archive) -> Result<(), String> {
     if archive.rig.sampler.is_some_and(|sampler| !is_usable(&sampler.adc)) {
         return Err("rig.sampler.adc: no converter has these properties".into());
     }
-    if let Some(place) = spectra.iter().position(|of| !of.is_complete()) {
-        return Err(format!("spectra[{place}]: its lists have different lengths"));
+    for (place, of) in spectra.iter().enumerate() {
+        of.check().map_err(|what| format!("spectra[{place}]: {what}"))?;
     }
     if let Some(calibration) = calibration {
         calibration.record().map_err(|e| e.within("calibration").to_string())?;
     }
     Ok(())
+}
+
+/// True for a layout whose points could be those of an object.
+fn is_of_an_object(layout: &ArchivedLayout) -> bool {
+    let sensors = layout.resolved.sensors.iter().map(|of| of.position);
+    let hits = layout.resolved.hits.iter().map(|of| of.position);
+    let nodes = layout.nodes.iter().map(|of| of.position_m);
+    sensors.chain(hits).chain(nodes).flatten().all(|of| of.abs() <= FARTHEST)
 }
 
 /// True for properties that codes can be converted with.

@@ -1,5 +1,7 @@
 //! Spectra of one DOF in an archive.
 
+use std::ops::RangeInclusive;
+
 use massline_shared::layout::Dof;
 use massline_shared::signal::{Calibration, RESPONSES};
 use nalgebra::Complex;
@@ -11,6 +13,9 @@ use crate::uff::{Frf, NodeDirection};
 
 /// Largest number of bins of a spectrum.
 const BINS: usize = 4096;
+/// The resolutions of spectra, Hz, and the fastest decay of a window, 1/s.
+const RESOLUTIONS_HZ: RangeInclusive<f64> = 1e-6..=1e6;
+const FASTEST_DECAY: f64 = 1e6;
 
 /// Auto and cross spectra of the hits at one DOF. Each hit is divided by the root of its force's energy in the band, so
 /// the force has no unit and the responses are in (m/s²)/N. Bin `k` is at `k` times the resolution.
@@ -56,13 +61,26 @@ impl ArchivedSpectra {
         }
     }
 
-    /// True when every response has as many bins as the force.
-    pub(super) fn is_complete(&self) -> bool {
+    /// Checks that every response has as many bins as the force, at frequencies of a test.
+    ///
+    /// # Errors
+    /// What no test gives, in words.
+    pub(super) fn check(&self) -> Result<(), &'static str> {
         let bins = self.force_auto.len();
-        self.cross.len() == RESPONSES
+        let is_complete = self.cross.len() == RESPONSES
             && self.response_auto.len() == RESPONSES
             && self.cross.iter().all(|of| of.len() == bins)
-            && self.response_auto.iter().all(|of| of.len() == bins)
+            && self.response_auto.iter().all(|of| of.len() == bins);
+        if !is_complete {
+            return Err("its lists have different lengths");
+        }
+        if !RESOLUTIONS_HZ.contains(&self.resolution_hz) {
+            return Err("resolution_hz is not that of a spectrum");
+        }
+        if !(0.0..=FASTEST_DECAY).contains(&self.decay_per_s) {
+            return Err("decay_per_s is not that of a window");
+        }
+        Ok(())
     }
 
     /// Coherence of a response bin by bin, γ² = |G_XF|²/(G_FF G_XX), without the bin at zero; zero in a bin without power.

@@ -7,7 +7,7 @@
 //!
 //! # For one command.
 //! [export]
-//! units = "mm-t-s"
+//! units = "t-mm"
 //! ```
 
 use std::env;

@@ -38,6 +38,7 @@ pub mod show;
 pub mod simulate;
 pub mod simulated;
 pub mod solve;
+pub mod sources;
 pub mod virtual_rig;
 
 use std::ffi::OsString;

@@ -2,40 +2,40 @@
 
 use std::path::{Path, PathBuf};
 
-use super::files::{self, ReplaceArgs};
+use super::files::ReplaceArgs;
+use super::sources::SourceArgs;
 use crate::document::DrawnPictures;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::output::Output;
-use crate::picture::{DrawnFile, ImageFormat, Picture};
+use crate::picture::{DrawnFile, FONT_LICENCE, ImageFormat, Picture};
 use crate::result_file::{LAYOUT_NEEDED, ResultFile};
 
 /// Arguments of `massline plot`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-RESULT is an archive (FRAME.massline) or the output of solve, modes, measure, results get, simulate
-or replay with --json. Every picture that it has the data for is drawn, or those of --picture. Of
-several results, the best answer of each is drawn side by side. The hits need an archive of
-measure --records. The font is DejaVu Sans, whose licence
-is in the source beside it.
+RESULT is an archive (FRAME.massline), the output of solve, modes, measure, results get, simulate or
+replay with --json, or a report (FRAME.html, of several results BOTH.html#result-2). Every picture
+that it has the data for is drawn, or those of --picture. Of several results, the best answer of each
+is drawn side by side. The hits need an archive of measure --records; the frequency responses need an
+archive, or with --responses the file that the result was solved from.
 
 Examples:
   massline plot frame.massline
   massline plot frame.massline --picture estimates -o frame.png
   massline plot frame.massline --picture pulls --picture hits -o pictures
   massline solve wheel.toml wheel.uff --json > wheel.json
-  massline plot wheel.json --layout wheel.toml -o pictures
+  massline plot wheel.json --layout wheel.toml --responses wheel.uff -o pictures
   massline plot test-1.massline test-2.massline -o both.svg")]
 pub struct Args {
-    /// Archives, or the JSON output of commands.
-    #[arg(required = true, value_name = "RESULT")]
-    results: Vec<PathBuf>,
+    #[command(flatten)]
+    sources: SourceArgs,
     /// Draw this picture only; may be given several times.
     #[arg(long, value_enum, value_name = "PICTURE")]
     picture: Vec<Picture>,
-    /// Layout file of the test, for a result that is not an archive.
-    #[arg(long, value_name = "FILE")]
-    layout: Option<PathBuf>,
+    /// Print the licence of the font in the program, DejaVu Sans, and draw nothing.
+    #[arg(long, exclusive = true)]
+    font_licence: bool,
     /// File of one picture (.svg or .png), or folder [default: this folder].
     #[arg(short, long, value_name = "PATH")]
     output: Option<PathBuf>,
@@ -51,10 +51,11 @@ pub struct Args {
 /// # Errors
 /// When a result cannot be read or has nothing to draw, or a file cannot be written.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let layout = args.layout.as_deref().map(|path| files::layout(path, output)).transpose()?;
-    let read = |path: &PathBuf| ResultFile::read(path, layout.as_ref());
-    let sources = args.results.iter().map(read).collect::<Result<Vec<_>>>()?;
+    if args.font_licence {
+        return output.verbatim(FONT_LICENCE.trim_end());
+    }
     let (wanted, format) = (args.wanted(), args.file_format()?);
+    let sources = args.sources.read(output)?;
     let (mut drawn, mut lacking) = (Vec::new(), None);
     for picture in wanted {
         let is_named = !args.picture.is_empty();
@@ -74,7 +75,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         None if drawn.is_empty() => return Err(nothing(Picture::Estimates, &sources)),
         None => {}
     }
-    if let (Some((path, _)), [_, _, ..]) = (args.one_file(), &drawn[..]) {
+    if let (Some((path, _)), [_, _, ..]) = (args.one_file()?, &drawn[..]) {
         let text = format!(
             "{}: there is a picture for each of {} hit DOFs; give a folder",
             path.display(),
@@ -83,9 +84,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         return Err(Error::input("usage", text));
     }
     let mut written = Vec::new();
-    for DrawnFile { stem, bytes } in drawn {
-        let path = args.path_of(&stem, format)?;
-        file::write(&path, &bytes, args.replace.existing())?;
+    for drawn in drawn {
+        let path = args.path_of(&drawn, format)?;
+        file::write(&path, &drawn.bytes, args.replace.existing())?;
         written.push(path);
     }
     let value = DrawnPictures { written };
@@ -106,12 +107,12 @@ fn nothing(picture: Picture, sources: &[ResultFile]) -> Error {
 impl Args {
     /// True when every picture is drawn that there are the data for.
     fn shows_all(&self) -> bool {
-        self.picture.is_empty() && self.results.len() == 1
+        self.picture.is_empty() && self.sources.results.len() == 1
     }
 
     fn wanted(&self) -> Vec<Picture> {
-        match (&self.picture[..], &self.results[..]) {
-            ([], [_]) => Picture::ALL.to_vec(),
+        match (&self.picture[..], &self.sources.results[..]) {
+            ([], [_]) => Picture::all().to_vec(),
             // The others show one result.
             ([], _) => vec![Picture::Estimates],
             (wanted, _) => wanted.to_vec(),
@@ -119,21 +120,31 @@ impl Args {
     }
 
     /// The file of one picture that `--output` names.
-    fn one_file(&self) -> Option<(&Path, ImageFormat)> {
-        let path = self.output.as_deref()?;
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        let format = match extension.as_str() {
+    ///
+    /// # Errors
+    /// Exit 2 for a name that ends as that of a file in another format.
+    fn one_file(&self) -> Result<Option<(&Path, ImageFormat)>> {
+        let Some(path) = self.output.as_deref() else { return Ok(None) };
+        let extension = path.extension().unwrap_or_default().to_string_lossy();
+        let format = match extension.to_ascii_lowercase().as_str() {
             "svg" => ImageFormat::Svg,
             "png" => ImageFormat::Png,
-            _ => return None,
+            _ if extension.is_empty() || is_folder(path) => return Ok(None),
+            other => {
+                let text = format!(
+                    "{}: a picture is a .svg or a .png file, not .{other}; a folder of this name must end with a slash",
+                    path.display()
+                );
+                return Err(Error::input("usage", text));
+            }
         };
-        Some((path, format))
+        Ok(Some((path, format)))
     }
 
     /// # Errors
     /// Exit 2 for one file and several pictures.
     fn file_format(&self) -> Result<ImageFormat> {
-        let Some((path, format)) = self.one_file() else { return Ok(self.format) };
+        let Some((path, format)) = self.one_file()? else { return Ok(self.format) };
         if self.wanted().len() == 1 {
             return Ok(format);
         }
@@ -148,8 +159,8 @@ impl Args {
     ///
     /// # Errors
     /// Exit 2 when the folder cannot be made.
-    fn path_of(&self, name: &str, format: ImageFormat) -> Result<PathBuf> {
-        if let Some((path, _)) = self.one_file() {
+    fn path_of(&self, drawn: &DrawnFile, format: ImageFormat) -> Result<PathBuf> {
+        if let Some((path, _)) = self.one_file()? {
             return Ok(path.to_owned());
         }
         let folder = self.output.as_deref().unwrap_or(Path::new(""));
@@ -159,14 +170,16 @@ impl Args {
                 Error::input("file_not_writable", text)
             })?;
         }
-        let stem = match &self.results[..] {
-            [one] => one.file_stem().unwrap_or_default().to_string_lossy(),
-            _ => "results".into(),
-        };
         let extension = match format {
             ImageFormat::Svg => "svg",
             ImageFormat::Png => "png",
         };
+        let (stem, name) = (self.sources.stem("results"), drawn.stem());
         Ok(folder.join(format!("{stem}-{name}.{extension}")))
     }
+}
+
+/// True for a folder that exists, or a path that ends as one.
+fn is_folder(path: &Path) -> bool {
+    path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::is_separator)
 }

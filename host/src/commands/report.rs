@@ -1,14 +1,14 @@
 //! `massline report`: results as one HTML page.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use super::files::{self, ReplaceArgs};
+use super::files::ReplaceArgs;
+use super::sources::SourceArgs;
 use crate::document::WrittenFile;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::file;
 use crate::html_report::html;
 use crate::output::Output;
-use crate::result_file::ResultFile;
 
 /// Arguments of `massline report`.
 #[derive(Debug, clap::Args)]
@@ -19,7 +19,8 @@ properties with their intervals, what limits them, agreement of the methods, sen
 pictures, settings. It can be printed on A4 and read on a phone, light or dark.
 
 The page holds its results: solve, export, plot and report read it like the file that it was made
-of. Of several results, report.html#result-2 is the second.
+of, except for the records of single hits and the file of --responses, which stay outside: keep them
+for other pictures. Of several results, report.html#result-2 is the second.
 
 What only you know (object, support, hammer, operator) is stated in the [report] table of the layout.
 
@@ -28,15 +29,11 @@ Examples:
   massline report frame.massline -o bracket.html
   massline report test-1.massline test-2.massline -o both.html
   massline solve wheel.toml wheel.uff --json > wheel.json
-  massline report wheel.json --layout wheel.toml
+  massline report wheel.json --layout wheel.toml --responses wheel.uff
   massline solve frame.html")]
 pub struct Args {
-    /// Archives, or the JSON output of commands.
-    #[arg(required = true, value_name = "RESULT")]
-    results: Vec<PathBuf>,
-    /// Layout file of the test, for a result that is not an archive.
-    #[arg(long, value_name = "FILE")]
-    layout: Option<PathBuf>,
+    #[command(flatten)]
+    sources: SourceArgs,
     /// Write to this file [default: the name of the result with .html].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -49,11 +46,9 @@ pub struct Args {
 /// # Errors
 /// When a result cannot be read, or the file cannot be written.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let path = args.output.clone().unwrap_or_else(|| default_name(&args.results));
+    let path = args.path()?;
     file::check(&path, args.replace.existing())?;
-    let layout = args.layout.as_deref().map(|path| files::layout(path, output)).transpose()?;
-    let read = |path: &PathBuf| ResultFile::read(path, layout.as_ref());
-    let sources = args.results.iter().map(read).collect::<Result<Vec<_>>>()?;
+    let sources = args.sources.read(output)?;
     file::write(&path, html(&sources)?.as_bytes(), args.replace.existing())?;
     let value = WrittenFile { written: path };
     output.answer(&value, |_| {
@@ -61,10 +56,21 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     })
 }
 
-/// The name of the result with another extension, in this folder.
-fn default_name(results: &[PathBuf]) -> PathBuf {
-    match results {
-        [one] => Path::new(one.file_stem().unwrap_or_default()).with_extension("html"),
-        _ => "report.html".into(),
+impl Args {
+    /// Where the page is written: unless that is given, in this folder, called after the result.
+    ///
+    /// # Errors
+    /// Exit 2 when the page would take the place of its own result without being told so.
+    fn path(&self) -> Result<PathBuf> {
+        if let Some(path) = &self.output {
+            return Ok(path.clone());
+        }
+        let path = PathBuf::from(format!("{}.html", self.sources.stem("report")));
+        if self.sources.hold(&path) {
+            let text =
+                format!("{} is the result itself; name the page with --output", path.display());
+            return Err(Error::input("usage", text));
+        }
+        Ok(path)
     }
 }

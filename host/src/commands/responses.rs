@@ -33,11 +33,7 @@ impl ResponseArgs {
     pub fn options(&self) -> Options {
         let default = Options::default();
         Options {
-            quantity: self.quantity.map(|quantity| match quantity {
-                Response::Accelerance => Quantity::Acceleration,
-                Response::Mobility => Quantity::Velocity,
-                Response::Receptance => Quantity::Displacement,
-            }),
+            quantity: self.quantity.map(Quantity::from),
             decay: self.decay.unwrap_or(default.decay),
             suspension_band_hz: self
                 .suspension_band
@@ -79,11 +75,21 @@ impl FromStr for Band {
 
 /// What a frequency response is, as an argument.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Response {
+pub enum Response {
     /// Acceleration over force.
     Accelerance,
     /// Velocity over force.
     Mobility,
     /// Displacement over force.
     Receptance,
+}
+
+impl From<Response> for Quantity {
+    fn from(response: Response) -> Self {
+        match response {
+            Response::Accelerance => Self::Acceleration,
+            Response::Mobility => Self::Velocity,
+            Response::Receptance => Self::Displacement,
+        }
+    }
 }

@@ -14,7 +14,7 @@ use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
 use super::compare::{Comparison, SIGMA_NOTE};
 use super::files;
 use super::monte_carlo::{self, MonteCarloArgs};
-use super::simulated::{ReportArgs, RigArgs};
+use super::simulated::{ReportArgs, RigArgs, results_of};
 use crate::archive::Archive;
 use crate::commands::files::ReplaceArgs;
 use crate::document::Simulation;
@@ -121,7 +121,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let again =
         HostSolution::examined(&comparison.result, &nominal, Selection::All).without_details();
     let existing = args.replace.existing();
-    let report = args.report.write(archive.map(|of| (name, of)).into_iter().collect(), existing);
+    let report = args.report.write(|| results_of(archive.map(|of| (name, of))), existing);
     let value = Simulation {
         test: comparison.to_json(|measurement| again.add_to(measurement))?,
         report: report.as_ref().ok().cloned().flatten(),

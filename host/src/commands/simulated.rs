@@ -26,7 +26,7 @@ use crate::rig::{RigKind, SimulatedRig};
 use crate::single_fault::NominalTest;
 use crate::spectra::Collecting;
 
-pub use report::ReportArgs;
+pub use report::{ReportArgs, results_of};
 
 /// A simulated rig without progress for this long is stuck; the slowest step takes a few seconds in a build
 /// without optimisation.

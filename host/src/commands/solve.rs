@@ -12,7 +12,8 @@ use massline_shared::modes::{LINES_OF_A_SIDE, LinesPerSide};
 
 use super::method;
 use super::responses::{PERTURBATIONS, ResponseArgs};
-use crate::archive::{EXTENSION, is_archive};
+use crate::archive::{EXTENSION, MAX_BYTES, is_archive};
+use crate::embedded;
 use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::output::Output;
@@ -156,8 +157,22 @@ fn refuse_options_of_responses(args: &Args, archive: &Path) -> Result<()> {
     Err(Error::input("usage", message))
 }
 
+/// The error for a file alone that is not an archive.
 fn alone(path: &Path) -> Error {
     let name = path.display();
+    if embedded::is_page(path) {
+        return match embedded::read(path, MAX_BYTES) {
+            Err(e) => Error::input("archive_not_readable", format!("{name}: cannot be read: {e}")),
+            Ok(_) => Error::input(
+                "no_mass_lines",
+                format!(
+                    "{name}: the page holds the output of a command, not an archive with mass lines to be solved again; \
+                     give what it was solved from, the layout and the frequency responses: `massline solve LAYOUT.toml \
+                     FRFS.uff`"
+                ),
+            ),
+        };
+    }
     let message = format!(
         "{name}: only an archive (FILE.{EXTENSION}) is solved alone; after a layout, give the file with the frequency \
          responses or an archive: `massline solve {name} FRFS.uff`"

@@ -2,7 +2,7 @@
 
 use massline_protocol::LayoutHash;
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
-use massline_shared::design::{Criterion, Part};
+use massline_shared::design::{self, Criterion, Part};
 use massline_shared::identify::{Applicability, Method};
 use massline_shared::layout::{Dof, HostLayout, RIG_SENSORS, RigLayout};
 
@@ -193,10 +193,19 @@ pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> St
 pub(crate) fn most(parts: &[Part<f64>], share: impl Fn(&Part<f64>) -> f64, count: usize) -> String {
     let mut parts: Vec<_> = parts.iter().filter(|part| share(part) > MIN_SHARE).collect();
     parts.sort_by(|a, b| share(b).total_cmp(&share(a)));
-    let words = parts.iter().take(count).map(|part| {
-        format!("{} {:.0} %", part.source.name().replace('_', " "), 100.0 * share(part))
-    });
+    let words = parts
+        .iter()
+        .take(count)
+        .map(|part| format!("{} {:.0} %", words_of(part.source), 100.0 * share(part)));
     words.collect::<Vec<_>>().join(", ")
+}
+
+/// A source of error in words.
+fn words_of(source: design::ErrorSource) -> String {
+    match source {
+        design::ErrorSource::Gain => "sensor gain".into(),
+        other => other.name().replace('_', " "),
+    }
 }
 
 fn methods_text(applicability: &Applicability<f64>) -> String {
@@ -215,7 +224,9 @@ pub(crate) fn advice_text(advice: &Advice, file: &LayoutFile) -> String {
     let layout = &file.layout;
     let mut text = String::new();
     if let Some((dof, total)) = advice.further_hit {
-        text += &format!("a further hit helps most at {dof}: {total:.3} %\n");
+        text += &format!(
+            "a further hit helps most at {dof}: it would bring the total to {total:.3} %\n"
+        );
     }
     if let Some((node, total)) = advice.further_sensor {
         let beyond = if layout.sensors.len() < RIG_SENSORS {
@@ -223,7 +234,9 @@ pub(crate) fn advice_text(advice: &Advice, file: &LayoutFile) -> String {
         } else {
             format!(" (a rig has inputs for {RIG_SENSORS})")
         };
-        text += &format!("a further sensor helps most on node {node}: {total:.3} %{beyond}\n");
+        text += &format!(
+            "a further sensor helps most on node {node}: it would bring the total to {total:.3} %{beyond}\n"
+        );
     }
     if let Some((hit, total)) = least(&layout.hits, &advice.without_hits) {
         text += &format!("least useful hit: {}; {total:.3} % without it\n", hit.dof);

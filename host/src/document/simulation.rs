@@ -159,6 +159,8 @@ pub struct DemoWheel {
     pub sets: Vec<ForceSet>,
     /// What the methods of mass lines say, as text.
     pub mass_lines: String,
+    /// The report that was written.
+    pub report: Option<PathBuf>,
 }
 
 /// A set of forces.

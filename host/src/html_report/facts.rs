@@ -186,7 +186,7 @@ fn settings(source: &ResultFile, test: &TestSettings<f64>) -> Result<Group> {
     if by_rig {
         let estimator = test.frf_estimator.name().replacen('h', "H", 1);
         let windows = format!(
-            "force ±{:.1} ms about its peak, exponential with {:.1} 1/s",
+            "force ±{:.1} ms about its peak, exponential with a decay rate of {:.1} s⁻¹",
             1e3 * test.force_window_s,
             test.exponential_decay
         );

@@ -19,8 +19,8 @@ use crate::result_file::{LAYOUT_NEEDED, ResultFile, shortened};
 
 /// Longest title, characters.
 const MOST_OF_TITLE: usize = 160;
-/// Bytes of pictures of all hits of one DOF that a page has room for; they are the largest ones.
-const MOST_OF_HITS: usize = 400 << 10;
+/// Bytes of pictures of all hits that a page has room for; they are the largest ones.
+const MOST_OF_HITS: usize = 640 << 10;
 
 /// The boards of simulated rigs: in this program, and in QEMU.
 const SIMULATED: [&str; 2] = ["virtual", "mps2-an386"];
@@ -67,8 +67,8 @@ struct Figures {
     first: Vec<Figure>,
     /// Those to be opened.
     more: Vec<Figure>,
-    /// Whether those of all hits are left out.
-    omitted: bool,
+    /// The DOFs whose pictures of all hits are left out.
+    omitted: Vec<String>,
 }
 
 /// A picture.
@@ -164,41 +164,42 @@ impl Agreement {
 }
 
 impl Figures {
-    /// The pictures; those of hits only if they take no more bytes than `most_of_hits`.
+    /// The pictures; of those of hits the first one, and others as long as they take no more bytes than `most_of_hits`.
     fn of(source: &ResultFile, most_of_hits: usize) -> Result<Self> {
-        let mut all = Self::default();
-        for picture in Picture::ALL {
+        let (mut all, mut bytes_of_hits) = (Self::default(), 0);
+        for picture in Picture::all() {
             let drawn = match picture.of(std::slice::from_ref(source), ImageFormat::Svg) {
                 Ok(drawn) => drawn,
                 // The others do not need it.
                 Err(error) if error.code() == LAYOUT_NEEDED => continue,
                 Err(error) => return Err(error),
             };
-            let bytes: usize = drawn.iter().map(|of| of.bytes.len()).sum();
-            if picture == Picture::Hits && bytes > most_of_hits {
-                all.omitted = true;
-                continue;
+            for file in drawn {
+                if *picture == Picture::Hits {
+                    let bytes = bytes_of_hits + file.bytes.len();
+                    if bytes_of_hits > 0 && bytes > most_of_hits {
+                        all.omitted.extend(file.dof.map(|dof| dof.to_string()));
+                        continue;
+                    }
+                    bytes_of_hits = bytes;
+                }
+                all.add(&file);
             }
-            drawn.into_iter().for_each(|file| all.add(picture, file));
         }
         Ok(all)
     }
 
-    fn add(&mut self, picture: Picture, file: DrawnFile) {
+    fn add(&mut self, file: &DrawnFile) {
         let svg = String::from_utf8_lossy(&file.bytes).into_owned();
-        if picture == Picture::Layout {
-            self.still = Some(svg);
-            return;
-        }
-        let dof =
-            file.stem.strip_prefix(picture.name()).unwrap_or_default().trim_start_matches('-');
-        let caption = match dof {
-            "" => picture.caption().to_owned(),
-            dof => format!("{}, hits at {}", picture.caption(), with_colon(dof)),
+        let list = match file.picture {
+            Picture::Layout => {
+                self.still = Some(svg);
+                return;
+            }
+            Picture::Frf | Picture::Hits => &mut self.more,
+            _ => &mut self.first,
         };
-        let of_each_dof = matches!(picture, Picture::Frf | Picture::Hits);
-        let list = if of_each_dof { &mut self.more } else { &mut self.first };
-        list.push(Figure { caption, svg });
+        list.push(Figure { caption: file.caption(), svg });
     }
 
     fn is_empty(&self) -> bool {
@@ -210,12 +211,4 @@ impl Figures {
 fn simulated_by(source: &ResultFile) -> String {
     let board = source.archive().map(|archive| archive.rig.board.as_str());
     board.filter(|board| SIMULATED.contains(board)).unwrap_or_default().to_owned()
-}
-
-/// The name of a DOF from that of its file, which has no colon.
-fn with_colon(stem: &str) -> String {
-    match stem.find(['+', '-']) {
-        Some(at) => format!("{}:{}", &stem[..at], &stem[at..]),
-        None => stem.to_owned(),
-    }
 }

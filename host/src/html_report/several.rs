@@ -5,7 +5,7 @@ use super::for_people;
 use super::values::words;
 use crate::error::Result;
 use crate::picture::{ImageFormat, Picture};
-use crate::result_file::{LAYOUT_NEEDED, ResultFile};
+use crate::result_file::{LAYOUT_NEEDED, ResultFile, distinct_names};
 
 /// A table: a row for each property, a column for each result.
 pub(super) struct Several {
@@ -42,7 +42,7 @@ impl Several {
             header: sources.iter().map(|of| of.title.clone()).collect(),
             rows: (0..10).map(row).collect(),
             figure: picture(sources)?,
-            files: sources.iter().map(|of| of.name.clone()).collect(),
+            files: distinct_names(sources),
             measured: sources
                 .iter()
                 .map(|of| dash(for_people(&words(&of.document()["measured"]))))

@@ -48,7 +48,7 @@ impl Budget {
         let entries = [
             entry("where hits land", "standard deviation, mm", 1e3, hit_position_m),
             entry("direction of hits", "standard deviation, mrad", 1e3, hit_direction_rad),
-            entry("what stays the same in a test", "factor of its budget", 1.0, constant_scale),
+            entry("systematic errors", "factor of its budget", 1.0, constant_scale),
         ];
         Some(Self { title: source.title.clone(), entries })
     }
@@ -104,7 +104,7 @@ impl Drawing for Budget {
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
         let keys = [
             Key::of("as the layout states it", Sign::Patch, COLORS[0]),
-            Key::of("as the data have it", Sign::Patch, COLORS[1]),
+            Key::of("learned from the data", Sign::Patch, COLORS[1]),
         ];
         let used = legend(area, &keys)?;
         let (_, area) = area.split_vertically(used);

@@ -11,12 +11,16 @@ use plotters::style::{FontStyle, register_font};
 
 use super::bitmap::Bitmap;
 use super::theme::{FAINT, INK, LABEL, PAPER, SIZE, SMALL, TITLE};
+use super::vector::Vector;
 use crate::error::{Error, Result};
 
 /// Fonts by which a viewer of an SVG file looks for ours.
-const FONT: &str = "DejaVu Sans, Verdana, sans-serif";
+pub(super) const FONT: &str = "DejaVu Sans, Verdana, sans-serif";
 /// DejaVu Sans with the letters of Latin, Greek and Cyrillic and the signs of mathematics.
 const FONT_FILE: &[u8] = include_bytes!("font/DejaVuSans.ttf");
+
+/// The licence of the font, which goes with every copy of it.
+pub const FONT_LICENCE: &str = include_str!("font/LICENSE");
 
 /// The format of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -62,7 +66,7 @@ pub fn render(drawing: &impl Drawing, format: ImageFormat) -> Result<Vec<u8>> {
     match format {
         ImageFormat::Svg => {
             let mut text = String::new();
-            draw(drawing, SVGBackend::with_string(&mut text, SIZE))?;
+            draw(drawing, Vector::on(&mut text, SIZE, FONT))?;
             Ok(text.into_bytes())
         }
         ImageFormat::Png => {
@@ -192,7 +196,7 @@ mod tests {
 
     fn width_of(words: &str) -> u32 {
         let mut svg = String::new();
-        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        let area = Vector::on(&mut svg, SIZE, FONT).into_drawing_area();
         area.estimate_text_size(words, &text(TITLE)).unwrap().0
     }
 
@@ -200,7 +204,7 @@ mod tests {
     fn a_heading_that_is_too_wide_loses_letters_of_its_subject() {
         register().unwrap();
         let mut svg = String::new();
-        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        let area = Vector::on(&mut svg, SIZE, FONT).into_drawing_area();
         for letters in [40, 20_000] {
             let subject = "W".repeat(letters);
             let shows = "frequency responses to 3 hits at 1:+Z".to_owned();

@@ -13,7 +13,7 @@ use super::legend::{Key, Sign, legend, mark};
 use super::theme::{INK, LABEL, color, cycle};
 use crate::error::Result;
 use crate::export::Exported;
-use crate::result_file::{ResultFile, shown};
+use crate::result_file::{ResultFile, distinct_names};
 
 /// An answer.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,10 +65,10 @@ impl Estimates {
         let answers = match sources {
             [one] => answers_of_one(one)?,
             _ => {
-                let best = |source: &ResultFile| {
-                    Ok(Answer::of(source, shown(&source.name), &source.answer(None)?))
+                let best = |(source, name): (&ResultFile, String)| {
+                    Ok(Answer::of(source, name, &source.answer(None)?))
                 };
-                sources.iter().map(best).collect::<Result<_>>()?
+                sources.iter().zip(distinct_names(sources)).map(best).collect::<Result<_>>()?
             }
         };
         let Some((best, source)) = answers.first().zip(sources.first()) else { return Ok(None) };

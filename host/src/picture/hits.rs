@@ -1,7 +1,7 @@
-//! The records of a DOF with all its hits one above the other, so that an odd one is seen: the force and its spectrum, and the
-//! responses of all axes over the impulse of their hit, which are equal for equal hits of any strength.
+//! The records of a DOF with all its hits overlaid, so that an odd one is seen: the force and its spectrum, and the responses of
+//! all axes over the impulse of their hit, which are equal for equal hits of any strength.
 
-use massline_shared::layout::{RIG_SENSORS, TestSettings};
+use massline_shared::layout::{Dof, RIG_SENSORS, TestSettings};
 use massline_shared::signal::{AdcProperties, Calibration, HitAnalysis, Scan};
 use nalgebra::Complex;
 use plotters::prelude::*;
@@ -46,8 +46,8 @@ struct Hit {
 pub struct HitsOfDof {
     /// What was measured.
     pub title: String,
-    /// The DOF, `node:±axis`.
-    pub dof: String,
+    /// The DOF.
+    pub dof: Dof,
     /// Nodes of the sensors.
     nodes: Vec<u16>,
     /// Time between scans and the time before the trigger, ms.
@@ -57,6 +57,8 @@ pub struct HitsOfDof {
     resolution: f64,
     band_hz: [f64; 2],
     hits: Vec<Hit>,
+    /// Number of further records, for which there is no room.
+    left_out: usize,
 }
 
 impl HitsOfDof {
@@ -72,9 +74,8 @@ impl HitsOfDof {
             return Ok(Vec::new());
         };
         let records = Records { archive, calibration: &calibration.calibration, sampler };
-        // A DOF that the layout does not have would be any text in a name of a file.
-        let dofs = archive.layout.resolved.hits.iter().map(|hit| hit.dof.to_string());
-        Ok(dofs.filter_map(|dof| records.hits_of(&dof, source.title.clone())).collect())
+        let dofs = archive.layout.resolved.hits.iter().map(|hit| hit.dof);
+        Ok(dofs.filter_map(|dof| records.hits_of(dof, source.title.clone())).collect())
     }
 
     /// Time of a scan after the trigger, ms.
@@ -180,7 +181,12 @@ fn curve(place: usize, points: Vec<(f64, f64)>) -> Curve {
 
 impl Drawing for HitsOfDof {
     fn heading(&self) -> Heading<'_> {
-        Heading { subject: &self.title, shows: format!("hits at {}", self.dof) }
+        let Self { dof, hits, left_out, .. } = self;
+        let shows = match left_out {
+            0 => format!("hits at {dof}"),
+            _ => format!("the first {} of {} hits at {dof}", hits.len(), hits.len() + left_out),
+        };
+        Heading { subject: &self.title, shows }
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
@@ -208,24 +214,28 @@ struct Records<'a> {
 }
 
 impl Records<'_> {
-    fn hits_of(&self, dof: &str, title: String) -> Option<HitsOfDof> {
+    fn hits_of(&self, dof: Dof, title: String) -> Option<HitsOfDof> {
         let ArchivedSampler { adc, pre_trigger_scans } = self.sampler;
         let layout = &self.archive.layout.resolved;
-        let records = self.archive.hit_records.iter().filter(|record| record.dof == dof);
-        let hits: Vec<Hit> = records.take(MOST).filter_map(|record| self.hit(record)).collect();
+        let name = dof.to_string();
+        let records = self.archive.hit_records.iter().filter(|record| record.dof == name);
+        let mut hits = records.filter_map(|record| self.hit(record));
+        let shown: Vec<Hit> = hits.by_ref().take(MOST).collect();
+        let (hits, left_out) = (shown, hits.count());
         let points = 2 * hits.iter().map(|hit| hit.spectrum.len()).max()?;
-        let result = self.archive.result.dofs.iter().find(|of| of.dof.to_string() == dof);
+        let result = self.archive.result.dofs.iter().find(|of| of.dof == dof);
         let band = result.map(|of| of.band_hz.map(f64::from));
         let step = 1e3 / f64::from(adc.rate.0);
         Some(HitsOfDof {
             title,
-            dof: dof.to_owned(),
+            dof,
             nodes: layout.sensors.iter().map(|of| of.node).take(RIG_SENSORS).collect(),
             step,
             before: f64::from(pre_trigger_scans) * step,
             resolution: f64::from(adc.rate.0) / points.max(1) as f64,
             band_hz: band.unwrap_or_else(|| layout.test.expected_band()),
             hits,
+            left_out,
         })
     }
 

@@ -240,7 +240,8 @@ fn ruler_name(length: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::canvas::register;
+    use super::super::canvas::{FONT, register};
+    use super::super::vector::Vector;
     use super::*;
     use crate::layout_file::LayoutFile;
 
@@ -263,7 +264,7 @@ mod tests {
         assert_eq!(layout.hits.len(), 12);
         let picture = InSpace { title: String::new(), layout, body: None };
         let mut svg = String::new();
-        let area = SVGBackend::with_string(&mut svg, (1540, 900)).into_drawing_area();
+        let area = Vector::on(&mut svg, (1540, 900), FONT).into_drawing_area();
         let labels = picture.labelled(&area).unwrap();
         // Three sensors, twelve hits and three axes.
         assert_eq!(labels.count(), 18);
@@ -279,7 +280,7 @@ mod tests {
         let body = RigidBody::from_theta(&body.into());
         let picture = InSpace { title: String::new(), layout: twelve_dofs(), body: Some(body) };
         let mut svg = String::new();
-        let area = SVGBackend::with_string(&mut svg, (1540, 900)).into_drawing_area();
+        let area = Vector::on(&mut svg, (1540, 900), FONT).into_drawing_area();
         let labels = picture.labelled(&area).unwrap();
         assert_eq!((labels.count(), labels.struck()), (18, 0));
         assert!(labels.collisions().is_empty(), "{:?}", labels.collisions());

@@ -1,5 +1,8 @@
 //! The list of pictures.
 
+use clap::ValueEnum;
+use massline_shared::layout::Dof;
+
 use super::{
     Assurance, Budget, Drawing, DrivingPoints, Estimates, HitsOfDof, ImageFormat, InSpace,
     Indicators, Pulls, Responses, Stabilisation, render,
@@ -8,15 +11,15 @@ use crate::error::Result;
 use crate::result_file::ResultFile;
 
 /// A picture that can be made of a result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Picture {
     /// The ten properties with their intervals: all methods of a result, or the best answers of several results.
     Estimates,
     /// Sensors, hits, centre of mass, principal axes and the ellipsoid of the same inertia.
     Layout,
-    /// Magnitude, phase and coherence of the frequency responses with the mass lines, a picture for each hit DOF.
+    /// Magnitude, phase and coherence of the frequency responses, with the mass lines where there are some, a picture for each hit DOF.
     Frf,
-    /// All hits one above the other, force, its spectrum and responses, a picture for each hit DOF.
+    /// All hits overlaid: force, its spectrum and responses, a picture for each hit DOF.
     Hits,
     /// Whether every point that is hit moves with its force.
     DrivingPoints,
@@ -34,50 +37,46 @@ pub enum Picture {
 
 /// The file of a picture.
 pub struct DrawnFile {
-    /// Its name without the extension: that of the picture, with the DOF where there is one for each.
-    pub stem: String,
+    /// Which picture it is.
+    pub picture: Picture,
+    /// The hit DOF, where there is a picture for each.
+    pub dof: Option<Dof>,
     /// Its contents.
     pub bytes: Vec<u8>,
 }
 
-impl Picture {
-    /// Every picture.
-    pub const ALL: [Self; 10] = [
-        Self::Estimates,
-        Self::Layout,
-        Self::Frf,
-        Self::Hits,
-        Self::DrivingPoints,
-        Self::Pulls,
-        Self::Budget,
-        Self::NormIndicator,
-        Self::Mac,
-        Self::Stabilisation,
-    ];
-
-    /// Its name on the command line and in the names of files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Estimates => "estimates",
-            Self::Layout => "layout",
-            Self::Frf => "frf",
-            Self::Hits => "hits",
-            Self::DrivingPoints => "driving-points",
-            Self::Pulls => "pulls",
-            Self::Budget => "budget",
-            Self::NormIndicator => "norm-indicator",
-            Self::Mac => "mac",
-            Self::Stabilisation => "stabilisation",
-        }
+impl DrawnFile {
+    /// Its name without the extension; it has no colon, which Windows does not allow in names of files.
+    pub fn stem(&self) -> String {
+        let name = self.picture.name();
+        self.dof.map_or_else(|| name.clone(), |dof| format!("{name}-{dof}").replace(':', ""))
     }
 
     /// What it shows, as a caption under it.
-    pub fn caption(self) -> &'static str {
+    pub fn caption(&self) -> String {
+        let caption = self.picture.caption();
+        self.dof.map_or_else(|| caption.into(), |dof| format!("{caption}, hits at {dof}"))
+    }
+}
+
+impl Picture {
+    /// Every picture.
+    pub fn all() -> &'static [Self] {
+        Self::value_variants()
+    }
+
+    /// Its name on the command line and in the names of files.
+    pub fn name(self) -> String {
+        self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
+    }
+
+    /// What it shows, as a caption under it.
+    fn caption(self) -> &'static str {
         match self {
             Self::Estimates => "The ten properties with their 95 % intervals",
             Self::Layout => "The test in space",
-            Self::Frf => "Frequency responses with the mass lines",
-            Self::Hits => "All hits one above the other",
+            Self::Frf => "Frequency responses",
+            Self::Hits => "All hits overlaid",
             Self::DrivingPoints => "Driving points: does every point move with its force?",
             Self::Pulls => "Pulls of sensors and hits: what contradicts the error budget",
             Self::Budget => "The error budget as stated and as learned",
@@ -92,12 +91,15 @@ impl Picture {
         match self {
             Self::Estimates => "an answer",
             Self::Layout => "an archive, or the layout file of the test (--layout)",
-            Self::Frf => "an archive with the spectra of the test",
+            Self::Frf => {
+                "an archive with the spectra of the test, or the universal file that the result was solved from (--responses)"
+            }
             Self::Hits => {
                 "an archive with the records of the hits: measure --output FILE.massline --records"
             }
             Self::DrivingPoints => {
-                "an archive with mass lines, and sensors that see all motions of the body"
+                "an archive with mass lines or the universal file of the responses (--responses), and sensors that see all \
+                 motions of the body"
             }
             Self::Pulls => "an answer by maximum likelihood with the details of its fit",
             Self::Budget => "an answer that has learned about its error budget",
@@ -119,11 +121,11 @@ impl Picture {
             Self::Layout => self.one(InSpace::of(first)?, format),
             Self::Frf => {
                 let each = Responses::of(first)?;
-                each.iter().map(|of| self.of_dof(&of.dof, of, format)).collect()
+                each.iter().map(|of| self.file(Some(of.dof), of, format)).collect()
             }
             Self::Hits => {
                 let each = HitsOfDof::of(first)?;
-                each.iter().map(|of| self.of_dof(&of.dof, of, format)).collect()
+                each.iter().map(|of| self.file(Some(of.dof), of, format)).collect()
             }
             Self::DrivingPoints => self.one(DrivingPoints::of(first)?, format),
             Self::Pulls => self.one(details()?.and_then(|of| Pulls::of(first, &of)), format),
@@ -137,14 +139,15 @@ impl Picture {
     }
 
     fn one(self, drawing: Option<impl Drawing>, format: ImageFormat) -> Result<Vec<DrawnFile>> {
-        let file =
-            |drawing| Ok(DrawnFile { stem: self.name().into(), bytes: render(&drawing, format)? });
-        drawing.into_iter().map(file).collect()
+        drawing.into_iter().map(|drawing| self.file(None, &drawing, format)).collect()
     }
 
-    /// The name of a file must not have a colon on Windows.
-    fn of_dof(self, dof: &str, drawing: &impl Drawing, format: ImageFormat) -> Result<DrawnFile> {
-        let stem = format!("{}-{}", self.name(), dof.replace(':', ""));
-        Ok(DrawnFile { stem, bytes: render(drawing, format)? })
+    fn file(
+        self,
+        dof: Option<Dof>,
+        drawing: &impl Drawing,
+        format: ImageFormat,
+    ) -> Result<DrawnFile> {
+        Ok(DrawnFile { picture: self, dof, bytes: render(drawing, format)? })
     }
 }

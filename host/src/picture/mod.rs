@@ -22,10 +22,11 @@ mod pulls;
 mod responses;
 mod stabilisation;
 mod theme;
+mod vector;
 
 pub use assurance::Assurance;
 pub use budget::Budget;
-pub use canvas::{Drawing, ImageFormat, render};
+pub use canvas::{Drawing, FONT_LICENCE, ImageFormat, render};
 pub use driving_points::DrivingPoints;
 pub use estimates::{Estimates, Series};
 pub use hits::HitsOfDof;
@@ -35,3 +36,6 @@ pub use list::{DrawnFile, Picture};
 pub use pulls::{Pull, Pulls};
 pub use responses::Responses;
 pub use stabilisation::Stabilisation;
+
+#[cfg(test)]
+mod tests;

@@ -39,7 +39,7 @@ pub struct Pulls {
     pub title: String,
     /// Sensors, then hits.
     pub rows: Vec<Pull>,
-    /// Factor of the budget of what stays the same, where the data have taught it.
+    /// Factor of the budget of systematic errors, where the data have taught it.
     pub scale: Option<f64>,
 }
 
@@ -73,7 +73,7 @@ impl Pulls {
     fn keys(&self) -> Vec<Key> {
         let budget = match self.scale {
             Some(scale) => {
-                format!("pull, with the learned budget ({scale:.2} × as stated for what stays)")
+                format!("pull, with the learned budget (systematic errors: {scale:.2} × as stated)")
             }
             None => "pull, with the stated budget".to_owned(),
         };

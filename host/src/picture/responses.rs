@@ -1,7 +1,7 @@
 //! The frequency responses of a DOF: magnitude with the mass lines, phase and coherence, a column for each sensor.
 
-use massline_protocol::object::DofResult;
-use massline_shared::layout::RIG_SENSORS;
+use massline_shared::layout::{Dof, HostLayout};
+use nalgebra::Complex;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -10,28 +10,26 @@ use super::canvas::{Area, Drawing, Drawn, Heading, styled, tick, write};
 use super::clip::{Place, pieces};
 use super::legend::{Key, Sign, legend};
 use super::phase::{self, LARGEST_STEP, PhaseAxis, phase_of};
-use super::theme::{COLORS, Dashes, INK, LABEL};
-use crate::archive::ArchivedSpectra;
+use super::theme::{COLORS, Dashes, FAINT, INK, LABEL};
 use crate::error::Result;
-use crate::result_file::ResultFile;
-use crate::uff::Frf;
+use crate::result_file::{Band, DofResponses, ResultFile};
 
 /// The responses of one DOF.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Responses {
     /// What was measured.
     pub title: String,
-    /// The DOF, `node:±axis`, and the number of its hits.
-    pub dof: String,
-    hits: u8,
+    /// The DOF.
+    pub dof: Dof,
+    /// The number of its hits, where it is known.
+    hits: Option<u8>,
     /// Nodes of the sensors.
     nodes: Vec<u16>,
     frequency_hz: Vec<f64>,
-    /// For each response: magnitude in (m/s²)/N, phase in degrees, and coherence.
+    /// For each response: magnitude in (m/s²)/N, phase in degrees, and coherence, which is empty where it is not known.
     curves: Vec<[Vec<f64>; 3]>,
-    /// Band of the mass lines, Hz, and the rigid-body accelerance of each response, (m/s²)/N.
-    band_hz: [f64; 2],
-    accelerance: Vec<f64>,
+    /// What the answers come from.
+    band: Band,
 }
 
 /// Rows of a picture: share of the height, name, and range; the range of the magnitude follows from the data.
@@ -43,6 +41,7 @@ const ROWS: [(f64, &str, [f64; 2]); 3] = [
 
 const MAGNITUDE: usize = 0;
 const PHASE: usize = 1;
+const COHERENCE: usize = 2;
 /// The frequencies that are shown begin at this part of the lower end of the band.
 const BELOW_BAND: f64 = 0.2;
 /// Most that is shown of the magnitude: smaller ones are noise, of the largest one.
@@ -57,55 +56,51 @@ const LEFT: i32 = 120;
 const GAP: i32 = 24;
 
 impl Responses {
-    /// The responses of every DOF whose spectra the archive of a result holds.
+    /// The responses of every DOF that a result has.
     ///
     /// # Errors
-    /// When its calibration is not one.
+    /// When the calibration of its archive is not one.
     pub fn of(source: &ResultFile) -> Result<Vec<Self>> {
-        let Some(archive) = source.archive() else { return Ok(Vec::new()) };
-        let frfs = archive.frfs()?;
-        let nodes: Vec<u16> =
-            archive.layout.resolved.sensors.iter().map(|of| of.node).take(RIG_SENSORS).collect();
-        let responses = 3 * nodes.len();
-        let of_dof = |(spectra, frfs): (&ArchivedSpectra, &[Frf])| {
-            // Fewer bins make no curve.
-            frfs.first().filter(|frf| frf.frequency_hz.len() > 1)?;
-            let dof = archive.result.dofs.iter().find(|of| of.dof.to_string() == spectra.dof)?;
-            Some(Self::of_dof(source, spectra, frfs, dof, nodes.clone()))
-        };
-        let each = archive.spectra.iter().zip(frfs.chunks_exact(responses.max(1)));
-        Ok(each.filter_map(of_dof).collect())
+        let Some(layout) = source.layout() else { return Ok(Vec::new()) };
+        let each = source.responses()?.into_iter();
+        // Fewer bins make no curve.
+        let shown = each.filter(|of| of.frequency_hz.len() > 1);
+        Ok(shown.map(|of| Self::of_dof(source.title.clone(), layout, of)).collect())
     }
 
-    fn of_dof(
-        source: &ResultFile,
-        spectra: &ArchivedSpectra,
-        frfs: &[Frf],
-        dof: &DofResult,
-        nodes: Vec<u16>,
-    ) -> Self {
-        let curve = |(k, frf): (usize, &Frf)| {
-            let magnitude = frf.accelerance.iter().map(|h| h.norm()).collect();
-            let phase = frf.accelerance.iter().map(|h| phase_of(h.arg())).collect();
-            [magnitude, phase, spectra.coherence(k)]
+    fn of_dof(title: String, layout: &HostLayout, of: DofResponses) -> Self {
+        let curve = |(k, accelerance): (usize, &Vec<_>)| {
+            let magnitude = accelerance.iter().map(|h: &Complex<f64>| h.norm()).collect();
+            let phase = accelerance.iter().map(|h| phase_of(h.arg())).collect();
+            [magnitude, phase, of.coherence.get(k).cloned().unwrap_or_default()]
         };
+        let curves: Vec<_> = of.accelerance.iter().enumerate().map(curve).collect();
+        let nodes = layout.sensors.iter().map(|sensor| sensor.node);
         Self {
-            title: source.title.clone(),
-            dof: spectra.dof.clone(),
-            hits: spectra.hits,
-            frequency_hz: frfs.first().map_or(Vec::new(), |frf| frf.frequency_hz.clone()),
-            curves: frfs.iter().enumerate().map(curve).collect(),
-            band_hz: dof.band_hz.map(f64::from),
-            accelerance: dof.accelerance[..3 * nodes.len()].iter().map(|&a| a.into()).collect(),
-            nodes,
+            title,
+            dof: of.dof,
+            hits: of.hits,
+            nodes: nodes.take(curves.len() / 3).collect(),
+            frequency_hz: of.frequency_hz,
+            curves,
+            band: of.band,
         }
+    }
+
+    /// The rows of the picture with their shares of its height.
+    fn rows(&self) -> Vec<(usize, f64)> {
+        let has_coherence = self.curves.iter().any(|of| !of[COHERENCE].is_empty());
+        let rows = if has_coherence { 0..=COHERENCE } else { 0..=PHASE };
+        let all: f64 = rows.clone().map(|row| ROWS[row].0).sum();
+        rows.map(|row| (row, ROWS[row].0 / all)).collect()
     }
 
     /// From the first bin well below the band to the last one, Hz.
     fn range_of_frequency(&self) -> [f64; 2] {
         let positive = self.frequency_hz.iter().copied().filter(|f| *f > 0.0);
         let last = self.frequency_hz.last().copied().unwrap_or(10.0);
-        let shown = positive.clone().find(|f| *f >= BELOW_BAND * self.band_hz[0] && *f < last);
+        let shown =
+            positive.clone().find(|f| *f >= BELOW_BAND * self.band.ends_hz()[0] && *f < last);
         // All of it where the band is not in it.
         [shown.or(positive.clone().next().filter(|f| *f < last)).unwrap_or(0.1 * last), last]
     }
@@ -118,7 +113,7 @@ impl Responses {
             of_lines.filter(move |(f, _)| (first..=last).contains(f)).map(|(_, m)| m)
         };
         let all = self.curves.iter().flat_map(|of| shown(&of[MAGNITUDE]));
-        let all = all.chain(self.accelerance.iter().map(|a| a.abs()));
+        let all = all.chain(self.band.mass_lines().into_iter().flatten().map(|a| a.abs()));
         let all: Vec<f64> = all.filter(|m| m.is_normal() && *m > 0.0).collect();
         let largest = all.iter().copied().fold(0.0, f64::max);
         if largest == 0.0 {
@@ -150,17 +145,32 @@ impl Responses {
         pieces.map(in_units).collect()
     }
 
+    /// The part of the frequencies in the suspension band; `None` for all of them.
+    fn shaded(&self) -> Option<[f64; 2]> {
+        let Band::Suspension(ends) = self.band else { return None };
+        let [first, last] = self.range_of_frequency();
+        let shown = ends.map(|f| f.clamp(first, last));
+        (shown != [first, last]).then_some(shown)
+    }
+
     /// The range of a row.
     fn range_of(&self, row: usize) -> [f64; 2] {
         if row == MAGNITUDE { self.range_of_magnitude() } else { ROWS[row].2 }
     }
 
-    fn panel<B: DrawingBackend>(&self, area: &Area<B>, sensor: usize, row: usize) -> Drawn<B> {
+    fn panel<B: DrawingBackend>(
+        &self,
+        area: &Area<B>,
+        sensor: usize,
+        row: usize,
+        is_lowest: bool,
+    ) -> Drawn<B> {
         let [low, high] = self.range_of(row);
+        let of = (sensor, row, is_lowest);
         match row {
-            MAGNITUDE => self.curves_over(area, (low..high).log_scale(), sensor, row),
-            PHASE => self.curves_over(area, PhaseAxis::new(), sensor, row),
-            _ => self.curves_over(area, low..high, sensor, row),
+            MAGNITUDE => self.curves_over(area, (low..high).log_scale(), of),
+            PHASE => self.curves_over(area, PhaseAxis::new(), of),
+            _ => self.curves_over(area, low..high, of),
         }
     }
 
@@ -169,14 +179,13 @@ impl Responses {
         &self,
         area: &Area<B>,
         scale: Y,
-        sensor: usize,
-        row: usize,
+        (sensor, row, is_lowest): (usize, usize, bool),
     ) -> Drawn<B>
     where
         Y: AsRangedCoord<Value = f64>,
         Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
     {
-        let (is_first, is_lowest) = (sensor == 0, row + 1 == ROWS.len());
+        let is_first = sensor == 0;
         let [first, last] = self.range_of_frequency();
         let mut chart = ChartBuilder::on(area)
             .margin_right(16)
@@ -196,14 +205,19 @@ impl Responses {
             mesh.y_desc(ROWS[row].1);
         }
         mesh.draw()?;
+        if let Some(ends) = self.shaded() {
+            let [low, high] = self.range_of(row);
+            let corners = [(ends[0], low), (ends[1], high)];
+            chart.draw_series([Rectangle::new(corners, FAINT.mix(0.45).filled())])?;
+        }
         for (axis, color) in COLORS.iter().take(3).enumerate() {
             let response = 3 * sensor + axis;
             for piece in self.pieces(row, &self.curves[response][row]) {
                 chart.draw_series(LineSeries::new(piece, color.stroke_width(2)))?;
             }
-            if let (MAGNITUDE, Some([length, gap])) = (row, DASHES) {
-                let level = self.accelerance[response].abs();
-                let line = self.band_hz.map(|f| (f.clamp(first, last), level));
+            let level = self.band.mass_lines().and_then(|lines| lines.get(response));
+            if let (MAGNITUDE, Some([length, gap]), Some(level)) = (row, DASHES, level) {
+                let line = self.band.ends_hz().map(|f| (f.clamp(first, last), level.abs()));
                 let style = color.stroke_width(5);
                 chart.draw_series(DashedLineSeries::new(line, length, gap, style))?;
             }
@@ -215,7 +229,11 @@ impl Responses {
 impl Drawing for Responses {
     fn heading(&self) -> Heading<'_> {
         let Self { title, dof, hits, .. } = self;
-        let hits = if *hits == 1 { "one hit".into() } else { format!("{hits} hits") };
+        let hits = match hits {
+            None => "hits".into(),
+            Some(1) => "one hit".into(),
+            Some(hits) => format!("{hits} hits"),
+        };
         Heading { subject: title, shows: format!("frequency responses to {hits} at {dof}") }
     }
 
@@ -224,7 +242,12 @@ impl Drawing for Responses {
         let names = ["along x of the sensor", "along y", "along z"];
         let mut keys: Vec<Key> =
             names.into_iter().zip(COLORS).map(|(name, color)| Key::of(name, line, color)).collect();
-        keys.push(Key::of("mass lines in their band", Sign::Line(5, DASHES), INK));
+        if self.band.mass_lines().is_some() {
+            keys.push(Key::of("mass lines in their band", Sign::Line(5, DASHES), INK));
+        }
+        if self.shaded().is_some() {
+            keys.push(Key::of("suspension band", Sign::Patch, FAINT));
+        }
         let used = legend(area, &keys)?;
         let (_, area) = area.split_vertically(used);
         let (width, height) = area.dim_in_pixel();
@@ -238,12 +261,12 @@ impl Drawing for Responses {
             let middle = left + column - other / 2;
             let name = format!("sensor at node {node}");
             write(&area, &name, (middle, heads / 2), (HPos::Center, VPos::Center), LABEL)?;
-            let mut top = heads;
-            for (row, (share, ..)) in ROWS.iter().enumerate() {
+            let (mut top, rows) = (heads, self.rows());
+            for (row, share) in &rows {
                 let tall = (share * f64::from(height as i32 - heads)) as i32;
                 let (panel, _) = area.margin(top, 0, left, 0).split_vertically(tall);
                 let (panel, _) = panel.split_horizontally(column);
-                self.panel(&panel, sensor, row)?;
+                self.panel(&panel, sensor, *row, row + 1 == rows.len())?;
                 top += tall;
             }
         }
@@ -258,13 +281,12 @@ mod tests {
     fn of(frequency_hz: Vec<f64>, curve: [Vec<f64>; 3]) -> Responses {
         Responses {
             title: "frame".into(),
-            dof: "1:+Z".into(),
-            hits: 3,
+            dof: "1:+Z".parse().unwrap(),
+            hits: Some(3),
             nodes: vec![3],
             frequency_hz,
             curves: vec![curve.clone(), curve.clone(), curve],
-            band_hz: [10.0, 100.0],
-            accelerance: vec![0.5; 3],
+            band: Band::MassLines([10.0, 100.0], vec![0.5; 3]),
         }
     }
 

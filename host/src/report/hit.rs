@@ -4,7 +4,7 @@ use massline_protocol::event::HitEvent;
 use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::layout::RigLayout;
 
-use super::message::messages_in;
+use super::message::by_code;
 use crate::output::Tone;
 
 /// What a rig says of a hit.
@@ -38,7 +38,8 @@ impl HitSaid {
             false => hit.findings.to_vec(),
             true => doubts(hit).copied().collect(),
         };
-        Self { verdict, tone, why: messages_in(&found, layout) }
+        let why = by_code(&found, layout).into_iter().map(|(_, message)| message);
+        Self { verdict, tone, why: why.collect::<Vec<_>>().join("; ") }
     }
 }
 

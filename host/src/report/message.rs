@@ -18,18 +18,19 @@ pub fn message(diagnostic: &Diagnostic) -> String {
 /// The messages of several diagnostics. What is said of several subjects is said of the first of them; the others are
 /// listed with their values.
 pub fn messages(diagnostics: &[Diagnostic]) -> String {
-    sentences(diagnostics, &|_| None)
+    let each = grouped(diagnostics, &|_| None).into_iter();
+    each.map(|(_, message)| message).collect::<Vec<_>>().join("; ")
 }
 
-/// As [`messages`], with the node and DOF names of the layout.
-pub fn messages_in<R: Real, const S: usize, const H: usize>(
-    diagnostics: &[Diagnostic],
+/// As [`messages`], with the names of the layout: the first diagnostic of every code with the message of all that have it.
+pub fn by_code<'d, R: Real, const S: usize, const H: usize>(
+    diagnostics: &'d [Diagnostic],
     layout: &Layout<R, S, H>,
-) -> String {
-    sentences(diagnostics, &|subject| named(subject, layout))
+) -> Vec<(&'d Diagnostic, String)> {
+    grouped(diagnostics, &|subject| name_in(subject, layout))
 }
 
-fn sentences(diagnostics: &[Diagnostic], known: Known<'_>) -> String {
+fn grouped<'d>(diagnostics: &'d [Diagnostic], known: Known<'_>) -> Vec<(&'d Diagnostic, String)> {
     let of_code = |code: Code| diagnostics.iter().filter(move |d| d.code == code);
     let is_first = |(place, d): &(usize, &Diagnostic)| {
         diagnostics[..*place].iter().all(|earlier| earlier.code != d.code)
@@ -39,12 +40,13 @@ fn sentences(diagnostics: &[Diagnostic], known: Known<'_>) -> String {
             .skip(1)
             .map(|other| format!("{} {}", subject(other, known), value(other)))
             .collect();
+        let message = sentence(first, known);
         match others.as_slice() {
-            [] => sentence(first, known),
-            others => format!("{} (also {})", sentence(first, known), others.join(", ")),
+            [] => (first, message),
+            others => (first, format!("{message} (also {})", others.join(", "))),
         }
     });
-    told.collect::<Vec<_>>().join("; ")
+    told.collect()
 }
 
 /// As [`message`], with the node and DOF names of the layout.
@@ -52,11 +54,11 @@ pub fn message_in<R: Real, const S: usize, const H: usize>(
     diagnostic: &Diagnostic,
     layout: &Layout<R, S, H>,
 ) -> String {
-    sentence(diagnostic, &|subject| named(subject, layout))
+    sentence(diagnostic, &|subject| name_in(subject, layout))
 }
 
-/// What a layout knows of a subject.
-fn named<R: Real, const S: usize, const H: usize>(
+/// What the layout says of a subject.
+fn name_in<R: Real, const S: usize, const H: usize>(
     subject: Subject,
     layout: &Layout<R, S, H>,
 ) -> Option<String> {

@@ -198,8 +198,14 @@ impl LayoutResponses {
         window_correlation(decay, closest.recip())
     }
 
+    /// The accelerances bin by bin: hit by hit, response by response.
+    pub(super) fn accelerances(&self) -> impl Iterator<Item = Vec<Vec<Complex<f64>>>> + '_ {
+        let of_response = |of: &Response| of.points.iter().map(|(_, h)| *h).collect();
+        self.hits.iter().map(move |responses| responses.iter().map(of_response).collect())
+    }
+
     /// The frequencies that all responses must share.
-    fn common_frequencies(&self) -> Result<Vec<f64>> {
+    pub(super) fn common_frequencies(&self) -> Result<Vec<f64>> {
         let of = |response: &Response| response.points.iter().map(|(f, _)| *f).collect::<Vec<_>>();
         let mut all = self.hits.iter().flatten();
         let first = all.next().map(of).unwrap_or_default();
@@ -273,15 +279,34 @@ fn response(
     }
 }
 
-/// The only function of a sensor axis and hit.
-fn find(uff: &UffFile, node: u16, axis: Axis, hit: Dof) -> Result<&Function> {
+/// The functions of a sensor axis and hit.
+fn functions(
+    uff: &UffFile,
+    node: u16,
+    axis: Axis,
+    hit: Dof,
+) -> impl Iterator<Item = &Function> + Clone {
     let at = |place: NodeDirection, node: u16, axis: Axis| {
         place.node == i64::from(node) && place.direction.unsigned_abs() == axis.index() as u64 + 1
     };
-    let mut matching = uff
-        .functions
-        .iter()
-        .filter(|f| at(f.response, node, axis) && at(f.reference, hit.node, hit.axis));
+    let of_both =
+        move |f: &&Function| at(f.response, node, axis) && at(f.reference, hit.node, hit.axis);
+    uff.functions.iter().filter(of_both)
+}
+
+/// The coherence of a sensor axis and hit above 0 Hz, in ascending order of the frequency; `None` when the file has none.
+pub(super) fn coherence_of(uff: &UffFile, node: u16, axis: Axis, hit: Dof) -> Option<Vec<f64>> {
+    let function = functions(uff, node, axis, hit).find(|f| f.is_coherence())?;
+    let pairs = function.abscissa.iter().zip(&function.ordinate);
+    let mut points: Vec<(f64, f64)> =
+        pairs.filter(|(f, _)| **f != 0.0).map(|(f, value)| (*f, value.re)).collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Some(points.into_iter().map(|(_, value)| value).collect())
+}
+
+/// The only frequency response of a sensor axis and hit.
+fn find(uff: &UffFile, node: u16, axis: Axis, hit: Dof) -> Result<&Function> {
+    let mut matching = functions(uff, node, axis, hit);
     let mut frfs = matching.clone().filter(|f| f.is_frequency_response());
     match (frfs.next(), frfs.next(), matching.next()) {
         (Some(function), None, _) => Ok(function),

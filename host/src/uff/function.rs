@@ -12,6 +12,8 @@ use super::{AxisProperties, Function, MOST_POINTS, NodeDirection};
 pub(super) const TIME_RESPONSE: i64 = 1;
 /// The function type of a frequency response function.
 pub(super) const FREQUENCY_RESPONSE: i64 = 4;
+/// The function type of a coherence.
+pub(super) const COHERENCE: i64 = 6;
 
 /// Names of the function types, from 0.
 pub(super) const TYPE_NAMES: [&str; 28] = [

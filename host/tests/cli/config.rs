@@ -24,6 +24,22 @@ fn options_have_the_defaults_of_the_file_and_arguments_win() {
     assert!(other.says("/dev/other-port does not exist"), "{}", other.stderr);
 }
 
+/// What the guide shows can be typed.
+#[test]
+fn the_example_of_the_guide_is_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let guide = include_str!("../../README.md");
+    let (_, after) = guide.split_once("Defaults of options can stand in a file").unwrap();
+    let (_, example) = after.split_once("```toml").unwrap();
+    let (example, _) = example.split_once("```").unwrap();
+    let path = config(folder.path(), example);
+    let data = "../tests/data/archive/version-1.massline";
+    let exported =
+        run_with_config(&path, &["export", data, "--format", "csv", "-o", "/dev/stdout"]);
+    assert_eq!(exported.exit, 0, "{}", exported.stderr);
+    assert!(exported.stdout.contains("mm"), "{}", exported.stdout);
+}
+
 #[test]
 fn a_table_holds_for_its_command_alone() {
     let folder = tempfile::tempdir().unwrap();

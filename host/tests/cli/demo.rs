@@ -73,6 +73,26 @@ fn the_report_holds_the_four_tests_and_does_not_change_them() {
         assert!(text.contains(&format!("three-bar frame, test {number}")));
     }
     assert!(text.contains("is too small for a clear response"));
+    // All hits of every DOF are drawn.
+    assert_eq!(text.matches("<summary>All hits overlaid, hits at ").count(), 12);
+    assert!(!text.contains("has no room for the pictures"));
+}
+
+#[test]
+fn the_wheel_has_a_report_with_its_responses() {
+    let folder = tempfile::tempdir().unwrap();
+    for more in [&[][..], &["--tyre"]] {
+        let page = folder.path().join("wheel.html").display().to_string();
+        let wheel = ["demo", "wheel", "--set", "all", "--report", &page, "--force"];
+        assert_eq!(success(&[&wheel[..], more].concat())["report"], page);
+        let text = fs::read_to_string(&page).unwrap();
+        assert!(text.len() < MOST, "{} bytes", text.len());
+        for words in ["frequency responses to hits at 101:+X", "imaginary part", "Norm Indicator"] {
+            assert!(text.contains(words), "{more:?}: {words}");
+        }
+    }
+    let without = run(&["demo", "wheel", "--set", "A"]);
+    assert!(without.says("--report FILE.html"), "{}", without.stderr);
 }
 
 #[test]

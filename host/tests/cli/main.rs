@@ -9,6 +9,7 @@ mod calibrate;
 mod config;
 mod demo;
 mod documents;
+mod edited_results;
 mod export;
 #[cfg(unix)]
 mod full_disk;

@@ -3,15 +3,16 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
+use serde_json::json;
 
+use crate::edited_results::edited;
 use crate::program::{run, success};
 
-fn data(name: &str) -> PathBuf {
+pub fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data").join(name)
 }
 
-fn text(path: &Path) -> String {
+pub fn text(path: &Path) -> String {
     path.display().to_string()
 }
 
@@ -134,6 +135,7 @@ fn what_cannot_be_drawn_is_named() {
         (vec!["plot", &archive, "--picture", "frf", "-o", "frf.svg"], 2, "each of 3 hit DOFs"),
         (vec!["plot", &archive, "--picture", "hits"], 3, "--records"),
         (vec!["plot", &archive, "--picture", "taps"], 2, "stabilisation"),
+        (vec!["plot", &archive, "-o", "x.gif"], 2, "a .svg or a .png file, not .gif"),
     ] {
         let found = run(&arguments);
         assert_eq!(found.exit, exit, "{arguments:?}: {}", found.stderr);
@@ -174,19 +176,6 @@ fn a_title_is_text_whatever_is_in_it() {
     assert!(!drawn.contains('\u{202e}'), "the direction of text is not changed");
 }
 
-/// A change of an archive.
-type Change<'a> = &'a dyn Fn(&mut Value);
-
-/// The archive with the records of three hits, changed.
-fn edited(folder: &Path, name: &str, change: Change<'_>) -> String {
-    let bytes = fs::read(data("pictures/records.massline")).unwrap();
-    let mut archive: Value = serde_json::from_slice(&bytes).unwrap();
-    change(&mut archive);
-    let path = folder.join(format!("{name}.massline"));
-    fs::write(&path, archive.to_string()).unwrap();
-    text(&path)
-}
-
 #[test]
 fn an_archive_with_records_has_a_picture_of_the_hits_of_a_dof() {
     let folder = tempfile::tempdir().unwrap();
@@ -206,98 +195,60 @@ fn an_archive_with_records_has_a_picture_of_the_hits_of_a_dof() {
 }
 
 #[test]
-fn edited_archives_are_drawn_or_refused_but_nothing_panics() {
+fn responses_that_a_result_was_solved_from_are_drawn_with_their_coherence() {
     let folder = tempfile::tempdir().unwrap();
-    let pictures = text(&folder.path().join("pictures"));
-    let fourth_sensor = |archive: &mut Value| {
-        let sensors = archive["layout"]["resolved"]["sensors"].as_array_mut().unwrap();
-        let mut fourth = sensors[0].clone();
-        fourth["node"] = json!(9);
-        sensors.push(fourth);
-    };
-    let one_bin = |archive: &mut Value| {
-        let spectra = &mut archive["spectra"][0];
-        let shorten = |list: &mut Value| list.as_array_mut().unwrap().truncate(1);
-        shorten(&mut spectra["force_auto"]);
-        for key in ["cross", "response_auto"] {
-            spectra[key].as_array_mut().unwrap().iter_mut().for_each(shorten);
-        }
-    };
-    let scans = |archive: &mut Value, count: usize| {
-        for record in archive["hit_records"].as_array_mut().unwrap() {
-            record["codes"].as_array_mut().unwrap().truncate(count);
-        }
-    };
-    let changes: [(&str, Change<'_>); 8] = [
-        ("fourth-sensor", &fourth_sensor),
-        ("one-bin", &one_bin),
-        ("no-scan", &|archive| scans(archive, 0)),
-        ("one-scan", &|archive| scans(archive, 1)),
-        ("few-scans", &|archive| scans(archive, 5)),
-        ("silent-hammer", &|archive| {
-            for record in archive["hit_records"].as_array_mut().unwrap() {
-                for scan in record["codes"].as_array_mut().unwrap() {
-                    scan[0] = json!(137);
-                }
-            }
-        }),
-        ("reversed-band", &|archive| {
-            archive["result"]["dofs"][0]["band_hz"] = json!([120.0, 10.0]);
-        }),
-        ("other-dof", &|archive| {
-            archive["hit_records"][0]["dof"] = json!("../../1:+Y");
-        }),
-    ];
-    for (name, change) in changes {
-        let archive = edited(folder.path(), name, change);
-        let found = run(&["plot", &archive, "-o", &pictures]);
-        assert!([0, 2, 3].contains(&found.exit), "{name}: {} {}", found.exit, found.stderr);
+    let uff = text(&folder.path().join("wheel.uff"));
+    let layout =
+        success(&["demo", "wheel", "--write", &uff])["layout"].as_str().unwrap().to_owned();
+    let solved = folder.path().join("wheel.json");
+    fs::write(&solved, success(&["solve", &layout, &uff]).to_string()).unwrap();
+    let (solved, to) = (text(&solved), text(&folder.path().join("pictures/")));
+    let plot = ["plot", &solved, "--layout", &layout, "--responses", &uff, "-o", &to];
+    let written = success(&plot)["written"].to_string();
+    for picture in ["frf-101+X", "frf-105+X", "driving-points", "mac", "estimates", "layout"] {
+        assert!(written.contains(&format!("wheel-{picture}.svg")), "{picture}: {written}");
     }
-    let bits = edited(folder.path(), "bits", &|archive| {
-        archive["rig"]["sampler"]["adc"]["bits"] = json!(60);
-    });
-    let refused = run(&["plot", &bits, "-o", &pictures]);
-    assert!(refused.exit == 2 && refused.says("rig.sampler.adc"), "{}", refused.stderr);
+    let frf = fs::read_to_string(folder.path().join("pictures/wheel-frf-101+X.svg")).unwrap();
+    assert!(frf.contains("phase, °") && !frf.contains("coherence"), "{frf:.900}");
+    // Beside each response its coherence, as analysers write it.
+    let functions = fs::read(&uff).unwrap();
+    let coherence = coherence_of(&functions);
+    fs::write(&uff, [functions, coherence].concat()).unwrap();
+    success(&[&plot[..], &["--force"]].concat());
+    let frf = fs::read_to_string(folder.path().join("pictures/wheel-frf-101+X.svg")).unwrap();
+    assert!(frf.contains("coherence"), "{frf:.900}");
+    let archive = text(&data("archive/version-1.massline"));
+    let refused = run(&["plot", &archive, "--layout", &layout, "--responses", &uff]);
+    assert!(refused.exit == 2 && refused.says("of its own"), "{}", refused.stderr);
+}
+
+/// The functions of a binary universal file again, as coherences.
+fn coherence_of(functions: &[u8]) -> Vec<u8> {
+    // The tenth line of a function begins with its type.
+    let (from, to) = (b"\n    4 ", b"\n    6 ");
+    let mut coherence = functions.to_vec();
+    let mut place = 0;
+    while let Some(found) = coherence[place..].windows(from.len()).position(|of| of == from) {
+        place += found;
+        coherence[place..place + to.len()].copy_from_slice(to);
+    }
+    assert!(place > 0, "the file has frequency responses");
+    coherence
 }
 
 #[test]
-fn malformed_details_and_bands_are_named() {
+fn results_of_one_name_are_told_apart() {
     let folder = tempfile::tempdir().unwrap();
-    let archive = text(&data("pictures/records.massline"));
-    let layout = text(&data("../../host/examples/three-bar-test-1.toml"));
-    let mut document = success(&["solve", &archive]);
-    document["host"] = Value::Null;
-    let path = folder.path().join("solved.json");
-    let plot = |document: &Value, picture: &str| {
-        fs::write(&path, document.to_string()).unwrap();
-        let to = text(folder.path());
-        run(&[
-            "plot",
-            &text(&path),
-            "--layout",
-            &layout,
-            "--picture",
-            picture,
-            "-o",
-            &to,
-            "--force",
-        ])
-    };
-    assert_eq!(plot(&document, "pulls").exit, 0);
-    assert_eq!(plot(&document, "budget").exit, 0);
-    let mut changed = document.clone();
-    changed["details"]["sensors"][0]["pull"] = json!("much");
-    let refused = plot(&changed, "pulls");
-    assert!(refused.exit == 2 && refused.says("sensors of the details"), "{}", refused.stderr);
-    let mut huge = document.clone();
-    huge["details"]["hits"][0]["pull"] = json!(1e300);
-    huge["details"]["hits"][0]["dof"] = json!("<b>".repeat(4000));
-    huge["details"]["error_budget"]["constant_scale"]["learned"] = json!(1e308);
-    assert_eq!(plot(&huge, "pulls").exit, 0);
-    assert_eq!(plot(&huge, "budget").exit, 0);
-    let mut band = document;
-    band["suspension"] =
-        json!({ "band_hz": [9.0, 2.0], "modes": [], "modal_assurance": [], "orders": [] });
-    let refused = plot(&band, "mac");
-    assert!(refused.exit == 2 && refused.says("is no band"), "{}", refused.stderr);
+    let mut results = Vec::new();
+    for name in ["s1", "s2"] {
+        fs::create_dir(folder.path().join(name)).unwrap();
+        let path = folder.path().join(name).join("a.massline");
+        fs::copy(data("archive/version-1.massline"), &path).unwrap();
+        results.push(text(&path));
+    }
+    let results: Vec<&str> = results.iter().map(String::as_str).collect();
+    let svg = drawn(folder.path(), &results, "estimates");
+    for number in 1..=2 {
+        assert!(svg.contains(&format!("(a.massline, number {number})")), "{svg:.2000}");
+    }
 }

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
+#[cfg(unix)]
+use crate::program::run_in_shell;
 use crate::program::{run, success};
 #[cfg(unix)]
 use crate::rig::Rig;
@@ -106,7 +108,37 @@ fn of_two_results_in_a_page_one_is_named() {
     let second = success(&["solve", &format!("{name}#result-2")]);
     assert_eq!(second, success(&["solve", &archive()]));
     let third = run(&["solve", &format!("{name}#result-3")]);
-    assert_eq!(third.exit, 2, "{}", third.stderr);
+    assert!(third.exit == 2 && third.says("holds 2 results"), "{}", third.stderr);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_page_of_one_result_of_a_page_does_not_replace_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, both) = page(folder.path(), &[&archive(), &archive()]);
+    let here = format!("cd '{}'; exec \"$0\" \"$@\"", folder.path().display());
+    let second = run_in_shell(&here, &["report", "page.html#result-2", "--force"]);
+    assert_eq!(second.exit, 0, "{}", second.stderr);
+    assert!(folder.path().join("page-result-2.html").is_file(), "{}", second.stdout);
+    let itself = run_in_shell(&here, &["report", "page.html", "--force"]);
+    assert!(itself.exit == 2 && itself.says("page.html is the result itself"), "{}", itself.stderr);
+    assert_eq!(fs::read_to_string(&path).unwrap(), both);
+    let drawn = run_in_shell(&here, &["plot", "page.html#result-2", "--picture", "layout"]);
+    assert!(drawn.stdout.contains("page-result-2-layout.svg"), "{}", drawn.stderr);
+}
+
+#[test]
+fn a_page_without_mass_lines_says_what_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let solved = folder.path().join("solved.json").display().to_string();
+    fs::write(&solved, success(&["solve", &archive()]).to_string()).unwrap();
+    let (path, _) = page(folder.path(), &[&solved]);
+    let refused = run(&["solve", &path.display().to_string()]);
+    assert!(
+        refused.exit == 2 && refused.says("not an archive with mass lines"),
+        "{}",
+        refused.stderr
+    );
 }
 
 /// Markup, signs that turn the direction of text, and a text without end.

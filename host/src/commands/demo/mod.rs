@@ -7,7 +7,7 @@ use std::num::NonZeroU8;
 use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
 use super::compare::{Comparison, SIGMA_NOTE, summary};
 use super::files::ReplaceArgs;
-use super::simulated::{ReportArgs, RigArgs};
+use super::simulated::{ReportArgs, RigArgs, results_of};
 use crate::document::Demo;
 use crate::error::Result;
 use crate::host_solution::HostSolution;
@@ -112,7 +112,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         }
         comparisons.push(comparison);
     }
-    let report = args.report.write(archives, existing);
+    let report = args.report.write(|| results_of(archives), existing);
     let written = report.as_ref().ok().cloned().flatten();
     let summary = summary(&comparisons)?;
     output.answer(&Demo { tests, report: written }, |output| {

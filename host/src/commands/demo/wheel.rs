@@ -10,6 +10,7 @@ use massline_shared::identify::Method;
 
 use crate::commands::files::ReplaceArgs;
 use crate::commands::number::seed;
+use crate::commands::simulated::ReportArgs;
 use crate::document::{DemoWheel, DemoWheelFiles};
 use crate::error::{Error, Result};
 use crate::file::{self, Existing};
@@ -17,6 +18,7 @@ use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone, align_right, table};
 use crate::report::{message_in, modes_text};
+use crate::result_file::ResultFile;
 use crate::solve::{FrfSolution, Options, SUSPENSION_BAND_HZ, solve};
 use crate::uff::UffFile;
 use study::{Row, SET_NAMES, Study, Wheel};
@@ -33,7 +35,8 @@ Examples:
   massline demo wheel --tyre                 9 kg of it on springs of 50 Hz
   massline demo wheel --set all --runs 200   errors over the bound, coverage
   massline demo wheel --write wheel.uff      the responses, for `massline solve`
-  massline demo wheel --tyre --write tyre.uff")]
+  massline demo wheel --tyre --write tyre.uff
+  massline demo wheel --report wheel.html    the responses to all forces as a page with pictures")]
 pub struct Args {
     /// The tyre: 9 of the 17.3 kg sit on springs of 50 Hz.
     #[arg(long)]
@@ -54,8 +57,10 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed)]
     seed: u64,
     /// Write the responses to all forces to this universal file, and the layout beside it, instead of solving them.
-    #[arg(long, value_name = "FILE.uff", conflicts_with_all = ["set", "runs"])]
+    #[arg(long, value_name = "FILE.uff", conflicts_with_all = ["set", "runs", "report"])]
     write: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgs,
     #[command(flatten)]
     replace: ReplaceArgs,
 }
@@ -76,10 +81,12 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         let text = "--noise must lie between 1e-9 and 1, and --spacing between 0.1 and 0.4 Hz";
         return Err(Error::input("number_out_of_range", text));
     }
+    let existing = args.replace.existing();
+    args.report.check(existing)?;
     let layout = LayoutFile::parse(LAYOUT, "wheel.toml")?.layout;
     let wheel = Wheel::new(&layout, args.noise, args.spacing, args.tyre)?;
     if let Some(path) = &args.write {
-        return write_files(&wheel, args.seed, path, args.replace.existing(), output);
+        return write_files(&wheel, args.seed, path, existing, output);
     }
     let all = || SET_NAMES.map(str::to_owned).to_vec();
     let sets = if args.set.is_empty() { all() } else { args.set.clone() };
@@ -93,6 +100,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         studies.push(study);
     }
     let mass_lines = mass_lines(args)?;
+    let report = args.report.write(|| of_all_forces(&wheel, args), existing);
+    let written = report.as_ref().ok().cloned().flatten();
     let value = DemoWheel {
         noise_m_per_s2_per_n: args.noise,
         spacing_hz: args.spacing,
@@ -100,10 +109,26 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         seed: args.seed,
         sets: studies.iter().map(Study::to_json).collect(),
         mass_lines: mass_lines.clone(),
+        report: written,
     };
     output.answer(&value, |output| {
         format!("{}mass lines of responses up to 120 Hz: {mass_lines}\n", text(&studies, output))
-    })
+    })?;
+    // The answer does not need the report.
+    args.report.offer(report?, output);
+    Ok(())
+}
+
+/// The responses of the first run to all forces, as `massline solve` solves the files of `--write`.
+fn of_all_forces(wheel: &Wheel, args: &Args) -> Result<Vec<ResultFile>> {
+    let mut file = LayoutFile::parse(LAYOUT, "wheel.toml")?;
+    let name = if args.tyre { "simulated wheel with a tyre" } else { "simulated wheel" };
+    file.title = name.into();
+    let uff = UffFile::parse(&wheel.universal_file(args.seed))?;
+    let solution = solve(&file, &uff, &Options::default(), |_, _| ())?;
+    let mut source = ResultFile::of_solution(&solution.document(), &file, name.into())?;
+    source.add_responses(&uff, None)?;
+    Ok(vec![source])
 }
 
 /// A band between the suspension modes and the modes of the tyre, Hz, where there is no mass line.

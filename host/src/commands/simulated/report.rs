@@ -31,18 +31,17 @@ impl ReportArgs {
         self.report.iter().try_for_each(|path| file::check(path, existing))
     }
 
-    /// Writes the report of these tests, each with its name, if it is wanted; returns the file.
+    /// Writes the report of these tests if it is wanted; returns the file.
     ///
     /// # Errors
     /// When a picture cannot be drawn, or the file cannot be written.
     pub fn write(
         &self,
-        tests: Vec<(String, Archive)>,
+        tests: impl FnOnce() -> Result<Vec<ResultFile>>,
         existing: Existing,
     ) -> Result<Option<PathBuf>> {
         let Some(path) = &self.report else { return Ok(None) };
-        let sources = tests.into_iter().map(|(name, archive)| ResultFile::of(archive, name));
-        let page = html(&sources.collect::<Result<Vec<_>>>()?)?;
+        let page = html(&tests()?)?;
         file::write(path, page.as_bytes(), existing)?;
         Ok(Some(path.clone()))
     }
@@ -58,4 +57,12 @@ impl ReportArgs {
             None => "to see it as a page with pictures, repeat the command with --report FILE.html".into(),
         });
     }
+}
+
+/// Simulated tests, each with its name, as a report shows them.
+///
+/// # Errors
+/// When the layout of one cannot be read.
+pub fn results_of(tests: impl IntoIterator<Item = (String, Archive)>) -> Result<Vec<ResultFile>> {
+    tests.into_iter().map(|(name, archive)| ResultFile::of(archive, name)).collect()
 }

@@ -1,0 +1,155 @@
+//! The frequency responses of a result: those of its archive, or those of the universal file that it was solved from.
+
+use massline_shared::layout::{Dof, RIG_SENSORS};
+use nalgebra::Complex;
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::{LAYOUT_NEEDED, ResultFile};
+use crate::archive::{Archive, ArchivedSpectra};
+use crate::error::{Error, Result};
+use crate::identification::lines_of;
+use crate::solve::responses_of;
+use crate::uff::{NodeDirection, Quantity, UffFile};
+
+/// The responses to the hits at one DOF.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DofResponses {
+    /// The DOF.
+    pub dof: Dof,
+    /// Its place in the layout.
+    pub hit: usize,
+    /// Number of averaged hits, where it is known.
+    pub hits: Option<u8>,
+    /// Frequencies of the bins, Hz; none when only the mass lines are known.
+    pub frequency_hz: Vec<f64>,
+    /// Accelerance of each response bin by bin, (m/s²)/N.
+    pub accelerance: Vec<Vec<Complex<f64>>>,
+    /// Coherence of each response bin by bin, where it is known.
+    pub coherence: Vec<Vec<f64>>,
+    /// Decay rate σ of the exponential window, 1/s.
+    pub decay_per_s: f64,
+    /// What the result was found from.
+    pub band: Band,
+}
+
+/// What the answers were found from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Band {
+    /// The mass lines in this band, Hz: rigid-body accelerance of each response, (m/s²)/N.
+    MassLines([f64; 2], Vec<f64>),
+    /// The suspension modes in this band, Hz.
+    Suspension([f64; 2]),
+}
+
+impl Band {
+    /// Its ends, Hz.
+    pub fn ends_hz(&self) -> [f64; 2] {
+        match self {
+            Self::MassLines(ends, _) | Self::Suspension(ends) => *ends,
+        }
+    }
+
+    /// The mass lines; `None` where the modes are used.
+    pub fn mass_lines(&self) -> Option<&[f64]> {
+        match self {
+            Self::MassLines(_, lines) => Some(lines),
+            Self::Suspension(_) => None,
+        }
+    }
+}
+
+impl ResultFile {
+    /// The responses to every hit, in the order of the layout or the test; none where they are not known.
+    ///
+    /// # Errors
+    /// When the calibration of an archive is not one.
+    pub fn responses(&self) -> Result<Vec<DofResponses>> {
+        match &self.archive {
+            Some(archive) => of_archive(archive),
+            None => Ok(self.responses.clone()),
+        }
+    }
+
+    /// Adds the frequency responses that a command has solved for this result.
+    ///
+    /// # Errors
+    /// Exit 2 for an archive, which has its own, without a layout, and when the file lacks a response.
+    pub fn add_responses(&mut self, uff: &UffFile, quantity: Option<Quantity>) -> Result<()> {
+        let name = &self.name;
+        if self.archive.is_some() {
+            let text = format!(
+                "{name}: this archive has frequency responses of its own; leave out --responses"
+            );
+            return Err(Error::input("usage", text));
+        }
+        let Some(layout) = self.layout() else {
+            let text = format!(
+                "{name}: the layout says which responses are those of the test; give it with --layout"
+            );
+            return Err(Error::input(LAYOUT_NEEDED, text));
+        };
+        let measured = responses_of(layout, uff, quantity)?;
+        let bands =
+            layout.hits.iter().map(|hit| self.band_of(hit.dof)).collect::<Result<Vec<_>>>()?;
+        let each = layout.hits.iter().zip(measured.hits).zip(bands).enumerate();
+        let responses = each.map(|(place, ((hit, of_hit), band))| DofResponses {
+            dof: hit.dof,
+            hit: place,
+            hits: None,
+            frequency_hz: measured.frequency_hz.clone(),
+            accelerance: of_hit.accelerance,
+            coherence: of_hit.coherence,
+            decay_per_s: 0.0,
+            band,
+        });
+        self.responses = responses.collect();
+        Ok(())
+    }
+
+    /// What the document says about the band of a DOF.
+    fn band_of(&self, dof: Dof) -> Result<Band> {
+        let lines = self.document["mass_lines"].as_array().into_iter().flatten();
+        let of_dof = lines.into_iter().find(|of| of["dof"] == dof.to_string());
+        let numbers = |value: &Value| Vec::<f64>::deserialize(value).ok();
+        let lines = of_dof.and_then(|of| numbers(&of["accelerance_m_per_s2_per_n"]));
+        let ends = <[f64; 2]>::deserialize(&self.document["band_hz"]).ok();
+        let is_band = |ends: &[f64; 2]| 0.0 <= ends[0] && ends[0] < ends[1] && ends[1] <= 1e6;
+        if let Some((ends, lines)) = ends.filter(is_band).zip(lines) {
+            return Ok(Band::MassLines(ends, lines));
+        }
+        let expected = || self.layout().map_or([10.0, 120.0], |layout| layout.test.expected_band());
+        Ok(Band::Suspension(self.modes()?.map_or_else(expected, |modes| modes.band_hz)))
+    }
+}
+
+/// The responses of an archive. An edited one may have more sensors than its rig.
+fn of_archive(archive: &Archive) -> Result<Vec<DofResponses>> {
+    let (layout, frfs) = (&archive.layout.resolved, archive.frfs()?);
+    let responses = 3 * layout.sensors.len().min(RIG_SENSORS);
+    let mut found = Vec::new();
+    for (place, lines) in lines_of(&archive.result) {
+        let Some(hit) = layout.hits.get(place) else { continue };
+        let Some(of) = archive.result.dofs.iter().find(|of| of.dof == hit.dof) else { continue };
+        let name = hit.dof.to_string();
+        let spectra = archive.spectra.iter().find(|spectra| spectra.dof == name);
+        let reference = NodeDirection::from(hit.dof);
+        let frfs: Vec<_> =
+            frfs.iter().filter(|frf| frf.reference == reference).take(responses).collect();
+        let coherence = |of: &ArchivedSpectra| (0..responses).map(|k| of.coherence(k)).collect();
+        found.push(DofResponses {
+            dof: hit.dof,
+            hit: place,
+            hits: Some(of.hits),
+            frequency_hz: frfs.first().map_or(Vec::new(), |frf| frf.frequency_hz.clone()),
+            accelerance: frfs.iter().map(|frf| frf.accelerance.clone()).collect(),
+            coherence: spectra.map_or(Vec::new(), coherence),
+            decay_per_s: spectra.map_or(0.0, |of| of.decay_per_s),
+            band: Band::MassLines(
+                of.band_hz.map(f64::from),
+                lines.accelerance.iter().copied().take(responses).collect(),
+            ),
+        });
+    }
+    Ok(found)
+}

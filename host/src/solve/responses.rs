@@ -1,0 +1,48 @@
+//! The frequency responses of a universal file as pictures show them.
+
+use massline_shared::layout::{Axis, Hit, HostLayout};
+use nalgebra::Complex;
+
+use super::frfs::{LayoutResponses, coherence_of};
+use crate::Result;
+use crate::uff::{Quantity, UffFile};
+
+/// The responses to all hits of a layout, at the same frequencies.
+pub struct FileResponses {
+    /// Frequencies of the bins, Hz, ascending.
+    pub frequency_hz: Vec<f64>,
+    /// Those of each hit.
+    pub hits: Vec<HitResponses>,
+}
+
+/// The responses to one hit: sensor by sensor, axis by axis.
+pub struct HitResponses {
+    /// Accelerance bin by bin, (m/s²)/N.
+    pub accelerance: Vec<Vec<Complex<f64>>>,
+    /// Coherence bin by bin; empty unless the file has that of every response.
+    pub coherence: Vec<Vec<f64>>,
+}
+
+/// The responses to the hits of a layout, with the coherence where the file has it.
+///
+/// # Errors
+/// Exit 2 for a function that is missing, duplicated, not finite, of wrong type or units, or with other bins than the first.
+pub fn responses_of(
+    layout: &HostLayout,
+    uff: &UffFile,
+    quantity: Option<Quantity>,
+) -> Result<FileResponses> {
+    let responses = LayoutResponses::of(layout, uff, quantity)?;
+    let frequency_hz = responses.common_frequencies()?;
+    let coherence = |hit: &Hit<f64>| {
+        let places = layout.sensors.iter().flat_map(|of| Axis::ALL.map(|axis| (of.node, axis)));
+        let each = places.map(|(node, axis)| coherence_of(uff, node, axis, hit.dof));
+        each.map(|of| of.filter(|of| of.len() == frequency_hz.len())).collect::<Option<Vec<_>>>()
+    };
+    let of_hit = |(hit, accelerance)| HitResponses {
+        accelerance,
+        coherence: coherence(hit).unwrap_or_default(),
+    };
+    let hits = layout.hits.iter().zip(responses.accelerances()).map(of_hit).collect();
+    Ok(FileResponses { frequency_hz, hits })
+}
