@@ -5,8 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::plot::{data, text};
-use crate::program::{run, success};
+use crate::program::{data, run, success, text};
 
 /// A change of an archive.
 type Change<'a> = &'a dyn Fn(&mut Value);

@@ -1,20 +1,12 @@
 //! `massline plot`: the committed pictures of a committed archive and of the wheel's modes, and what cannot be drawn.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::json;
 
 use crate::edited_results::edited;
-use crate::program::{run, success};
-
-pub fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data").join(name)
-}
-
-pub fn text(path: &Path) -> String {
-    path.display().to_string()
-}
+use crate::program::{data, run, success, text};
 
 /// Compares pictures with those of `tests/data/pictures`, byte by byte: what is drawn is rounded to pixels.
 /// `MASSLINE_BLESS=1` writes them.

@@ -1,6 +1,6 @@
 //! Runs the program, and makes the files for it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use assert_cmd::Command;
@@ -123,5 +123,15 @@ fn copy_of_layout(path: &Path, from: &str, to: &str) -> String {
     let text = include_str!("../../examples/three-bar-test-1.toml");
     assert!(text.contains(from), "the layout has {from}");
     std::fs::write(path, text.replace(from, to)).expect("the folder is writable");
+    path.display().to_string()
+}
+
+/// A file of the tests' data.
+pub fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data").join(name)
+}
+
+/// A path as an argument.
+pub fn text(path: &Path) -> String {
     path.display().to_string()
 }
