@@ -52,8 +52,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let path = args.output.clone().unwrap_or_else(|| default_name(&args.results));
     file::check(&path, args.replace.existing())?;
     let layout = args.layout.as_deref().map(|path| files::layout(path, output)).transpose()?;
-    let read = |path: &PathBuf| ResultFile::read(path, layout.as_ref());
-    let sources = args.results.iter().map(read).collect::<Result<Vec<_>>>()?;
+    let sources = ResultFile::read_all(&args.results, layout.as_ref())?;
     file::write(&path, html(&sources)?.as_bytes(), args.replace.existing())?;
     let value = WrittenFile { written: path };
     output.answer(&value, |_| {
