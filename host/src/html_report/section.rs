@@ -127,7 +127,7 @@ impl Section {
             has_details: dofs.iter().any(|row| !row.pull.is_empty()),
             dofs,
             sensors: source.layout().map(sensors).unwrap_or_default(),
-            hits: HitTable::of(source),
+            hits: HitTable::of(source)?,
             figures: Figures::of(source, MOST_OF_HITS / results)?,
             scene: Scene::of(source, answer),
             has_ellipsoid: answer.is_some_and(|of| ellipsoid(&of.body).is_some()),
