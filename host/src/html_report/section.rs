@@ -5,7 +5,7 @@ use askama::Template;
 use super::answer::{
     Finding, Row, Verdict, cell, findings, label, principal, property, scale_text,
 };
-use super::facts::{Group, groups};
+use super::facts::{Group, groups, simulated};
 use super::hits::HitTable;
 use super::limits::{Limits, unseen};
 use super::points::{DofRow, dofs, sensors};
@@ -22,16 +22,13 @@ const MOST_OF_TITLE: usize = 160;
 /// Bytes of pictures of all hits of one DOF that a page has room for; they are the largest ones.
 const MOST_OF_HITS: usize = 400 << 10;
 
-/// The boards of simulated rigs: in this program, and in QEMU.
-const SIMULATED: [&str; 2] = ["virtual", "mps2-an386"];
-
 /// One result in the page.
 #[derive(Template)]
 #[template(path = "report/section.html")]
 pub(super) struct Section {
     number: usize,
     title: String,
-    simulated_by: String,
+    simulated: String,
     method: String,
     verdict: Verdict,
     rows: Vec<Row>,
@@ -103,7 +100,7 @@ impl Section {
         Ok(Self {
             number,
             title: shortened(&source.whole_title, MOST_OF_TITLE),
-            simulated_by: simulated_by(source),
+            simulated: simulated(source),
             method: answer.map(|of| of.method.clone()).unwrap_or_default(),
             verdict: Verdict::of(source, answer),
             has_expected: rows.iter().any(|row| !row.expected.is_empty()),
@@ -204,12 +201,6 @@ impl Figures {
     fn is_empty(&self) -> bool {
         self.first.is_empty() && self.more.is_empty()
     }
-}
-
-/// The board of a rig that is simulated; empty for another.
-fn simulated_by(source: &ResultFile) -> String {
-    let board = source.archive().map(|archive| archive.rig.board.as_str());
-    board.filter(|board| SIMULATED.contains(board)).unwrap_or_default().to_owned()
 }
 
 /// The name of a DOF from that of its file, which has no colon.
