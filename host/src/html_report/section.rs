@@ -7,7 +7,7 @@ use super::answer::{
 };
 use super::facts::{Group, groups, simulated};
 use super::hits::HitTable;
-use super::limits::{Limits, unseen};
+use super::limits::{Limits, cannot_see};
 use super::points::{DofRow, dofs, sensors};
 use super::scene::Scene;
 use super::values::{Sentence, list, words};
@@ -37,7 +37,7 @@ pub(super) struct Section {
     scale: String,
     principal: Vec<String>,
     limits: Limits,
-    unseen: Vec<Sentence>,
+    cannot_see: Vec<Sentence>,
     agreement: Option<Agreement>,
     refusals: Vec<(String, Sentence)>,
     notes: Vec<Sentence>,
@@ -92,7 +92,8 @@ impl Section {
     pub fn of(number: usize, results: usize, source: &ResultFile) -> Result<Self> {
         let answers = source.answers()?;
         let answer = answers.first();
-        let limits = answer.map(|answer| Limits::of(source, answer)).unwrap_or_default();
+        let limits = answer.map(|answer| Limits::of(source, answer)).transpose()?;
+        let limits = limits.unwrap_or_default();
         let rows = answer.map(|answer| Row::all(source, answer, &limits)).transpose()?;
         let rows = rows.unwrap_or_default();
         let (document, dofs) = (source.document(), dofs(source)?);
@@ -109,7 +110,7 @@ impl Section {
             rows,
             principal: answer.map(|answer| principal(source, answer)).unwrap_or_default(),
             limits,
-            unseen: unseen(source),
+            cannot_see: cannot_see(source),
             agreement: Agreement::of(source, &answers)?,
             refusals: refusals
                 .map(|of| (words(&of["method"]), Sentence(words(&of["message"]))))
