@@ -51,11 +51,13 @@ pub struct Estimates {
     pub scale: String,
     /// The answers.
     pub series: Vec<Series>,
+    /// The results that are left out, because they have no answer.
+    pub without: Vec<String>,
 }
 
 impl Estimates {
     /// All methods of one result and what they say together, or the best answers of several; `None` without an answer. One
-    /// without an answer among several is left out, and the title names it.
+    /// without an answer among several is left out, and the legend names it.
     ///
     /// Several results have one scale, that of the first: on scales of their own, equal differences of the body would not be
     /// equally high.
@@ -89,12 +91,7 @@ impl Estimates {
             title: match sources {
                 [one] => one.title.clone(),
                 _ if without.is_empty() => format!("{} results", sources.len()),
-                _ => format!(
-                    "{} of {} results (no answer: {})",
-                    answered.len(),
-                    sources.len(),
-                    without.join(", ")
-                ),
+                _ => format!("{} of {} results", answered.len(), sources.len()),
             },
             zero: match reference {
                 Some(_) if is_shared => "the reference".into(),
@@ -103,6 +100,7 @@ impl Estimates {
             },
             scale: scale_of(first, sources.len()),
             series: answers.iter().map(series).collect(),
+            without,
         }))
     }
 
@@ -169,7 +167,9 @@ impl Drawing for Estimates {
         let key = |(place, series): (usize, &Series)| {
             Key::of(series.name.clone(), Sign::Marker(cycle(place)), color(place))
         };
-        let keys: Vec<Key> = self.series.iter().enumerate().map(key).collect();
+        let missing = |name: &String| Key::of(format!("{name}: no answer"), Sign::Ring, INK);
+        let keys = self.series.iter().enumerate().map(key);
+        let keys: Vec<Key> = keys.chain(self.without.iter().map(missing)).collect();
         let used = legend(area, &keys)?;
         let (_, area) = area.split_vertically(used);
         let limit = 1.08 * self.largest();
