@@ -55,9 +55,9 @@ impl Checkpoint {
         store: &Mutex<NoopRawMutex, Store<F>>,
         room: &mut CheckpointBuffer,
     ) {
-        let (campaign, progress, armings) = {
+        let (campaign, progress) = {
             let measurement = rig.measurement.borrow();
-            (measurement.campaigns(), measurement.progress(), measurement.armings())
+            (measurement.campaigns(), measurement.progress())
         };
         if self.campaign != 0 && (self.campaign != campaign || progress.is_none()) {
             // If this fails, the campaign is offered again after the next start.
@@ -67,30 +67,31 @@ impl Checkpoint {
         // An undo may leave no DOF finished: what is stored must not bring its hit back.
         if let Some(progress) = progress
             && (self.campaign != 0 || progress.dofs.iter().any(DofProgress::is_finished))
-            && (progress.dofs != self.dofs || self.failed_at.is_some_and(|at| at != armings))
+            && (progress.dofs != self.dofs || self.failed_at.is_some_and(|at| at != armings(rig)))
         {
             self.campaign = campaign;
             self.dofs.clone_from(&progress.dofs);
             // The stored mass lines of a DOF that is open again do not count.
             self.measured &= measured(rig);
             let mut store = store.lock().await;
-            let kept = self.store_dofs(rig, &mut store, room).await;
+            self.failed_at = None;
+            self.store_dofs(rig, &mut store, room).await;
             let length = encode(rig, progress, room);
-            let noted = store.put_progress(room.get(..length).unwrap_or_default()).await.is_ok();
-            self.failed_at = (!kept || !noted).then_some(armings);
+            if store.put_progress(room.get(..length).unwrap_or_default()).await.is_err() {
+                self.failed_at = Some(armings(rig));
+            }
         }
     }
 
-    /// Stores the mass lines of the DOFs that have been closed; false when one could not be written.
+    /// Stores the mass lines of the DOFs that have been closed.
     async fn store_dofs<F: NorFlash>(
         &mut self,
         rig: &Rig<'_>,
         store: &mut Store<F>,
         room: &mut CheckpointBuffer,
-    ) -> bool {
-        let mut all = true;
+    ) {
         for place in 0..RIG_HITS {
-            let Some((index, length)) = encode_dof(rig, place, room) else { break };
+            let Some((index, length)) = encode_dof(rig, place, room) else { return };
             let bit = bit_of(index.into());
             if self.measured & bit != 0 {
                 continue;
@@ -98,10 +99,9 @@ impl Checkpoint {
             if store.put_dof(index, room.get(..length).unwrap_or_default()).await.is_ok() {
                 self.measured |= bit;
             } else {
-                all = false;
+                self.failed_at = Some(armings(rig));
             }
         }
-        all
     }
 
     /// Restores the campaign that a power cut has interrupted, if it belongs to the layout and the
@@ -164,6 +164,11 @@ fn take_up(rig: &Rig<'_>, dofs: &[DofResult], progress: &[u8]) -> Option<Checkpo
     let (campaign, dofs) = (measurement.campaigns(), measurement.progress()?.dofs);
     drop(measurement);
     Some(Checkpoint { campaign, dofs, measured: measured(rig), failed_at: None })
+}
+
+/// How often the rig has waited for a hit.
+fn armings(rig: &Rig<'_>) -> u32 {
+    rig.measurement.borrow().armings()
 }
 
 /// Bit mask of the DOFs that have mass lines.

@@ -6,6 +6,7 @@ mod report;
 
 use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::body::RigidBody;
+use massline_shared::calibration::CalibrationSigma;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::influence::{Influence, influences};
 use massline_shared::identify::maximum_likelihood::{self, ErrorBudget, NuisanceEstimates, Start};
@@ -201,8 +202,13 @@ pub fn lines_of_dofs(dofs: &[DofResult]) -> MeasuredLines {
 
 /// The layout with the standard deviations that the calibration of a result contributed.
 pub fn layout_of(result: &MeasurementResult, layout: &HostLayout) -> HostLayout {
+    with_gains(layout, result.head.gains)
+}
+
+/// The layout with the standard deviations that a calibration contributes, if it contributes any.
+pub fn with_gains(layout: &HostLayout, gains: Option<CalibrationSigma>) -> HostLayout {
     let mut layout = layout.clone();
-    if let Some(gains) = result.head.gains {
+    if let Some(gains) = gains {
         gains.apply_to(&mut layout);
     }
     layout

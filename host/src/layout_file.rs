@@ -127,12 +127,17 @@ impl Reference {
 
     /// The ten properties when all are known.
     pub fn complete(&self) -> Option<[f64; 10]> {
-        let mut all = [0.0; 10];
-        for (to, from) in all.iter_mut().zip(self.properties()) {
-            *to = from?;
-        }
-        Some(all)
+        all_known(self.properties())
     }
+}
+
+/// The ten properties when all are known.
+pub(crate) fn all_known(properties: [Option<f64>; 10]) -> Option<[f64; 10]> {
+    let mut all = [0.0; 10];
+    for (to, from) in all.iter_mut().zip(properties) {
+        *to = from?;
+    }
+    Some(all)
 }
 
 impl LayoutFile {

@@ -83,8 +83,8 @@ impl<'a> PrecisionReport<'a> {
         }
         let (worst, _) = precision.worst();
         let now = precision.in_target_units(worst, precision.half_widths[worst]);
-        let name = INERTIAL_PARAMETERS[worst].name;
-        text += &format!("the worst is {name}, {}", width(worst, now));
+        let symbol = INERTIAL_PARAMETERS[worst].symbol;
+        text += &format!("the worst is {symbol}, {}", width(worst, now));
         if let Some(FurtherHit { dof, property, half_width }) = self.further {
             text += &format!(
                 "; a further hit helps most at {}: about {}",

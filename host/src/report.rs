@@ -39,6 +39,7 @@ pub use refusals::{refusals_json, refusals_text};
 pub use summary::{ResultVerdict, Summary};
 pub use table::{Truth, table};
 pub use where_to_hit::new_direction;
+pub(crate) use where_to_hit::{hardly_shown, not_shown};
 
 /// The text of a layout's hash or a calibration's checksum; `None` for 0, which means that there is none.
 pub fn hash_text(hash: u32) -> Option<String> {

@@ -1,34 +1,35 @@
 //! One result with its test, read from a file: what pictures and reports are made of.
 
-mod combined;
+mod answers;
+mod measured;
 mod modes;
 mod names;
 mod responses;
+mod title;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use massline_shared::body::scale;
-use massline_shared::identify::Method;
 use massline_shared::layout::HostLayout;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::archive::{Archive, is_archive};
-use crate::document::{ErrorBudget, HitDetails, LoggedHit, SensorDetails, Solution};
+use crate::document::{LoggedHit, Solution};
 use crate::embedded;
 use crate::error::{Error, Result};
-use crate::export::{Exported, document_of_archive, of_value, one_line, read_document};
-use crate::layout_file::LayoutFile;
+use crate::export::{document_of_archive, one_line, read_document};
+use crate::layout_file::{LayoutFile, all_known};
 use crate::output::SCHEMA_VERSION;
 
-pub use combined::Combined;
+pub use answers::Combined;
+pub use measured::{ShownDetails, ShownMassLine};
 pub use modes::ShownModes;
 pub use names::distinct_names;
 pub use responses::{Band, DofResponses};
-
-/// Longest title in a picture, characters.
-const MOST_OF_TITLE: usize = 40;
+use title::whole_title;
+pub(crate) use title::{shortened, shown};
 
 /// The code of the error without a layout.
 pub const LAYOUT_NEEDED: &str = "layout_needed";
@@ -47,12 +48,32 @@ pub struct ResultFile {
     layout_file: Option<LayoutFile>,
     /// Frequency responses that the document does not hold.
     responses: Vec<DofResponses>,
-    /// The ten properties of the reference, where they are known.
-    reference: Option<[f64; 10]>,
+    /// What the ten properties should be, as far as it is known.
+    expected: [Option<f64>; 10],
 }
 
 impl ResultFile {
-    /// Reads an archive or the JSON output of a command; `layout` is the layout file of the test, which an archive has.
+    /// Reads several results; `layout` is the layout file of those that are no archives.
+    ///
+    /// # Errors
+    /// As [`Self::read`], and exit 2 for a layout where all are archives.
+    pub fn read_all(paths: &[PathBuf], layout: Option<&LayoutFile>) -> Result<Vec<Self>> {
+        let read = |path: &PathBuf| Self::read(path, layout);
+        let sources = paths.iter().map(read).collect::<Result<Vec<_>>>()?;
+        if layout.is_some() && sources.iter().all(|source| source.archive.is_some()) {
+            let names: Vec<&str> = sources.iter().map(|source| source.name.as_str()).collect();
+            let text = format!(
+                "{}: an archive has the layout of its test, which --layout does not replace; leave it out, or solve the \
+                 archive with another layout: massline solve ARCHIVE --layout FILE",
+                names.join(", ")
+            );
+            return Err(Error::input("layout_not_for_archive", text));
+        }
+        Ok(sources)
+    }
+
+    /// Reads an archive or the JSON output of a command; `layout` is the layout file of the test. An archive has its own,
+    /// with which its answers were found.
     ///
     /// # Errors
     /// Exit 2 when the file cannot be read or is neither.
@@ -101,55 +122,40 @@ impl ResultFile {
     ) -> Result<Self> {
         let text = archive.as_ref().and_then(|archive| archive.layout.toml.as_deref());
         let of_archive = text.map(|text| LayoutFile::parse(text, &name)).transpose()?;
-        let layout = layout.or(of_archive.as_ref());
+        let layout = if archive.is_some() { of_archive.as_ref() } else { layout };
         let stored = archive.as_ref().map(|archive| &archive.layout.resolved);
         let said = document["title"].as_str().filter(|title| !title.is_empty());
         let title = layout.map(|file| file.title.as_str()).filter(|title| !title.is_empty());
         let whole_title = whole_title(said, title).unwrap_or_else(|| one_line(stem));
+        let stated = layout.and_then(|file| file.reference).map(|of| of.properties());
+        let expected = truth_in(&document).map(|truth| truth.map(Some)).or(stated);
+        let expected = expected.unwrap_or([None; 10]);
         Ok(Self {
-            title: shortened(&whole_title, MOST_OF_TITLE),
+            title: shown(&whole_title),
             whole_title,
             layout_file: layout.cloned(),
             layout: stored.or(layout.map(|file| &file.layout)).cloned(),
             responses: Vec::new(),
-            reference: layout.and_then(|file| file.reference?.complete()),
+            expected,
             document,
             archive,
             name,
         })
     }
 
-    /// The answer of a method, or the best for none.
-    ///
-    /// # Errors
-    /// As [`of_value`].
-    pub fn answer(&self, method: Option<Method>) -> Result<Exported> {
-        of_value(&self.document, &self.name, method)
+    /// What the ten properties should be, as far as it is known: those of a simulated object, or the layout's reference.
+    pub fn expected(&self) -> [Option<f64>; 10] {
+        self.expected
     }
 
-    /// The answers of all methods, the best first.
-    ///
-    /// # Errors
-    /// When an answer is malformed.
-    pub fn answers(&self) -> Result<Vec<Exported>> {
-        let mut found = Vec::new();
-        // The output of `massline modes` has none.
-        if self.document.get("results").is_none() && self.modes()?.is_some() {
-            return Ok(found);
-        }
-        for method in Method::ALL {
-            match self.answer(Some(method)) {
-                Ok(answer) => found.push(answer),
-                Err(error) if ["no_such_answer", "no_answer"].contains(&error.code()) => {}
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(found)
-    }
-
-    /// The ten properties of the reference, where the layout states them all.
+    /// The same, where all ten are known.
     pub fn reference(&self) -> Option<[f64; 10]> {
-        self.reference
+        all_known(self.expected)
+    }
+
+    /// The ten properties of a simulated object, which only its document states; `None` for an object that was measured.
+    pub fn truth(&self) -> Option<[f64; 10]> {
+        truth_in(&self.document)
     }
 
     /// The layout, where it is known.
@@ -160,12 +166,6 @@ impl ResultFile {
     /// The layout file, where there is one: in the archive, or given beside the result.
     pub fn layout_file(&self) -> Option<&LayoutFile> {
         self.layout_file.as_ref()
-    }
-
-    /// The best answer in the document, as it stands there; null without one.
-    pub fn best_entry(&self) -> &Value {
-        let of_host = &self.document["host"]["results"][0];
-        if of_host.is_object() { of_host } else { &self.document["results"][0] }
     }
 
     /// The document of the result, that of an archive solved again.
@@ -198,12 +198,19 @@ impl ResultFile {
         self.archive.as_ref()
     }
 
+    /// The root mean square distance of the sensors from their centre, m, where it is known.
+    pub fn characteristic_length(&self) -> Option<f64> {
+        let of_layout = self.layout().map(HostLayout::characteristic_length);
+        let stated = || self.document["characteristic_length_m"].as_f64();
+        of_layout.or_else(stated).filter(|length| *length > 0.0)
+    }
+
     /// The scale of the ten properties for this mass, kg.
     ///
     /// # Errors
-    /// Exit 2 without a layout.
+    /// Exit 2 where it is not known how far the sensors are apart.
     pub fn scale(&self, mass: f64) -> Result<[f64; 10]> {
-        let length = self.layout().map(HostLayout::characteristic_length).ok_or_else(|| {
+        let length = self.characteristic_length().ok_or_else(|| {
             let text = format!(
                 "{}: the result does not say where the sensors are, which its scale needs; give the layout file of \
                  the test with --layout",
@@ -214,49 +221,6 @@ impl ResultFile {
         Ok(scale(mass, length).into())
     }
 
-    /// The suspension modes, where the result has them.
-    ///
-    /// # Errors
-    /// Exit 2 when they are malformed.
-    pub fn modes(&self) -> Result<Option<ShownModes>> {
-        let modes = match &self.document["suspension"] {
-            Value::Object(_) => &self.document["suspension"],
-            // The output of `massline modes` is nothing else.
-            _ if self.document["modes"].is_array() => &self.document,
-            _ => return Ok(None),
-        };
-        let part = "suspension modes";
-        let shown = ShownModes {
-            band_hz: self.part(modes, part, "band_hz")?,
-            modes: self.part(modes, part, "modes")?,
-            modal_assurance: self.part(modes, part, "modal_assurance")?,
-            orders: self.part(modes, part, "orders")?,
-        };
-        shown.check().map_err(|what| {
-            let text = format!("{}: {part}: {what}", self.name);
-            Error::input("result_malformed", text)
-        })?;
-        Ok(Some(shown))
-    }
-
-    /// What the fit has found about sensors and hits, where the result has it: of the host, else of its document.
-    ///
-    /// # Errors
-    /// Exit 2 when it is malformed.
-    pub fn details(&self) -> Result<Option<ShownDetails>> {
-        let of_host = self.document.get("host").and_then(|host| host.get("details"));
-        let details = [of_host, self.document.get("details")];
-        let Some(details) = details.into_iter().flatten().find(|of| of.is_object()) else {
-            return Ok(None);
-        };
-        let part = "details";
-        Ok(Some(ShownDetails {
-            sensors: self.part(details, part, "sensors")?,
-            hits: self.part(details, part, "hits")?,
-            error_budget: self.part(details, part, "error_budget")?,
-        }))
-    }
-
     fn part<T: DeserializeOwned>(&self, of: &Value, what: &str, key: &str) -> Result<T> {
         T::deserialize(&of[key]).map_err(|e| {
             let text = format!("{}: {key} of the {what}: {e}", self.name);
@@ -265,51 +229,7 @@ impl ResultFile {
     }
 }
 
-/// The title of a result: what its document says, or the layout's where the document has only its beginning, which is all
-/// that a rig has room for.
-fn whole_title(document: Option<&str>, layout: Option<&str>) -> Option<String> {
-    let [said, whole] = [document, layout].map(|title| title.map(one_line));
-    match (said, whole) {
-        (Some(said), Some(whole)) if whole.starts_with(said.trim_end()) => Some(whole),
-        (said, whole) => said.or(whole),
-    }
-}
-
-/// Text of a file as a picture shows it: in one line, and not too long.
-pub(crate) fn shown(words: &str) -> String {
-    shortened(&one_line(words), MOST_OF_TITLE)
-}
-
-/// A text of at most so many characters; one that is cut ends with an ellipsis.
-pub(crate) fn shortened(text: &str, most: usize) -> String {
-    match text.char_indices().nth(most) {
-        Some((end, _)) => format!("{}…", text[..end].trim_end()),
-        None => text.to_owned(),
-    }
-}
-
-/// What pictures show of the details of a fit.
-pub struct ShownDetails {
-    /// The sensors.
-    pub sensors: Vec<SensorDetails>,
-    /// The hits.
-    pub hits: Vec<HitDetails>,
-    /// The error budget as stated and as learned.
-    pub error_budget: Option<ErrorBudget>,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_beginning_of_a_title_gives_way_to_the_whole() {
-        let whole = "three-bar frame, twelve hits, second day, after the repair of node 3";
-        let title = |document, layout| whole_title(document, layout).unwrap_or_default();
-        assert_eq!(title(Some(&whole[..48]), Some(whole)), whole);
-        assert_eq!(title(Some("another"), Some(whole)), "another");
-        assert_eq!(title(Some("another"), None), "another");
-        assert_eq!(title(None, Some(whole)), whole);
-        assert_eq!(shortened(whole, 40), "three-bar frame, twelve hits, second day…");
-    }
+/// The ten properties of a simulated object, where a document states them.
+fn truth_in(document: &Value) -> Option<[f64; 10]> {
+    Deserialize::deserialize(&document["truth"]).ok()
 }

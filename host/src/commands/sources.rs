@@ -34,8 +34,7 @@ impl SourceArgs {
     /// When a file cannot be read or is not what it should be.
     pub fn read(&self, output: &mut Output) -> Result<Vec<ResultFile>> {
         let layout = self.layout.as_deref().map(|path| files::layout(path, output)).transpose()?;
-        let read = |path: &PathBuf| ResultFile::read(path, layout.as_ref());
-        let mut sources = self.results.iter().map(read).collect::<Result<Vec<_>>>()?;
+        let mut sources = ResultFile::read_all(&self.results, layout.as_ref())?;
         if let Some(path) = &self.responses {
             let [source] = &mut sources[..] else {
                 let text = "--responses belongs to one result; give them one by one";

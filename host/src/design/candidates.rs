@@ -1,7 +1,7 @@
 //! Candidate places for sensors and candidate DOFs for hits: the nodes of the layout file and their
 //! restrictions.
 
-use massline_shared::layout::{Axis, Dof, Hit, Sensor, Sign};
+use massline_shared::layout::{Axis, Dof, Hit, HostLayout, Sensor, Sign};
 
 use crate::layout_file::{LayoutFile, Node};
 
@@ -25,9 +25,8 @@ impl Candidates {
         }
     }
 
-    /// The candidates that the file's layout does not use yet.
-    pub fn beyond(&self, file: &LayoutFile) -> Self {
-        let layout = &file.layout;
+    /// The candidates that a layout does not use yet.
+    pub fn beyond(&self, layout: &HostLayout) -> Self {
         let mut more = self.clone();
         more.sensors.retain(|sensor| layout.sensors.iter().all(|s| s.node != sensor.node));
         more.hits.retain(|hit| !layout.hits.iter().any(|h| along_one_line(&h.dof, &hit.dof)));
@@ -91,7 +90,7 @@ mod tests {
         let names: Vec<String> = all.hits.iter().map(|h| h.dof.to_string()).collect();
         assert_eq!(names, ["1:+X", "1:-Y", "1:+Z", "2:+X", "2:+Y", "2:+Z", "3:-X", "3:+Z"]);
         assert_eq!(all.hits[1].direction, [0.0, -1.0, 0.0]);
-        let more = all.beyond(&file);
+        let more = all.beyond(&file.layout);
         assert!(more.sensors.iter().map(|s| s.node).eq([4]));
         let names: Vec<String> = more.hits.iter().map(|h| h.dof.to_string()).collect();
         assert_eq!(names, ["1:+X", "1:+Z", "2:+X", "2:+Y", "3:+Z"]);

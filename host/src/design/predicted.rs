@@ -69,27 +69,38 @@ impl DesignReport {
     /// The prediction for a layout file, with `noise` relative to 1/m.
     pub fn of(file: &LayoutFile, noise: f64) -> Self {
         let (criterion, whose) = criterion_for(file, file.layout.characteristic_length(), noise);
-        Self::with(file, criterion, whose)
+        Self::with(file, &file.layout, criterion, whose)
     }
 
-    /// The same for this body; `whose` names it.
-    pub fn of_body(file: &LayoutFile, body: RigidBody<f64>, whose: String, noise: f64) -> Self {
-        let criterion = Criterion::new(body, file.layout.characteristic_length(), noise);
-        Self::with(file, criterion, whose)
+    /// The same of a test that was measured: `measured` is its layout, of which `file` states the nodes, and `body` is the
+    /// body that was found.
+    pub fn of_test(
+        file: &LayoutFile,
+        measured: &HostLayout,
+        body: RigidBody<f64>,
+        noise: f64,
+    ) -> Self {
+        let criterion = Criterion::new(body, measured.characteristic_length(), noise);
+        Self::with(file, measured, criterion, "the body that was found".into())
     }
 
-    fn with(file: &LayoutFile, criterion: Criterion<f64>, whose: String) -> Self {
-        let layout = &file.layout;
+    fn with(
+        file: &LayoutFile,
+        layout: &HostLayout,
+        criterion: Criterion<f64>,
+        whose: String,
+    ) -> Self {
         let methods: Methods = Method::of_mass_lines().collect();
         let applicability = Applicability::new(layout, &criterion.body, &methods);
         let possible = methods.iter().any(|&method| applicability.admits(method));
         let predicted = if possible { Predicted::of(&criterion, layout) } else { None };
         let parts = predicted.and_then(|_| parts(&criterion, layout, &mut memory()));
+        let candidates = Candidates::of(file).beyond(layout);
         Self {
             applicability,
             predicted,
             parts: parts.map_or(Vec::new(), |parts| parts.to_vec()),
-            advice: predicted.map(|_| Advice::of(&criterion, file)),
+            advice: predicted.map(|_| Advice::of(&criterion, layout, candidates)),
             criterion,
             whose,
         }
@@ -97,8 +108,7 @@ impl DesignReport {
 }
 
 impl Advice {
-    fn of(criterion: &Criterion<f64>, file: &LayoutFile) -> Self {
-        let (layout, more) = (&file.layout, Candidates::of(file).beyond(file));
+    fn of(criterion: &Criterion<f64>, layout: &HostLayout, more: Candidates) -> Self {
         let memory = &mut memory();
         let hit = criterion.best_further_hit(layout, more.hits, memory);
         let sensor = criterion.best_further_sensor(layout, more.sensors, memory);

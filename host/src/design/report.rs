@@ -184,7 +184,7 @@ pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> St
         methods_text(applicability),
     );
     if let Some(advice) = &design_report.advice {
-        text += &advice_text(advice, file);
+        text += &advice_text(advice, &file.layout);
     }
     text
 }
@@ -220,8 +220,7 @@ fn methods_text(applicability: &Applicability<f64>) -> String {
 }
 
 /// What one sensor or hit more or less would change, a line each.
-pub(crate) fn advice_text(advice: &Advice, file: &LayoutFile) -> String {
-    let layout = &file.layout;
+pub(crate) fn advice_text(advice: &Advice, layout: &HostLayout) -> String {
     let mut text = String::new();
     if let Some((dof, total)) = advice.further_hit {
         text += &format!(

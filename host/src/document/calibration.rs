@@ -1,5 +1,6 @@
 //! Calibrations: as a rig keeps them, as found by tumble and block tests, and as checked.
 
+use massline_shared::calibration;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -33,6 +34,14 @@ pub struct CalibrationSigma {
     pub cross_axis: f64,
     /// Of the hammer's sensitivity.
     pub hammer_gain: f64,
+}
+
+impl From<calibration::CalibrationSigma> for CalibrationSigma {
+    fn from(of: calibration::CalibrationSigma) -> Self {
+        let [gain, cross_axis, hammer_gain] =
+            [of.gain, of.cross_axis, of.hammer_gain].map(f64::from);
+        Self { gain, cross_axis, hammer_gain }
+    }
 }
 
 /// The calibration of the hammer.

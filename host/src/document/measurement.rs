@@ -6,7 +6,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
-    Agreement, Details, Estimate, Finding, FoundBy, LoggedHit, Refusal, SingleFaults, Unseen,
+    Agreement, CalibrationSigma, Details, Estimate, Finding, FoundBy, LoggedHit, Refusal,
+    SingleFaults, Unseen,
 };
 
 /// A result of a rig. What the host has found is marked; it is missing where the layout is not known.
@@ -25,6 +26,9 @@ pub struct Measurement {
     pub layout_hash: Option<String>,
     /// Checksum of the calibration, eight hexadecimal digits.
     pub calibration: Option<String>,
+    /// What the calibration has contributed to the error budget, as old as it was at the start of the campaign; `null` where
+    /// it has contributed nothing.
+    pub calibration_sigma: Option<CalibrationSigma>,
     /// Version of the rig's firmware.
     pub firmware: String,
     /// Estimator of the frequency responses.

@@ -12,6 +12,7 @@ use nalgebra::{Vector3, Vector6};
 use serde_json::Value;
 
 use super::frame::Placement;
+use super::listed::{Listed, chosen};
 use super::place::{ADVICE, Place};
 use super::subject::{Exported, Matrix10, Vector10};
 use super::test_data::{TestData, one_line};
@@ -115,6 +116,29 @@ fn first_document(bytes: &[u8], source: &str) -> Result<(Value, Value)> {
 /// # Errors
 /// As [`read_subject`].
 pub fn of_value(value: &Value, source: &str, method: Option<Method>) -> Result<Exported> {
+    let document = checked(value, source)?;
+    let (answer, mut notes) = chosen(&document, method)?;
+    if value["agreement"]["agree"] == false {
+        notes.push("the methods do not agree on this object: see agreement in the document".into());
+    }
+    let mut exported = answer_of(&answer, source)?;
+    exported.test.layout_hash = hash_of(&value["layout_hash"]);
+    exported.test.notes = notes;
+    let title = value["title"].as_str().unwrap_or_default();
+    Ok(exported.with_test(|test| test.titled(title)))
+}
+
+/// The answers of all methods in a document, the best first; `source` is its name in errors.
+///
+/// # Errors
+/// Exit 2 when this is no such document, or an answer is malformed.
+pub fn answers_of_value(value: &Value, source: &str) -> Result<Vec<Exported>> {
+    let listed = Listed::of(&checked(value, source)?)?;
+    listed.entries.iter().map(|entry| answer_of(entry, source)).collect()
+}
+
+/// The document, if a command has printed it and this program can read it.
+fn checked<'a>(value: &'a Value, source: &'a str) -> Result<Place<'a>> {
     if !value.is_object() {
         let message = format!("{source}: this is no JSON object; {ADVICE}");
         return Err(Error::input("result_malformed", message));
@@ -134,27 +158,16 @@ pub fn of_value(value: &Value, source: &str, method: Option<Method>) -> Result<E
     }
     let version = document.key("schema_version")?;
     match version.value.as_u64() {
-        Some(found) if found == u64::from(SCHEMA_VERSION) => {}
-        Some(found) if found > u64::from(SCHEMA_VERSION) => {
-            return Err(Error::input(
-                "result_too_new",
-                format!(
-                    "{source}: schema_version {found} is newer than this program reads ({SCHEMA_VERSION}); \
-                     update massline"
-                ),
-            ));
-        }
-        _ => return Err(version.wrong(&format!("the number {SCHEMA_VERSION}"))),
+        Some(found) if found == u64::from(SCHEMA_VERSION) => Ok(document),
+        Some(found) if found > u64::from(SCHEMA_VERSION) => Err(Error::input(
+            "result_too_new",
+            format!(
+                "{source}: schema_version {found} is newer than this program reads ({SCHEMA_VERSION}); \
+                 update massline"
+            ),
+        )),
+        _ => Err(version.wrong(&format!("the number {SCHEMA_VERSION}"))),
     }
-    let (answer, mut notes) = chosen(&document, method)?;
-    if value["agreement"]["agree"] == false {
-        notes.push("the methods do not agree on this object: see agreement in the document".into());
-    }
-    let mut exported = answer_of(&answer, source)?;
-    exported.test.layout_hash = hash_of(&value["layout_hash"]);
-    exported.test.notes = notes;
-    let title = value["title"].as_str().unwrap_or_default();
-    Ok(exported.with_test(|test| test.titled(title)))
 }
 
 /// A hash, as the eight digits or as the number that documents have.
@@ -163,57 +176,6 @@ fn hash_of(value: &Value) -> Option<u32> {
         Some(digits) => u32::from_str_radix(digits, 16).ok(),
         None => value.as_u64().and_then(|hash| u32::try_from(hash).ok()),
     }
-}
-
-/// The answer that is exported, and remarks about the choice.
-fn chosen<'a>(document: &Place<'a>, method: Option<Method>) -> Result<(Place<'a>, Vec<String>)> {
-    let results = document.key("results")?.entries()?;
-    let host = match document.value.get("host").filter(|host| host.is_object()) {
-        Some(_) => document.key("host")?.key("results")?.entries()?,
-        None => Vec::new(),
-    };
-    let wanted = |entry: &&Place<'a>| match method {
-        None => true,
-        Some(method) => entry.value["method"] == method.name(),
-    };
-    let mut notes = Vec::new();
-    if let Some(entry) = host.iter().find(wanted) {
-        if results.iter().any(|entry| wanted(&entry)) {
-            notes.push(
-                "the answer is that of the host, in double precision, not that of the rig".into(),
-            );
-        }
-        return Ok((entry.clone(), notes));
-    }
-    if let Some(entry) = results.iter().find(wanted) {
-        if !host.is_empty() {
-            notes.push("the answer is that of the rig: the host has none by this method".into());
-        }
-        return Ok((entry.clone(), notes));
-    }
-    let mut names: Vec<&str> = Vec::new();
-    for name in host.iter().chain(&results).filter_map(|entry| entry.value["method"].as_str()) {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
-    let source = document.source;
-    Err(match method {
-        Some(method) if !names.is_empty() => Error::input(
-            "no_such_answer",
-            format!(
-                "{source}: there is no answer by {}; there are: {}",
-                method.name(),
-                one_line(&names.join(", "))
-            ),
-        ),
-        _ => Error::undetermined(
-            "no_answer",
-            format!(
-                "{source}: the document has no answer (results is empty); its not_applicable says why"
-            ),
-        ),
-    })
 }
 
 /// One entry of `results`.

@@ -14,6 +14,7 @@ mod document;
 mod frame;
 mod heading;
 mod json;
+mod listed;
 mod mat;
 mod measured;
 mod mjcf;
@@ -35,8 +36,11 @@ use clap::ValueEnum;
 
 use crate::error::{Error, Result};
 
-pub use document::{MAX_BYTES, of_document, of_value, read_document, read_subject};
+pub use document::{
+    MAX_BYTES, answers_of_value, of_document, of_value, read_document, read_subject,
+};
 pub use frame::{Frame, Placement};
+pub use listed::best_entry;
 pub use measured::{document_of_archive, of_archive, of_measurement, test_of_archive};
 pub use subject::{Exported, Matrix10, Vector10};
 pub(crate) use test_data::one_line;

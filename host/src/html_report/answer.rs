@@ -1,6 +1,6 @@
 //! The verdict and the ten properties.
 
-use massline_shared::body::INERTIAL_PARAMETERS;
+use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
 use massline_shared::diagnosis::Code;
 
 use super::limits::Limits;
@@ -61,18 +61,16 @@ impl Row {
     /// When the scale is needed and the layout is not known.
     pub fn all(source: &ResultFile, answer: &Exported, limits: &Limits) -> Result<Vec<Self>> {
         let (theta, sigma, half) = (answer.theta(), answer.sigma(), answer.half_widths);
-        let scale = source.layout().map(|_| source.scale(answer.body.mass)).transpose()?;
-        let expected = source.layout_file().and_then(|file| file.reference);
-        let expected = expected.map_or([None; 10], |of| of.properties());
-        let row = |(k, parameter): (usize, &massline_shared::body::InertialParameter)| {
-            let factor = parameter.table_factor;
-            let exact = sigma.map(|sigma| sigma[k] * factor);
-            let number = |si: f64| as_exact_as(si * factor, exact);
+        let length = source.characteristic_length();
+        let scale = length.map(|_| source.scale(answer.body.mass)).transpose()?;
+        let expected = source.expected();
+        let row = |(k, parameter): (usize, &InertialParameter)| {
+            let number = |si: f64| number(k, si, sigma.map(|sigma| sigma[k]));
             let of_half =
                 |text: &dyn Fn(f64) -> String| half.map_or(String::new(), |half| text(half[k]));
             let percent = |si: f64| scale.map(|scale| 100.0 * si / scale[k]);
             Self {
-                symbol: parameter.symbol.split_once('_').unwrap_or((parameter.symbol, "")),
+                symbol: symbol(parameter),
                 name: NAMES[k],
                 value: number(theta[k]),
                 half_width: of_half(&number),
@@ -94,31 +92,24 @@ impl Row {
     }
 }
 
-/// A property with its standard deviation, in the unit of tables.
-pub(super) fn cell(answer: &Exported, k: usize) -> String {
-    property(k, answer.theta()[k], answer.sigma().map_or(f64::NAN, |sigma| sigma[k]))
+/// The symbol of a property without its index, and the index.
+pub(super) fn symbol(parameter: &InertialParameter) -> (&'static str, &'static str) {
+    parameter.symbol.split_once('_').unwrap_or((parameter.symbol, ""))
 }
 
-/// A value of a property with its standard deviation, both in SI units, in the unit of tables.
-pub(super) fn property(k: usize, value: f64, sigma: f64) -> String {
+/// A value of a property in the unit of tables, with the digits that its standard deviation allows; both in SI units.
+pub(super) fn number(k: usize, si: f64, sigma: Option<f64>) -> String {
     let factor = INERTIAL_PARAMETERS[k].table_factor;
-    with_sigma(value * factor, sigma * factor)
-}
-
-/// The symbol of a property without its index, the index, and the unit.
-pub(super) fn label(k: usize) -> [&'static str; 3] {
-    let parameter = &INERTIAL_PARAMETERS[k];
-    let (symbol, index) = parameter.symbol.split_once('_').unwrap_or((parameter.symbol, ""));
-    [symbol, index, parameter.table_unit]
+    as_exact_as(si * factor, sigma.map(|sigma| sigma * factor))
 }
 
 /// What relative numbers refer to; empty where the layout is not known.
 pub(super) fn scale_text(source: &ResultFile) -> String {
-    source.layout().map_or(String::new(), |layout| {
+    source.characteristic_length().map_or(String::new(), |length| {
         format!(
             "Scale: m for the mass, L for the centre of mass, m L² for the inertia, with L = {:.1} mm, the root mean square \
              distance of the sensors from their centre.",
-            1e3 * layout.characteristic_length()
+            1e3 * length
         )
     })
 }
@@ -188,17 +179,57 @@ impl Verdict {
         }
     }
 
+    /// Every reason once: what is said of a method is not repeated as a finding.
     fn without_answer(source: &ResultFile) -> Self {
-        let mut reasons = grave(source);
-        for refusal in list(&source.document()["not_applicable"]) {
-            let sentence = format!("{}: {}", words(&refusal["method"]), words(&refusal["message"]));
-            reasons.push(Sentence(sentence));
-        }
+        let refusals = Refusal::all(source);
+        let is_new = |finding: &Sentence| {
+            !refusals.iter().any(|refusal| refusal.message.0.contains(&finding.0))
+        };
+        let mut reasons: Vec<Sentence> = grave(source).into_iter().filter(is_new).collect();
+        let said = |refusal: &Refusal| {
+            let wider = refusals.iter().find(|of| of.includes(refusal));
+            Sentence(match wider {
+                Some(wider) => {
+                    format!("{}: one of the reasons of {}", refusal.methods, wider.methods)
+                }
+                None => format!("{}: {}", refusal.methods, refusal.message.0),
+            })
+        };
+        reasons.extend(refusals.iter().map(said));
         Self::bad("No answer: the data do not determine the ten properties", reasons)
     }
 
     fn bad(headline: &str, reasons: Vec<Sentence>) -> Self {
         Self { tone: "bad", headline: headline.into(), reasons }
+    }
+}
+
+/// Why methods have no answer.
+pub(super) struct Refusal {
+    /// Their names.
+    pub methods: String,
+    /// What they all say.
+    pub message: Sentence,
+}
+
+impl Refusal {
+    /// The refusals of a result; methods with the same reasons share one.
+    pub fn all(source: &ResultFile) -> Vec<Self> {
+        let mut all: Vec<Self> = Vec::new();
+        for refusal in list(&source.document()["not_applicable"]) {
+            let (method, message) =
+                (words(&refusal["method"]), Sentence(words(&refusal["message"])));
+            match all.iter_mut().find(|of| of.message == message) {
+                Some(of) => of.methods = format!("{}, {method}", of.methods),
+                None => all.push(Self { methods: method, message }),
+            }
+        }
+        all
+    }
+
+    /// True where another one says less of the same.
+    fn includes(&self, other: &Self) -> bool {
+        self.message != other.message && self.message.0.contains(&other.message.0)
     }
 }
 

@@ -1,23 +1,26 @@
 //! How a test was measured: what a report of impact testing has to state (compare ISO 7626-5).
 
-use massline_shared::calibration::CalibrationMethod;
+mod calibration;
+mod rig;
+mod spectra;
+
 use massline_shared::layout::{HostLayout, TestSettings};
 use massline_shared::mass_line::Terms;
-use massline_shared::signal::RECORD_SCANS;
 
-use crate::archive::Archive;
-use crate::calibration::day::Day;
 use crate::error::Result;
 use crate::layout_file::Statements;
-use crate::report::hash_text;
-use crate::result_file::ResultFile;
+use crate::result_file::{ResultFile, ShownMassLine};
 
 use super::for_people;
+pub(super) use calibration::method_and_day;
+pub(super) use rig::{board, simulated};
 
 /// Rows under a heading.
 pub(super) struct Group {
     pub heading: &'static str,
     pub rows: Vec<Fact>,
+    /// What is folded below the rows.
+    pub more: Option<Folded>,
 }
 
 /// A row: what it is, and what is known of it.
@@ -27,27 +30,42 @@ pub(super) struct Fact {
     pub value: String,
 }
 
+/// A table to be opened.
+pub(super) struct Folded {
+    pub summary: &'static str,
+    pub header: Vec<&'static str>,
+    pub rows: Vec<Vec<String>>,
+}
+
 /// All groups of a result.
 ///
 /// # Errors
-/// When the calibration of the archive is not one.
+/// When the calibration of the archive is not one, or the mass lines are malformed.
 pub(super) fn groups(source: &ResultFile) -> Result<Vec<Group>> {
-    let mut groups = vec![statements(source)];
-    if let Some(archive) = source.archive() {
-        groups.push(rig(archive));
-        groups.push(calibration(archive)?);
-    }
+    let lines = source.mass_lines()?;
+    let mut groups = vec![statements(source), rig::group(source), calibration::group(source)?];
     if let Some(layout) = source.layout() {
-        groups.push(settings(source, &layout.test)?);
-        groups.push(budget(layout));
+        groups.push(settings(source, &layout.test, &lines)?);
     }
+    groups.push(spectra::group(source, &lines));
+    groups.extend(source.layout_in_force().map(|layout| budget(&layout)));
     groups.push(files(source));
     groups.retain(|group| !group.rows.is_empty());
     Ok(groups)
 }
 
+impl Group {
+    fn new(heading: &'static str, rows: Vec<Fact>) -> Self {
+        Self { heading, rows, more: None }
+    }
+}
+
 fn fact(label: &'static str, value: impl Into<String>) -> Fact {
     Fact { label, value: value.into() }
+}
+
+fn percent(relative: impl Into<f64>) -> String {
+    format!("{:.2} %", 100.0 * relative.into())
 }
 
 /// What only a person can state.
@@ -68,108 +86,23 @@ fn statements(source: &ResultFile) -> Group {
     if !of.remarks.is_empty() {
         rows.push(fact("remarks", &of.remarks));
     }
-    Group { heading: "Test", rows }
-}
-
-fn rig(archive: &Archive) -> Group {
-    let rig = &archive.rig;
-    let changed = if rig.git_dirty { ", with changes" } else { "" };
-    let mut rows = vec![
-        fact("board", &rig.board),
-        fact("firmware", format!("{} (commit {}{changed})", rig.firmware, rig.git_hash)),
-    ];
-    if let Some(sampler) = rig.sampler {
-        let rate = f64::from(sampler.adc.rate.0);
-        let seconds = RECORD_SCANS as f64 / rate;
-        let before = 1e3 * f64::from(sampler.pre_trigger_scans) / rate;
-        rows.push(fact(
-            "sampling",
-            format!("{rate:.0} scans per second, {} bits", sampler.adc.bits),
-        ));
-        rows.push(fact(
-            "record of a hit",
-            format!("{seconds:.3} s, {before:.0} ms of it before the hit"),
-        ));
-    }
-    if let Some(spectra) = archive.spectra.first() {
-        rows.push(fact("frequency resolution", format!("{:.3} Hz", spectra.resolution_hz)));
-    }
-    Group { heading: "Rig", rows }
-}
-
-fn calibration(archive: &Archive) -> Result<Group> {
-    let mut rows = Vec::new();
-    match archive.calibration()? {
-        None => {
-            rows.push(fact("calibration", "not in the archive: the rig had another one by then"))
-        }
-        Some(of) => {
-            rows.push(fact("method", spelled(of.method)));
-            // A data sheet has no day.
-            if of.method != CalibrationMethod::DataSheet || !of.date.is_empty() {
-                rows.push(fact("calibrated", dated(&of.date, archive.measured.as_deref())));
-            }
-            if !of.hammer.is_empty() {
-                rows.push(fact("hammer", of.hammer.as_str()));
-            }
-            let named: Vec<&str> = of
-                .sensors
-                .iter()
-                .map(|name| name.as_str())
-                .filter(|name| !name.is_empty())
-                .collect();
-            if !named.is_empty() {
-                rows.push(fact("sensors", named.join(", ")));
-            }
-            let percent = |relative: f32| format!("{:.2} %", 100.0 * relative);
-            let sigma = of.sigma;
-            rows.push(fact(
-                "its uncertainty (1 sd)",
-                format!(
-                    "gains {}, cross-axis {}, hammer {}",
-                    percent(sigma.gain),
-                    percent(sigma.cross_axis),
-                    percent(sigma.hammer_gain)
-                ),
-            ));
-            if let Some(temperature) = of.temperature {
-                rows.push(fact("temperature then", format!("{temperature:.0} °C")));
-            }
-        }
-    }
-    let checksum = hash_text(archive.result.head.calibration);
-    rows.push(fact("checksum", checksum.unwrap_or_else(|| "none".into())));
-    Ok(Group { heading: "Calibration", rows })
-}
-
-/// A date, and how long before the test it was.
-fn dated(date: &str, measured: Option<&str>) -> String {
-    if date.is_empty() {
-        return "without a date".into();
-    }
-    let day = |text: &str| text.get(..10)?.parse::<Day>().ok();
-    match (day(date), measured.and_then(day)) {
-        (Some(then), Some(test)) => match then.days_until(test) {
-            0 => format!("{date}, on the day of the test"),
-            1 => format!("{date}, one day before the test"),
-            days if days > 1 => format!("{date}, {days} days before the test"),
-            _ => format!("{date}, after the test"),
-        },
-        _ => date.to_owned(),
-    }
+    Group::new("Test", rows)
 }
 
 /// The settings that the result depends on: those of records and hits only where a rig has measured it.
-fn settings(source: &ResultFile, test: &TestSettings<f64>) -> Result<Group> {
+fn settings(
+    source: &ResultFile,
+    test: &TestSettings<f64>,
+    lines: &[ShownMassLine],
+) -> Result<Group> {
     let document = source.document();
     let mut rows = Vec::new();
     let by_rig = source.archive().is_some() || document["firmware"].is_string();
-    let has_mass_lines = document["mass_lines"].as_array().is_some_and(|of| !of.is_empty());
     if let Some(modes) = source.modes()? {
         let [low, high] = modes.band_hz;
         rows.push(fact("band of the suspension modes", format!("{low:.1} to {high:.1} Hz")));
     }
-    if by_rig || has_mass_lines {
+    if by_rig || !lines.is_empty() {
         let automatic = document["band_automatic"] == true;
         let band = match test.band_hz {
             Some([low, high]) if !automatic => format!("{low:.1} to {high:.1} Hz"),
@@ -184,7 +117,8 @@ fn settings(source: &ResultFile, test: &TestSettings<f64>) -> Result<Group> {
         rows.push(fact("mass lines", terms));
     }
     if by_rig {
-        let estimator = test.frf_estimator.name().replacen('h', "H", 1);
+        let estimator = document["frf_estimator"].as_str().unwrap_or(test.frf_estimator.name());
+        let estimator = estimator.replacen('h', "H", 1);
         let windows = format!(
             "force ±{:.1} ms about its peak, exponential with a decay rate of {:.1} s⁻¹",
             1e3 * test.force_window_s,
@@ -193,22 +127,24 @@ fn settings(source: &ResultFile, test: &TestSettings<f64>) -> Result<Group> {
         rows.extend([
             fact("frequency responses", format!("estimator {estimator}")),
             fact("windows", windows),
-            fact("hits wanted at each DOF", test.hits_per_dof.to_string()),
+            fact("averages at each DOF", averages(lines, test.hits_per_dof)),
             fact("trigger", format!("{:.1} N", test.trigger_n)),
             fact("smallest peak force", format!("{:.1} N", test.min_peak_force_n)),
         ]);
     }
-    Ok(Group { heading: "Settings", rows })
+    Ok(Group::new("Settings", rows))
 }
 
-/// How a calibration was made, in words.
-fn spelled(method: CalibrationMethod) -> &'static str {
-    match method {
-        CalibrationMethod::DataSheet => "sensitivities of the data sheets",
-        CalibrationMethod::Tumble => "tumble test",
-        CalibrationMethod::Block => "block test",
-        CalibrationMethod::TumbleAndBlock => "tumble and block tests",
-        CalibrationMethod::Other => "other",
+/// How many hits are averaged, and how many were wanted.
+fn averages(lines: &[ShownMassLine], wanted: u8) -> String {
+    let made: Vec<u8> = lines.iter().filter_map(|line| line.hits).collect();
+    match (made.iter().min(), made.iter().max()) {
+        (Some(&least), Some(&most)) if (least, most) == (wanted, wanted) => {
+            format!("{wanted} hits, as wanted")
+        }
+        (Some(least), Some(most)) if least == most => format!("{least} hits; {wanted} were wanted"),
+        (Some(least), Some(most)) => format!("{least} to {most} hits; {wanted} were wanted"),
+        _ => format!("{wanted} hits were wanted"),
     }
 }
 
@@ -230,18 +166,18 @@ fn budget(layout: &HostLayout) -> Group {
         rows.push(fact(
             "sensors",
             format!(
-                "{:.1} mm, {:.0} mrad, gain {:.2} %, cross-axis {:.2} %",
+                "{:.1} mm, {:.0} mrad, gain {}, cross-axis {}",
                 1e3 * of.position,
                 1e3 * of.rotation,
-                100.0 * of.gain,
-                100.0 * of.cross_axis
+                percent(of.gain),
+                percent(of.cross_axis)
             ),
         ));
     }
-    rows.push(fact("hammer's gain", format!("{:.2} %", 100.0 * layout.hammer_gain)));
+    rows.push(fact("hammer's gain", percent(layout.hammer_gain)));
     let learned = if layout.learn_budget { "corrected from the data" } else { "used as stated" };
     rows.push(fact("budget", learned));
-    Group { heading: "Error budget as stated (1 sd, first sensor and hit)", rows }
+    Group::new("Error budget of the answer (1 sd, first sensor and hit)", rows)
 }
 
 fn files(source: &ResultFile) -> Group {
@@ -255,5 +191,5 @@ fn files(source: &ResultFile) -> Group {
         rows.push(fact("written by", format!("massline {program}")));
     }
     rows.push(fact("solved and reported by", concat!("massline ", env!("CARGO_PKG_VERSION"))));
-    Group { heading: "Files and versions", rows }
+    Group::new("Files and versions", rows)
 }

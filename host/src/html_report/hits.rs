@@ -3,6 +3,7 @@
 use super::for_people;
 use super::values::Sentence;
 use crate::document::{HitVerdict, LoggedHit};
+use crate::error::Result;
 use crate::result_file::ResultFile;
 
 /// A table of more hits than this is folded.
@@ -20,8 +21,8 @@ pub(super) struct HitTable {
 pub(super) struct HitsOfDof {
     pub dof: String,
     pub rows: Vec<HitRow>,
-    /// Accepted hits that nobody has followed.
-    pub unseen: usize,
+    /// Hits in the answer that no program has followed.
+    pub unlogged: usize,
 }
 
 /// A hit.
@@ -36,35 +37,33 @@ pub(super) struct HitRow {
 }
 
 impl HitTable {
-    /// The hits of a result; none where it has no log of them.
-    pub fn of(source: &ResultFile) -> Self {
+    /// The hits of a result, at the DOFs that are in it and then at others; none where it has no log of them.
+    ///
+    /// # Errors
+    /// When the mass lines are malformed.
+    pub fn of(source: &ResultFile) -> Result<Self> {
         let log = source.hit_log();
-        let mut dofs: Vec<HitsOfDof> = Vec::new();
+        if log.is_empty() {
+            return Ok(Self::default());
+        }
+        let lines = source.mass_lines()?;
+        let at = |dof: &str| HitsOfDof { dof: dof.to_owned(), rows: Vec::new(), unlogged: 0 };
+        let mut dofs: Vec<HitsOfDof> = lines.iter().map(|line| at(&line.dof)).collect();
         for hit in &log {
-            let row = HitRow::of(hit);
-            match dofs.iter_mut().find(|of| of.dof == hit.dof) {
-                Some(of) => of.rows.push(row),
-                None => {
-                    dofs.push(HitsOfDof { dof: hit.dof.clone(), rows: vec![row], unseen: 0 });
-                }
-            }
+            let place = dofs.iter().position(|of| of.dof == hit.dof).unwrap_or_else(|| {
+                dofs.push(at(&hit.dof));
+                dofs.len() - 1
+            });
+            dofs[place].rows.push(HitRow::of(hit));
         }
-        let in_result = source.archive().map_or(&[][..], |archive| &archive.result.dofs);
-        for of in &mut dofs {
-            let measured = in_result.iter().find(|dof| dof.dof.to_string() == of.dof);
-            let averaged = measured.map_or(0, |dof| usize::from(dof.hits));
-            let accepted = of.rows.iter().filter(|row| row.is_in_answer).count();
-            of.unseen = averaged.saturating_sub(accepted);
+        for (of, line) in dofs.iter_mut().zip(&lines) {
+            let logged = of.rows.iter().filter(|row| row.is_in_answer).count();
+            of.unlogged = line.hits.map_or(0, usize::from).saturating_sub(logged);
         }
+        let unlogged = dofs.iter().map(|of| of.unlogged).sum();
         let accepted = log.iter().filter(|hit| hit.verdict == HitVerdict::Accepted).count();
-        let summary = match log.len() - accepted {
-            0 => format!("All {accepted} hits are in the answer."),
-            other => format!(
-                "{} hits, of which {accepted} are in the answer and {other} are not.",
-                log.len()
-            ),
-        };
-        Self { dofs, summary }
+        let summary = summary(accepted, log.len() - accepted, unlogged);
+        Ok(Self { dofs, summary })
     }
 
     pub fn is_empty(&self) -> bool {
@@ -79,6 +78,31 @@ impl HitTable {
     /// True when the hits have times.
     pub fn has_times(&self) -> bool {
         self.dofs.iter().flat_map(|of| &of.rows).any(|row| !row.time.is_empty())
+    }
+}
+
+/// How many hits are in the answer, and how many are not: of the log, and besides it.
+fn summary(accepted: usize, others: usize, unlogged: usize) -> String {
+    let (logged, in_answer) = (accepted + others, accepted + unlogged);
+    let are = |count: usize| if count == 1 { "is" } else { "are" };
+    match (unlogged, others) {
+        (0, 0) => format!("All {accepted} hits are in the answer."),
+        (0, _) => format!(
+            "{logged} hits, of which {accepted} {} in the answer and {others} {} not.",
+            are(accepted),
+            are(others)
+        ),
+        _ => {
+            let mut text = format!(
+                "{in_answer} hits are in the answer; {unlogged} of them {} not in this log, because no program followed \
+                 the test then.",
+                are(unlogged)
+            );
+            if others > 0 {
+                text += &format!(" {others} hits of the log {} not in the answer.", are(others));
+            }
+            text
+        }
     }
 }
 
@@ -116,5 +140,22 @@ fn for_people_to_the_second(time: &str) -> String {
     match time.get(11..19).filter(|_| time.len() == 20 && time.ends_with('Z')) {
         Some(of_day) => of_day.to_owned(),
         None => for_people(time),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hits_that_nobody_has_followed_are_counted() {
+        assert_eq!(summary(9, 0, 0), "All 9 hits are in the answer.");
+        assert_eq!(summary(9, 1, 0), "10 hits, of which 9 are in the answer and 1 is not.");
+        let part = summary(2, 0, 7);
+        assert!(
+            part.starts_with("9 hits are in the answer; 7 of them are not in this log"),
+            "{part}"
+        );
+        assert!(summary(2, 3, 7).ends_with("3 hits of the log are not in the answer."));
     }
 }

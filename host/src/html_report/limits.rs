@@ -1,64 +1,130 @@
 //! What limits an answer, and what to do next time.
 
 use massline_shared::body::RigidBody;
-use massline_shared::design::{ErrorSource, Part};
+use massline_shared::design::{DEFAULT_NOISE, ErrorSource, Part};
+use massline_shared::identify::Method;
 use massline_shared::identify::maximum_likelihood::BudgetScales;
+use massline_shared::layout::{Hit, HostLayout};
 
 use super::values::{Sentence, list, words};
 use crate::design::DesignReport;
 use crate::design::report::{advice_text, most};
+use crate::error::Result;
 use crate::export::Exported;
-use crate::result_file::ResultFile;
+use crate::report::{hardly_shown, not_shown};
+use crate::result_file::{ResultFile, ShownMassLine, ShownModes};
+
+/// Why there are no shares of the sources of error.
+const NO_SHARES: &str = "how much of the uncertainty comes from each source of error is not known: for an answer from \
+                         suspension modes, noise and the errors of the layout are added up when the test is solved, and \
+                         the result holds their sum only";
 
 /// The sources of error of an answer, by the Cramér-Rao bound for the body that was found, and advice.
 #[derive(Default)]
 pub(super) struct Limits {
     parts: Vec<Part<f64>>,
-    /// What the uncertainty of the ten properties together comes from.
-    pub sources: String,
+    /// What the uncertainty of the ten properties together comes from; empty where nothing is known of it.
+    pub sources: Sentence,
     /// What would help most next time.
     pub advice: Vec<Sentence>,
 }
 
 impl Limits {
-    /// The limits of an answer from mass lines; nothing where the layout file is not known, or where the answer comes from
-    /// suspension modes, whose bound is another.
-    pub fn of(source: &ResultFile, answer: &Exported) -> Self {
-        let Some(file) = source.layout_file() else { return Self::default() };
-        if source.document()["suspension"].is_object() {
+    /// The limits of an answer; from mass lines, none where the layout file is not known.
+    ///
+    /// # Errors
+    /// When the mass lines or the suspension modes of the result are malformed.
+    pub fn of(source: &ResultFile, answer: &Exported) -> Result<Self> {
+        let by_mass_lines = Method::of_mass_lines().any(|method| method.name() == answer.method);
+        Ok(match source.modes()? {
+            Some(modes) if !by_mass_lines => Self::of_modes(&modes),
+            _ => Self::of_mass_lines(source, &source.mass_lines()?, answer.body),
+        })
+    }
+
+    fn of_mass_lines(source: &ResultFile, lines: &[ShownMassLine], body: RigidBody<f64>) -> Self {
+        let (Some(file), Some(layout)) = (source.layout_file(), source.layout_in_force()) else {
             return Self::default();
-        }
-        let body: RigidBody<f64> = answer.body;
-        let mut file = file.clone();
+        };
+        let mut layout = as_measured(&layout, lines);
         if let Some(scales) = learned(source) {
-            scales.apply_to(&mut file.layout);
+            scales.apply_to(&mut layout);
         }
-        let file = &file;
-        let design = DesignReport::of_body(
-            file,
-            body,
-            "the body that was found".into(),
-            noise(source, &body),
-        );
-        let most_of_all = most(&design.parts, |part| part.share, usize::MAX);
+        let measured = noise(lines, &layout).map(|noise| noise * body.mass);
+        let design = DesignReport::of_test(file, &layout, body, measured.unwrap_or(DEFAULT_NOISE));
+        let shares = most(&design.parts, |part| part.share, usize::MAX);
+        let given = match measured {
+            Some(_) => "with these data".to_owned(),
+            None => format!("with this layout, assuming noise of {} %", 100.0 * DEFAULT_NOISE),
+        };
         let mut advice = Vec::new();
         if let (Some(predicted), Some(found)) = (design.predicted, &design.advice) {
             advice.push(format!(
                 "the ten properties together are known to {:.3} % of scale (root mean square of 1 sd)",
                 predicted.total_percent_of_scale
             ));
-            advice.extend(advice_text(found, file).lines().map(str::to_owned));
+            advice.extend(advice_text(found, &layout).lines().map(str::to_owned));
         }
         let largest = design.parts.iter().max_by(|a, b| a.share.total_cmp(&b.share));
         advice.extend(largest.map(|part| remedy(part.source).to_owned()));
+        let sources = match shares.is_empty() {
+            true => String::new(),
+            false => format!(
+                "the uncertainty of all ten together comes from: {shares} (shares of the variance that any method must \
+                 have {given})"
+            ),
+        };
         let advice = advice.into_iter().map(Sentence).collect();
-        Self { parts: design.parts, sources: most_of_all, advice }
+        Self { parts: design.parts, sources: Sentence(sources), advice }
+    }
+
+    /// The limits of an answer from suspension modes, by their Norm Indicators.
+    fn of_modes(modes: &ShownModes) -> Self {
+        let better = (1..).zip(&modes.modes).filter_map(|(number, mode)| {
+            let better = mode.better_hit.as_ref()?;
+            Some(hardly_shown(number, better.shown, &better.dof))
+        });
+        let mut advice: Vec<String> = better.collect();
+        if let (1.., Some(dof)) = (modes.missing, &modes.hit_for_missing) {
+            advice.push(not_shown(modes.missing, dof));
+        }
+        if advice.is_empty() {
+            advice.extend(least_shown(modes));
+        }
+        let advice = advice.into_iter().map(Sentence).collect();
+        Self { parts: Vec::new(), sources: Sentence(NO_SHARES.into()), advice }
+    }
+
+    /// True where nothing is known.
+    pub fn is_empty(&self) -> bool {
+        self.sources.0.is_empty() && self.advice.is_empty()
     }
 
     /// The two largest sources of a property's uncertainty.
     pub fn mostly(&self, property: usize) -> String {
         most(&self.parts, |part| part.shares[property], 2).replace(" %", "\u{a0}%")
     }
+}
+
+/// The layout with the hits that are in the answer, made as often as they were: what scatters from hit to hit is that of
+/// so many. The whole layout where the mass lines are not known.
+fn as_measured(layout: &HostLayout, lines: &[ShownMassLine]) -> HostLayout {
+    let mut layout = layout.clone();
+    if lines.is_empty() {
+        return layout;
+    }
+    let wanted = f64::from(layout.test.hits_per_dof.max(1));
+    layout.hits.retain_mut(|hit: &mut Hit<f64>| {
+        let dof = hit.dof.to_string();
+        let Some(line) = lines.iter().find(|line| line.dof == dof) else { return false };
+        if let Some(hits) = line.hits {
+            let factor = (wanted / f64::from(hits.max(1))).sqrt();
+            hit.uncertainty.position *= factor;
+            hit.uncertainty.direction *= factor;
+        }
+        true
+    });
+    layout
 }
 
 /// What the answer has learned about its error budget.
@@ -71,17 +137,29 @@ fn learned(source: &ResultFile) -> Option<BudgetScales<f64>> {
     })
 }
 
-/// The standard deviation of an accelerance of one hit relative to 1/m, as measured.
-fn noise(source: &ResultFile, body: &RigidBody<f64>) -> f64 {
-    let Some(archive) = source.archive() else { return massline_shared::design::DEFAULT_NOISE };
-    let sensors = archive.layout.resolved.sensors.len();
-    let squares = archive.result.dofs.iter().flat_map(|dof| {
-        let responses = dof.noise.iter().take(3 * sensors);
-        responses.map(|noise| f64::from(*noise).powi(2) * f64::from(dof.hits))
+/// The standard deviation of the accelerance of one hit, (m/s²)/N, that leaves the noise of the mass lines after as many
+/// hits as the layout wants; `None` where no noise is known.
+fn noise(lines: &[ShownMassLine], layout: &HostLayout) -> Option<f64> {
+    let responses = 3 * layout.sensors.len();
+    let averaged = lines.iter().flat_map(|line| line.noise.iter().take(responses)).flatten();
+    let squares: Vec<f64> = averaged.map(|noise| noise.powi(2)).collect();
+    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+    let noise = (mean * f64::from(layout.test.hits_per_dof.max(1))).sqrt();
+    (noise.is_finite() && noise > 0.0).then_some(noise)
+}
+
+/// The mode whose largest Norm Indicator is the least, where no other hit is worth making.
+fn least_shown(modes: &ShownModes) -> Option<String> {
+    let largest = modes.modes.iter().filter_map(|mode| {
+        let shown = mode.norm_indicators.iter().max_by(|a, b| a.value.total_cmp(&b.value))?;
+        Some((mode.frequency_hz.value, shown))
     });
-    let squares: Vec<f64> = squares.collect();
-    let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
-    mean.sqrt() * body.mass
+    let (frequency, shown) = largest.min_by(|a, b| a.1.value.total_cmp(&b.1.value))?;
+    Some(format!(
+        "no other hit would show a mode much better; the mode that shows least is the one at {frequency:.2} Hz, whose \
+         largest Norm Indicator is {:.3}, under hit {}",
+        shown.value, shown.dof
+    ))
 }
 
 /// What to do against a source of error.
@@ -121,7 +199,38 @@ fn remedy(source: ErrorSource) -> &'static str {
 }
 
 /// What the test cannot see, in sentences.
-pub(super) fn unseen(source: &ResultFile) -> Vec<Sentence> {
+pub(super) fn cannot_see(source: &ResultFile) -> Vec<Sentence> {
     let all = list(&source.document()["cannot_see"]);
     all.iter().map(|of| Sentence(words(&of["message"]))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout_file::LayoutFile;
+
+    fn line(dof: &str, hits: Option<u8>, noise: f64) -> ShownMassLine {
+        let noise = vec![Some(noise); 9];
+        ShownMassLine { dof: dof.into(), hits, band_hz: None, coherence: None, noise }
+    }
+
+    #[test]
+    fn hits_count_as_often_as_they_were_made_and_skipped_ones_not_at_all() {
+        let text = include_str!("../../examples/three-bar-test-1.toml");
+        let layout = LayoutFile::parse(text, "test-1.toml").unwrap().layout;
+        let lines = [line("1:+Y", Some(20), 0.001), line("2:+Z", None, 0.001)];
+        let measured = as_measured(&layout, &lines);
+        let dofs: Vec<String> = measured.hits.iter().map(|hit| hit.dof.to_string()).collect();
+        assert_eq!(dofs, ["1:+Y", "2:+Z"]);
+        // The layout wants 5 hits: 20 halve what scatters.
+        let ratio = |k: usize| {
+            let [now, then] = [&measured, &layout].map(|of| of.hits[k].uncertainty.position);
+            now / then
+        };
+        assert_eq!([ratio(0), ratio(1)], [0.5, 1.0]);
+        // Of one hit, the noise is √5 of that of five.
+        assert!((noise(&lines, &layout).unwrap() / (0.001 * 5.0_f64.sqrt()) - 1.0).abs() < 1e-12);
+        assert_eq!(noise(&[line("1:+Y", None, 0.0)], &layout), None);
+        assert_eq!(noise(&[], &layout), None);
+    }
 }

@@ -5,11 +5,12 @@
 //! | `section` | everything about one result |
 //! | `answer` | the verdict and the ten properties |
 //! | `limits` | what limits the answer, and what to do next time |
-//! | `facts` | how it was measured: rig, calibration, settings, layout |
+//! | `facts` | how it was measured: rig, calibration, settings, spectra, error budget |
 //! | `points` | the sensors and the hit DOFs |
 //! | `hits` | every hit with its verdict |
 //! | `scene` | the test in space, which a small script turns |
 //! | `several` | the answers of several results side by side |
+//! | `tables` | tables of answers, with a column for each property |
 //! | `values` | values in the document of a result, and sentences as HTML |
 //!
 //! The page is `templates/report/page.html`; the template library escapes every text that is put into it.
@@ -22,6 +23,7 @@ mod points;
 mod scene;
 mod section;
 mod several;
+mod tables;
 mod values;
 
 use askama::Template;

@@ -27,27 +27,25 @@ pub(super) struct DofRow {
 /// When the details of the fit are malformed.
 pub(super) fn dofs(source: &ResultFile) -> Result<Vec<DofRow>> {
     let Some(layout) = source.layout() else { return Ok(Vec::new()) };
-    let details = source.details()?;
+    let (details, lines) = (source.details()?, source.mass_lines()?);
     let row = |hit: &massline_shared::layout::Hit<f64>| {
         let dof = hit.dof.to_string();
-        let measured = source
-            .archive()
-            .and_then(|archive| archive.result.dofs.iter().find(|of| of.dof == hit.dof));
+        let measured = lines.iter().find(|line| line.dof == dof);
         let fitted = details.iter().flat_map(|of| &of.hits).find(|of| of.dof == dof);
         let sensors = layout.sensors.len();
-        let coherence = measured.and_then(|of| of.coherence).and_then(|all| {
-            let mut all: Vec<f32> = all.into_iter().take(3 * sensors).collect();
-            all.sort_by(f32::total_cmp);
+        let coherence = measured.and_then(|of| of.coherence.as_ref()).and_then(|all| {
+            let mut all: Vec<f64> = all.iter().copied().take(3 * sensors).collect();
+            all.sort_by(f64::total_cmp);
             Some([*all.get(all.len() / 2)?, *all.first()?].map(|of| format!("{of:.3}")))
         });
         DofRow {
             dof,
             position: millimetres(hit.position),
             direction: unit_vector(hit.direction),
-            hits: measured.map_or(String::new(), |of| of.hits.to_string()),
-            band: measured.map_or(String::new(), |of| {
-                format!("{:.1} to {:.1}", of.band_hz[0], of.band_hz[1])
-            }),
+            hits: measured.and_then(|of| of.hits).map_or(String::new(), |hits| hits.to_string()),
+            band: measured
+                .and_then(|of| of.band_hz)
+                .map_or(String::new(), |[low, high]| format!("{low:.1} to {high:.1}")),
             coherence: coherence.unwrap_or_default(),
             pull: fitted.map_or(String::new(), |of| format!("{:.2}", of.pull)),
             residual: fitted.map_or(String::new(), |of| format!("{:.2}", of.normalized_residual)),

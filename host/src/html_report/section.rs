@@ -2,28 +2,24 @@
 
 use askama::Template;
 
-use super::answer::{
-    Finding, Row, Verdict, cell, findings, label, principal, property, scale_text,
-};
-use super::facts::{Group, groups};
+use super::answer::{Finding, Refusal, Row, Verdict, findings, principal, scale_text};
+use super::facts::{Group, groups, simulated};
 use super::hits::HitTable;
-use super::limits::{Limits, unseen};
+use super::limits::{Limits, cannot_see};
 use super::points::{DofRow, dofs, sensors};
 use super::scene::Scene;
-use super::values::{Sentence, list, words};
+use super::tables::{PropertyRow, PropertyTable, RowGroup};
+use super::values::{Sentence, words};
 use crate::embedded;
 use crate::error::Result;
 use crate::export::Exported;
 use crate::picture::{DrawnFile, ImageFormat, Picture, ellipsoid};
 use crate::result_file::{LAYOUT_NEEDED, ResultFile, shortened};
 
-/// Longest title, characters.
-const MOST_OF_TITLE: usize = 160;
+/// Longest heading, characters.
+const MOST_IN_HEADING: usize = 160;
 /// Bytes of pictures of all hits that a page has room for; they are the largest ones.
 const MOST_OF_HITS: usize = 640 << 10;
-
-/// The boards of simulated rigs: in this program, and in QEMU.
-const SIMULATED: [&str; 2] = ["virtual", "mps2-an386"];
 
 /// One result in the page.
 #[derive(Template)]
@@ -31,7 +27,7 @@ const SIMULATED: [&str; 2] = ["virtual", "mps2-an386"];
 pub(super) struct Section {
     number: usize,
     title: String,
-    simulated_by: String,
+    simulated: String,
     method: String,
     verdict: Verdict,
     rows: Vec<Row>,
@@ -40,9 +36,9 @@ pub(super) struct Section {
     scale: String,
     principal: Vec<String>,
     limits: Limits,
-    unseen: Vec<Sentence>,
+    cannot_see: Vec<Sentence>,
     agreement: Option<Agreement>,
-    refusals: Vec<(String, Sentence)>,
+    refusals: Vec<Refusal>,
     notes: Vec<Sentence>,
     dofs: Vec<DofRow>,
     has_hits: bool,
@@ -81,10 +77,7 @@ struct Figure {
 /// What the methods say together.
 struct Agreement {
     verdict: Sentence,
-    /// Method and its ten values with standard deviations, and the combined answer in the last row.
-    rows: Vec<(String, Vec<String>)>,
-    /// Symbol, index and unit.
-    header: Vec<[&'static str; 3]>,
+    table: PropertyTable,
 }
 
 impl Section {
@@ -95,15 +88,15 @@ impl Section {
     pub fn of(number: usize, results: usize, source: &ResultFile) -> Result<Self> {
         let answers = source.answers()?;
         let answer = answers.first();
-        let limits = answer.map(|answer| Limits::of(source, answer)).unwrap_or_default();
+        let limits = answer.map(|answer| Limits::of(source, answer)).transpose()?;
+        let limits = limits.unwrap_or_default();
         let rows = answer.map(|answer| Row::all(source, answer, &limits)).transpose()?;
         let rows = rows.unwrap_or_default();
-        let (document, dofs) = (source.document(), dofs(source)?);
-        let refusals = list(&document["not_applicable"]).iter();
+        let dofs = dofs(source)?;
         Ok(Self {
             number,
-            title: shortened(&source.whole_title, MOST_OF_TITLE),
-            simulated_by: simulated_by(source),
+            title: shortened(&source.whole_title, MOST_IN_HEADING),
+            simulated: simulated(source),
             method: answer.map(|of| of.method.clone()).unwrap_or_default(),
             verdict: Verdict::of(source, answer),
             has_expected: rows.iter().any(|row| !row.expected.is_empty()),
@@ -112,11 +105,10 @@ impl Section {
             rows,
             principal: answer.map(|answer| principal(source, answer)).unwrap_or_default(),
             limits,
-            unseen: unseen(source),
+            cannot_see: cannot_see(source),
             agreement: Agreement::of(source, &answers)?,
-            refusals: refusals
-                .map(|of| (words(&of["method"]), Sentence(words(&of["message"]))))
-                .collect(),
+            // Without an answer, they are the reasons of the verdict.
+            refusals: if answer.is_some() { Refusal::all(source) } else { Vec::new() },
             notes: findings(source)
                 .into_iter()
                 .filter(Finding::is_note)
@@ -127,7 +119,7 @@ impl Section {
             has_details: dofs.iter().any(|row| !row.pull.is_empty()),
             dofs,
             sensors: source.layout().map(sensors).unwrap_or_default(),
-            hits: HitTable::of(source),
+            hits: HitTable::of(source)?,
             figures: Figures::of(source, MOST_OF_HITS / results)?,
             scene: Scene::of(source, answer),
             has_ellipsoid: answer.is_some_and(|of| ellipsoid(&of.body).is_some()),
@@ -147,19 +139,13 @@ impl Agreement {
         if verdict.is_empty() || answers.len() < 2 {
             return Ok(None);
         }
-        let row = |answer: &Exported| {
-            let cells = (0..10).map(|k| cell(answer, k));
-            (answer.method.clone(), cells.collect())
-        };
-        let combined = source.combined()?.map(|of| {
-            let cells = (0..10).map(|k| property(k, of.theta[k], of.sigma[k]));
-            ("combined".to_owned(), cells.collect())
-        });
-        Ok(Some(Self {
-            verdict: Sentence(verdict),
-            rows: answers.iter().map(row).chain(combined).collect(),
-            header: (0..10).map(label).collect(),
-        }))
+        let row = |answer: &Exported| PropertyRow::of(source, answer.method.clone(), answer);
+        let combined = source.combined()?.map(|of| PropertyRow::combined(&of));
+        let rows = answers.iter().map(row).chain(combined).collect();
+        let caption = "All answers from the same data, ± 95\u{a0}%";
+        let groups = vec![RowGroup { heading: String::new(), rows }];
+        let table = PropertyTable::new(caption, "method", groups);
+        Ok(Some(Self { verdict: Sentence(verdict), table }))
     }
 }
 
@@ -205,10 +191,4 @@ impl Figures {
     fn is_empty(&self) -> bool {
         self.first.is_empty() && self.more.is_empty()
     }
-}
-
-/// The board of a rig that is simulated; empty for another.
-fn simulated_by(source: &ResultFile) -> String {
-    let board = source.archive().map(|archive| archive.rig.board.as_str());
-    board.filter(|board| SIMULATED.contains(board)).unwrap_or_default().to_owned()
 }

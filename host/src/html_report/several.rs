@@ -1,27 +1,38 @@
-//! The answers of several results side by side.
+//! The answers of several results side by side: by test, by method and by the sensors.
 
-use super::answer::{cell, label};
+use super::facts::{board, method_and_day};
 use super::for_people;
+use super::tables::{Cell, Label, PropertyRow, PropertyTable, RowGroup, SCATTER_ONLY};
 use super::values::words;
 use crate::error::Result;
+use crate::export::Exported;
 use crate::picture::{ImageFormat, Picture};
-use crate::result_file::{LAYOUT_NEEDED, ResultFile, distinct_names};
+use crate::result_file::{LAYOUT_NEEDED, ResultFile};
 
-/// A table: a row for each property, a column for each result.
+/// What the page says of several results together.
 pub(super) struct Several {
+    /// The titles of the results.
     pub header: Vec<String>,
-    /// Symbol, index and unit, and the cells.
-    pub rows: Vec<([&'static str; 3], Vec<String>)>,
-    pub files: Vec<String>,
-    pub measured: Vec<String>,
-    pub methods: Vec<String>,
-    pub boards: Vec<String>,
-    /// The picture of the answers, where the layouts are known.
+    /// The properties of the best answers, a cell for each result.
+    pub rows: Vec<(Label, Vec<Cell>)>,
+    /// What else is known of the results.
+    pub facts: Vec<(&'static str, Vec<String>)>,
+    /// The picture of the best answers, where the layouts are known.
     pub figure: Option<String>,
+    /// The answers in other orders.
+    pub tables: Vec<PropertyTable>,
+}
+
+/// A result with its answers, the best first.
+struct Answered<'a> {
+    /// Its place in the page, from 1.
+    number: usize,
+    source: &'a ResultFile,
+    answers: Vec<Exported>,
 }
 
 impl Several {
-    /// The table; `None` for a single result.
+    /// The tables; `None` for a single result.
     ///
     /// # Errors
     /// When a result is malformed.
@@ -29,44 +40,108 @@ impl Several {
         if sources.len() < 2 {
             return Ok(None);
         }
-        let mut answers = Vec::new();
-        for source in sources {
-            answers.push(source.answers()?.into_iter().next());
-        }
-        let row = |k: usize| {
-            let cells = answers.iter().map(|of| of.as_ref().map_or("–".into(), |of| cell(of, k)));
-            (label(k), cells.collect())
-        };
-        let dash = |text: String| if text.is_empty() { "–".into() } else { text };
+        let answered = |(number, source): (usize, _)| Answered::of(number, source);
+        let all = (1..).zip(sources).map(answered).collect::<Result<Vec<_>>>()?;
         Ok(Some(Self {
             header: sources.iter().map(|of| of.title.clone()).collect(),
-            rows: (0..10).map(row).collect(),
+            rows: rows(&all),
+            facts: facts(&all)?,
             figure: picture(sources)?,
-            files: distinct_names(sources),
-            measured: sources
-                .iter()
-                .map(|of| dash(for_people(&words(&of.document()["measured"]))))
-                .collect(),
-            methods: answers
-                .iter()
-                .map(|of| dash(of.as_ref().map_or(String::new(), |of| of.method.clone())))
-                .collect(),
-            boards: sources
-                .iter()
-                .map(|of| {
-                    dash(
-                        of.archive().map_or_else(
-                            || words(&of.document()["board"]),
-                            |a| a.rig.board.clone(),
-                        ),
-                    )
-                })
-                .collect(),
+            tables: [by_method(&all), by_sensors(&all)].into_iter().flatten().collect(),
         }))
     }
 }
 
-/// The answers drawn against each other.
+impl<'a> Answered<'a> {
+    fn of(number: usize, source: &'a ResultFile) -> Result<Self> {
+        Ok(Self { number, source, answers: source.answers()? })
+    }
+
+    fn row(&self, answer: &Exported) -> PropertyRow {
+        let name = format!("{}: {}", self.number, self.source.title);
+        PropertyRow { result: Some(self.number), ..PropertyRow::of(self.source, name, answer) }
+    }
+
+    /// The method of the best answer, with what has to be said of its intervals.
+    fn method(&self) -> String {
+        let Some(best) = self.answers.first() else { return String::new() };
+        match self.source.covers_scatter_only(&best.method) {
+            true => format!("{} ({SCATTER_ONLY})", best.method),
+            false => best.method.clone(),
+        }
+    }
+
+    /// The sensors as the layout file states them; empty where it does not.
+    fn sensors(&self) -> &'a str {
+        self.source.layout_file().map_or("", |file| file.statements.sensors.trim())
+    }
+}
+
+/// The best answers, a row for each property.
+fn rows(all: &[Answered<'_>]) -> Vec<(Label, Vec<Cell>)> {
+    let best = all.iter().map(|of| match of.answers.first() {
+        Some(best) => Cell::all(best),
+        None => (0..10).map(|_| Cell::none()).collect(),
+    });
+    let mut columns: Vec<_> = best.map(Vec::into_iter).collect();
+    let row = |label| (label, columns.iter_mut().filter_map(Iterator::next).collect());
+    Label::all().into_iter().map(row).collect()
+}
+
+/// Where the answers come from, a row for each subject.
+fn facts(all: &[Answered<'_>]) -> Result<Vec<(&'static str, Vec<String>)>> {
+    let row = |label, of: &dyn Fn(&Answered<'_>) -> Result<String>| {
+        let cell = |text: String| if text.is_empty() { "–".to_owned() } else { text };
+        let cells = all.iter().map(|answered| of(answered).map(cell));
+        Ok((label, cells.collect::<Result<Vec<_>>>()?))
+    };
+    let facts = [
+        row("file", &|of| Ok(of.source.name.clone())),
+        row("measured", &|of| Ok(for_people(&words(&of.source.document()["measured"])))),
+        row("method", &|of| Ok(of.method())),
+        row("sensors", &|of| Ok(of.sensors().to_owned())),
+        row("calibration", &|of| method_and_day(of.source)),
+        row("board", &|of| Ok(board(of.source))),
+    ];
+    facts.into_iter().collect()
+}
+
+/// The answers of all results by each method; `None` without any.
+fn by_method(all: &[Answered<'_>]) -> Option<PropertyTable> {
+    let pairs = || all.iter().flat_map(|of| of.answers.iter().map(move |answer| (of, answer)));
+    let groups =
+        grouped(pairs(), |(_, answer)| answer.method.clone(), |(of, answer)| of.row(answer));
+    let caption = "The answers of all results by each method, ± 95\u{a0}%";
+    (!groups.is_empty()).then(|| PropertyTable::new(caption, "method and result", groups))
+}
+
+/// The best answers by the sensors; `None` unless several kinds of sensors are stated.
+fn by_sensors(all: &[Answered<'_>]) -> Option<PropertyTable> {
+    let stated = all.iter().filter(|of| !of.sensors().is_empty());
+    let pairs = stated.filter_map(|of| Some((of, of.answers.first()?)));
+    let groups = grouped(pairs, |(of, _)| of.sensors().to_owned(), |(of, best)| of.row(best));
+    let caption = "The best answers by the sensors, as the layouts state them, ± 95\u{a0}%";
+    (groups.len() > 1).then(|| PropertyTable::new(caption, "sensors and result", groups))
+}
+
+/// Rows with the same heading in one group, in the order in which the headings come first.
+fn grouped<T: Copy>(
+    of: impl Iterator<Item = T>,
+    heading: impl Fn(T) -> String,
+    row: impl Fn(T) -> PropertyRow,
+) -> Vec<RowGroup> {
+    let mut groups: Vec<RowGroup> = Vec::new();
+    for one in of {
+        let (heading, row) = (heading(one), row(one));
+        match groups.iter_mut().find(|group| group.heading == heading) {
+            Some(group) => group.rows.push(row),
+            None => groups.push(RowGroup { heading, rows: vec![row] }),
+        }
+    }
+    groups
+}
+
+/// The best answers drawn against each other.
 fn picture(sources: &[ResultFile]) -> Result<Option<String>> {
     match Picture::Estimates.of(sources, ImageFormat::Svg) {
         Ok(drawn) => {

@@ -51,49 +51,58 @@ pub struct Estimates {
     pub scale: String,
     /// The answers.
     pub series: Vec<Series>,
+    /// The results that are left out, because they have no answer.
+    pub without: Vec<String>,
 }
 
 impl Estimates {
-    /// All methods of one result and what they say together, or the best answers of several; `None` without an answer.
+    /// All methods of one result and what they say together, or the best answers of several; `None` without an answer. One
+    /// without an answer among several is left out, and the legend names it.
     ///
     /// Several results have one scale, that of the first: on scales of their own, equal differences of the body would not be
     /// equally high.
     ///
     /// # Errors
-    /// When a result is malformed, has no answer among several, or without a layout.
+    /// When a result is malformed, or without a layout.
     pub fn of(sources: &[ResultFile]) -> Result<Option<Self>> {
+        let (mut answered, mut without) = (Vec::new(), Vec::new());
+        for (source, name) in sources.iter().zip(distinct_names(sources)) {
+            match source.best()? {
+                Some(best) => answered.push((source, best, name)),
+                None => without.push(name),
+            }
+        }
+        let Some((first, best, _)) = answered.first() else { return Ok(None) };
         let answers = match sources {
             [one] => answers_of_one(one)?,
             _ => {
-                let best = |(source, name): (&ResultFile, String)| {
-                    Ok(Answer::of(source, name, &source.answer(None)?))
-                };
-                sources.iter().zip(distinct_names(sources)).map(best).collect::<Result<_>>()?
+                answered.iter().map(|(of, best, name)| Answer::of(of, name.clone(), best)).collect()
             }
         };
-        let Some((best, source)) = answers.first().zip(sources.first()) else { return Ok(None) };
-        let reference = source.reference();
-        let scale = source.scale(reference.map_or(best.theta[0], |of| of[0]))?;
-        let from = reference.unwrap_or(best.theta);
+        let reference = first.reference();
+        let scale = first.scale(reference.map_or(best.body.mass, |of| of[0]))?;
+        let from = reference.unwrap_or(best.theta().into());
         let percent = |k: usize, value: f64| 100.0 * value / scale[k];
         let series = |answer: &Answer| Series {
             name: answer.described(),
             differences: array::from_fn(|k| percent(k, answer.theta[k] - from[k])),
             half_widths: answer.half_widths.map(|half| array::from_fn(|k| percent(k, half[k]))),
         };
-        let is_shared = sources.iter().all(|other| other.reference() == reference);
+        let is_shared = answered.iter().all(|(other, ..)| other.reference() == reference);
         Ok(Some(Self {
             title: match sources {
                 [one] => one.title.clone(),
-                _ => format!("{} results", sources.len()),
+                _ if without.is_empty() => format!("{} results", sources.len()),
+                _ => format!("{} of {} results", answered.len(), sources.len()),
             },
             zero: match reference {
                 Some(_) if is_shared => "the reference".into(),
                 Some(_) => "the reference of the first".into(),
-                None => best.name.clone(),
+                None => answers.first().map_or_else(String::new, |of| of.name.clone()),
             },
-            scale: scale_of(sources),
+            scale: scale_of(first, sources.len()),
             series: answers.iter().map(series).collect(),
+            without,
         }))
     }
 
@@ -109,16 +118,15 @@ impl Estimates {
     }
 }
 
-/// What the differences are parts of, in a few words.
-fn scale_of(sources: &[ResultFile]) -> String {
-    let length = |source: &ResultFile| source.layout().map(HostLayout::characteristic_length);
-    match sources {
-        [first, _, ..] => {
-            let length =
-                length(first).map_or(String::new(), |l| format!(" (L = {:.1} mm)", 1e3 * l));
+/// What the differences are parts of, in a few words: the scale of the first of so many results.
+fn scale_of(first: &ResultFile, results: usize) -> String {
+    let length = first.layout().map(HostLayout::characteristic_length);
+    match results {
+        0 | 1 => "% of scale".into(),
+        _ => {
+            let length = length.map_or(String::new(), |l| format!(" (L = {:.1} mm)", 1e3 * l));
             format!("% of the first one's scale{length}")
         }
-        _ => "% of scale".into(),
     }
 }
 
@@ -161,7 +169,9 @@ impl Drawing for Estimates {
         let key = |(place, series): (usize, &Series)| {
             Key::of(series.name.clone(), Sign::Marker(cycle(place)), color(place))
         };
-        let keys: Vec<Key> = self.series.iter().enumerate().map(key).collect();
+        let missing = |name: &String| Key::of(format!("{name}: no answer"), Sign::Ring, INK);
+        let keys = self.series.iter().enumerate().map(key);
+        let keys: Vec<Key> = keys.chain(self.without.iter().map(missing)).collect();
         let used = legend(area, &keys)?;
         let (_, area) = area.split_vertically(used);
         let limit = 1.08 * self.largest();

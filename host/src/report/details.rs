@@ -123,7 +123,7 @@ fn influence_line(influence: &Influence<f64>, layout: &HostLayout) -> String {
     };
     let (property, shift) = INERTIAL_PARAMETERS.iter().zip(influence.shift.iter()).fold(
         ("", 0.0_f64),
-        |most, (p, s)| if s.abs() > most.1.abs() { (p.name, *s) } else { most },
+        |most, (p, s)| if s.abs() > most.1.abs() { (p.symbol, *s) } else { most },
     );
     format!("without {name}, {property} would move by {shift:+.1} sd\n")
 }

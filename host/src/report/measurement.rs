@@ -25,6 +25,7 @@ pub fn measurement_json(result: &MeasurementResult) -> Measurement {
         measured: clock::moment(head.started_unix_s),
         layout_hash: hash_text(head.layout_hash),
         calibration: hash_text(head.calibration),
+        calibration_sigma: head.gains.map(Into::into),
         firmware: head.firmware.as_str().to_owned(),
         frf_estimator: head.frf_estimator.name(),
         terms: head.terms.name(),

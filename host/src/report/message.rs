@@ -161,7 +161,7 @@ fn one_of(kind: SubjectKind) -> &'static str {
 
 fn property_name(property: u8) -> &'static str {
     let parameter = INERTIAL_PARAMETERS.get(usize::from(property));
-    parameter.map_or("a property", |parameter| parameter.name)
+    parameter.map_or("a property", |parameter| parameter.symbol)
 }
 
 /// `the hammer`, or `sensor 2 x`.
@@ -236,8 +236,8 @@ mod tests {
             for subject in [code.subject_kind().at(1), Subject::Whole] {
                 let sentence = message(&said(code, subject, 0.25));
                 assert!(!sentence.contains(['{', '}']), "{sentence}");
-                // Keys of the layout may have underscores.
-                let words = sentence.replace("senses_gravity", "");
+                // Keys of the layout and symbols of properties may have underscores.
+                let words = sentence.replace("senses_gravity", "").replace("c_x", "");
                 assert!(!words.contains('_') || words.contains("test."), "{sentence}");
             }
         }

@@ -6,7 +6,7 @@ use massline_shared::mass_line::{ABOVE_SUSPENSION, BELOW_ELASTIC};
 use massline_shared::modes::SUSPENSION_MODES;
 
 use super::digits::{as_exact_as, two_digits};
-use super::where_to_hit::{better_hit, new_direction};
+use super::where_to_hit::{better_hit, hardly_shown, new_direction, not_shown};
 use crate::document::{self, Spread};
 use crate::output::{Table, align_right, table};
 use crate::suspension::{ModeRow, OrderRow, PoleRow, SuspensionModes};
@@ -56,18 +56,12 @@ pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
     }
     for (place, row) in modes.rows.iter().enumerate() {
         if let Some((share, dof)) = better_hit(row, layout) {
-            text += &format!(
-                "mode {} hardly shows under any hit ({:.0} % of the largest possible): hit {dof}\n",
-                place + 1,
-                100.0 * share
-            );
+            text += &(hardly_shown(place + 1, share, &dof) + "\n");
         }
     }
     let missing = SUSPENSION_MODES.saturating_sub(modes.rows.len());
     if let (1.., Some(dof)) = (missing, new_direction(layout)) {
-        text += &format!(
-            "{missing} of the six modes do not show: hit {dof}, a force unlike those of the hits so far\n"
-        );
+        text += &(not_shown(missing, &dof) + "\n");
     }
     text
 }

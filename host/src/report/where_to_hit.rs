@@ -52,6 +52,21 @@ pub(super) fn better_hit(row: &ModeRow, layout: &HostLayout) -> Option<(f64, Pla
     (shown < HARDLY * possible).then(|| (shown / possible, Place::of(dof, layout)))
 }
 
+/// What is said of a mode, counted from 1, that no hit shows well.
+pub(crate) fn hardly_shown(mode: usize, shown: f64, better: &dyn fmt::Display) -> String {
+    format!(
+        "mode {mode} hardly shows under any hit ({:.0} % of the largest possible): hit {better}",
+        100.0 * shown
+    )
+}
+
+/// What is said of modes that do not show.
+pub(crate) fn not_shown(missing: usize, new: &dyn fmt::Display) -> String {
+    format!(
+        "{missing} of the six modes do not show: hit {new}, a force unlike those of the hits so far"
+    )
+}
+
 /// A hit whose force and torque are least like those of all hits so far; `None` when these span all six directions.
 pub fn new_direction(layout: &HostLayout) -> Option<Place> {
     let length = layout.characteristic_length();

@@ -17,6 +17,10 @@ pub struct ShownModes {
     pub band_hz: [f64; 2],
     /// The modes.
     pub modes: Vec<Mode>,
+    /// How many of six do not show.
+    pub missing: usize,
+    /// A hit unlike those of the test, where modes are missing.
+    pub hit_for_missing: Option<String>,
     /// The modal assurance criterion, row by row.
     pub modal_assurance: Vec<Vec<f64>>,
     /// The fits of all orders.

@@ -121,6 +121,7 @@ fn numbers_that_no_test_gives_are_refused_by_name() {
         json!({
             "schema_version": 1, "band_hz": [0.5, 12.5], "modes": modes,
             "modal_assurance": assurance, "orders": [],
+            "modes_missing": 0, "hit_for_missing": null,
         })
     };
     let path = folder.path().join("modes.json");
@@ -171,8 +172,7 @@ fn malformed_details_and_bands_are_named() {
     assert_eq!(plot(&huge, "pulls").exit, 0);
     assert_eq!(plot(&huge, "budget").exit, 0);
     let mut band = document;
-    band["suspension"] =
-        json!({ "band_hz": [9.0, 2.0], "modes": [], "modal_assurance": [], "orders": [] });
+    band["suspension"] = json!({ "band_hz": [9.0, 2.0], "modes": [], "modal_assurance": [], "orders": [], "modes_missing": 6 });
     let refused = plot(&band, "mac");
     assert!(refused.exit == 2 && refused.says("is no band"), "{}", refused.stderr);
 }

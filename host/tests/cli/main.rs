@@ -30,6 +30,7 @@ mod recorded_units;
 mod recording;
 mod replay;
 mod report;
+mod report_contents;
 #[cfg(unix)]
 mod rig;
 mod schema;

@@ -211,7 +211,11 @@ fn responses_that_a_result_was_solved_from_are_drawn_with_their_coherence() {
     assert!(frf.contains("coherence"), "{frf:.900}");
     let archive = text(&data("archive/version-1.massline"));
     let refused = run(&["plot", &archive, "--layout", &layout, "--responses", &uff]);
-    assert!(refused.exit == 2 && refused.says("of its own"), "{}", refused.stderr);
+    assert!(
+        refused.exit == 2 && refused.says("an archive has the layout of its test"),
+        "{}",
+        refused.stderr
+    );
 }
 
 /// The functions of a binary universal file again, as coherences.

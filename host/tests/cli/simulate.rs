@@ -121,7 +121,7 @@ fn a_prior_that_contradicts_the_data_is_named() {
     let layout = file.path().to_str().unwrap();
     let text = text_of(layout, &[]);
     assert!(text.contains("maximum-likelihood: gave no answer: not_converged: "), "{text}");
-    let named = "prior_inconsistent_with_data: the [prior] mass = 20 ± 0.0001 kg contradicts the data, \
+    let named = "prior_inconsistent_with_data: the [prior] m = 20 ± 0.0001 kg contradicts the data, \
                  which say 1.2";
     assert!(text.contains(named), "{text}");
     let (_, value) = simulate_layout(layout, &[]);
@@ -144,7 +144,7 @@ fn a_prior_that_is_hardly_wrong_enough_is_named_in_place_of_a_sensor() {
     assert!(!said.iter().any(|d| d["code"] == "large_sensor_pull"), "{said:?}");
     let said = value["diagnostics"].as_array().unwrap();
     let named = said.iter().find(|d| d["code"] == "prior_inconsistent_with_data").unwrap();
-    assert!(named["message"].as_str().unwrap().contains("mass = 1.54 ± 0.0001 kg"), "{named}");
+    assert!(named["message"].as_str().unwrap().contains("[prior] m = 1.54 ± 0.0001 kg"), "{named}");
     // The rig does not check for this: the host finds it when it solves the rig's mass lines again.
     assert_eq!(named["found_by"], "host");
     let said = value["host"]["diagnostics"].as_array().unwrap();

@@ -1,6 +1,8 @@
 //! Commands of the operator: campaigns, readings of the channels without a hit, streams of scans.
 
-use super::campaign::{self, Campaign, CampaignProgress, Command, CommandError, Object, Start};
+use super::campaign::{
+    self, Campaign, CampaignProgress, Command, CommandError, Object, Start, Step,
+};
 use super::hits::Task;
 use super::{Activity, MeasuredDof, Measurement, NextAction, Recorded, Streamed, note};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
@@ -127,6 +129,7 @@ impl<R: RealFft> Measurement<'_, R> {
         if let Task::Capture { .. } | Task::Grade { .. } = task {
             *task = Task::None;
         }
+        let computes = !matches!(campaign.step(), Step::Rest | Step::AwaitHit { .. });
         match command {
             Command::Skip => {
                 self.last_accepted.forget();
@@ -144,6 +147,9 @@ impl<R: RealFft> Measurement<'_, R> {
             Command::Resume => self.diagnostics.retain(|found| !found.interrupts()),
             Command::Abort => self.activity = Activity::Idle,
             _ => {}
+        }
+        if computes {
+            self.restore_record();
         }
         Ok(())
     }

@@ -178,7 +178,6 @@ impl<'m, R: RealFft> Measurement<'m, R> {
         if self.next_action() != NextAction::Compute {
             return;
         }
-        self.restore_record();
         let Activity::Measuring(mut campaign, task) = self.take_activity() else { return };
         let task = match (campaign.step(), task) {
             (_, Task::Grade { trigger }) => self.grade_hit(&mut campaign, trigger),

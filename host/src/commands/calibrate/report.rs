@@ -13,8 +13,8 @@ use crate::calibration::cutoffs::{CutoffError, FoundCutoff, RcCutoff};
 use crate::calibration::electronics::Memory;
 use crate::calibration::verify::{Drift, Verdict, by_sensor};
 use crate::document::{
-    self, AxisDrift, Calibration, CalibrationCheck, CalibrationSigma, Finding, HammerCalibration,
-    HammerRatio, SensorCalibration, SensorCheck, TumbledSensor,
+    self, AxisDrift, Calibration, CalibrationCheck, Finding, HammerCalibration, HammerRatio,
+    SensorCalibration, SensorCheck, TumbledSensor,
 };
 use crate::output::{self, Tone};
 use crate::report::{diagnostics_json, message, with_sigma};
@@ -36,11 +36,7 @@ pub(super) fn record_json(record: &CalibrationRecord) -> Calibration {
         method: record.method.name(),
         date: record.date.as_str().to_owned(),
         temperature_c: record.temperature.map(f64::from),
-        sigma: CalibrationSigma {
-            gain: record.sigma.gain.into(),
-            cross_axis: record.sigma.cross_axis.into(),
-            hammer_gain: record.sigma.hammer_gain.into(),
-        },
+        sigma: record.sigma.into(),
         hammer: HammerCalibration {
             id: record.hammer.as_str().to_owned(),
             zero_v: hammer.zero.0.into(),

@@ -1,4 +1,4 @@
-//! What a document says about its answers together, and about their intervals.
+//! The answers in a document, what it says about them together, and about their intervals.
 
 use std::collections::BTreeMap;
 
@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use super::ResultFile;
 use crate::error::{Error, Result};
+use crate::export::{Exported, answers_of_value, best_entry};
 
 /// The combined answer of several methods: the ten properties, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +46,30 @@ impl Stored {
 }
 
 impl ResultFile {
+    /// The answers of all methods, the best first; none in the output of `massline modes`.
+    ///
+    /// # Errors
+    /// When an answer is malformed.
+    pub fn answers(&self) -> Result<Vec<Exported>> {
+        if self.document.get("results").is_none() && self.modes()?.is_some() {
+            return Ok(Vec::new());
+        }
+        answers_of_value(&self.document, &self.name)
+    }
+
+    /// The best answer; `None` without one.
+    ///
+    /// # Errors
+    /// When an answer is malformed.
+    pub fn best(&self) -> Result<Option<Exported>> {
+        Ok(self.answers()?.into_iter().next())
+    }
+
+    /// The best answer as it stands in the document; null without one.
+    pub fn best_entry(&self) -> &Value {
+        best_entry(&self.document)
+    }
+
     /// The combined answer of all methods, where the document has one.
     ///
     /// # Errors

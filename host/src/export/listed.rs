@@ -1,0 +1,83 @@
+//! Which answers a document has, and which of them is the best.
+
+use massline_shared::identify::Method;
+use serde_json::Value;
+
+use super::place::Place;
+use super::test_data::one_line;
+use crate::error::{Error, Result};
+
+/// The best answer in a document as it stands there; null without one.
+pub fn best_entry(value: &Value) -> &Value {
+    let best = Listed::of(&Place::whole(value, "")).ok().and_then(|listed| {
+        let best = listed.entries.first()?;
+        Some(best.value)
+    });
+    best.unwrap_or(&Value::Null)
+}
+
+/// The answers in a document, the best first: those of the host, then those of the rig by other methods.
+pub(super) struct Listed<'a> {
+    pub(super) entries: Vec<Place<'a>>,
+    /// How many of them are the host's.
+    of_host: usize,
+}
+
+impl<'a> Listed<'a> {
+    pub(super) fn of(document: &Place<'a>) -> Result<Self> {
+        let of_rig = document.key("results")?.entries()?;
+        let mut entries = match document.value.get("host").filter(|host| host.is_object()) {
+            Some(_) => document.key("host")?.key("results")?.entries()?,
+            None => Vec::new(),
+        };
+        let of_host = entries.len();
+        for entry in of_rig {
+            let same = |other: &Place<'_>| other.value["method"] == entry.value["method"];
+            if !entries[..of_host].iter().any(same) {
+                entries.push(entry);
+            }
+        }
+        Ok(Self { entries, of_host })
+    }
+}
+
+/// The answer that is exported, and remarks about the choice.
+pub(super) fn chosen<'a>(
+    document: &Place<'a>,
+    method: Option<Method>,
+) -> Result<(Place<'a>, Vec<String>)> {
+    let Listed { entries, of_host } = Listed::of(document)?;
+    let wanted = |entry: &Value| method.is_none_or(|of| entry["method"] == of.name());
+    if let Some(place) = entries.iter().position(|entry| wanted(entry.value)) {
+        let of_rig = document.value["results"].as_array();
+        let note = match place < of_host {
+            true if of_rig.is_some_and(|of_rig| of_rig.iter().any(wanted)) => {
+                Some("the answer is that of the host, in double precision, not that of the rig")
+            }
+            false if of_host > 0 => {
+                Some("the answer is that of the rig: the host has none by this method")
+            }
+            _ => None,
+        };
+        return Ok((entries[place].clone(), note.into_iter().map(str::to_owned).collect()));
+    }
+    let names: Vec<&str> =
+        entries.iter().filter_map(|entry| entry.value["method"].as_str()).collect();
+    let source = document.source;
+    Err(match method {
+        Some(method) if !names.is_empty() => Error::input(
+            "no_such_answer",
+            format!(
+                "{source}: there is no answer by {}; there are: {}",
+                method.name(),
+                one_line(&names.join(", "))
+            ),
+        ),
+        _ => Error::undetermined(
+            "no_answer",
+            format!(
+                "{source}: the document has no answer (results is empty); its not_applicable says why"
+            ),
+        ),
+    })
+}

@@ -1,0 +1,78 @@
+//! The rig, or what has stood in for one.
+
+use massline_shared::signal::RECORD_SCANS;
+
+use super::{Fact, Group, fact};
+use crate::archive::Archive;
+use crate::result_file::ResultFile;
+
+/// The boards of simulated rigs: in this program, and in QEMU.
+const SIMULATED: [&str; 2] = ["virtual", "mps2-an386"];
+
+/// The board that has measured; empty where it is not known.
+pub(in super::super) fn board(source: &ResultFile) -> String {
+    match source.archive() {
+        Some(archive) => archive.rig.board.clone(),
+        None if source.truth().is_some() => "simulated".into(),
+        None => String::new(),
+    }
+}
+
+/// What was simulated, in a sentence; empty for a test of a real object.
+pub(in super::super) fn simulated(source: &ResultFile) -> String {
+    let board = source.archive().map(|archive| archive.rig.board.as_str());
+    match board.filter(|board| SIMULATED.contains(board)) {
+        Some(board) => format!("Simulated: the rig {board} has measured a simulated object."),
+        None if source.truth().is_some() => {
+            "Simulated: a simulated rig has measured a simulated object.".into()
+        }
+        None => String::new(),
+    }
+}
+
+/// Board, firmware and sampling.
+pub(super) fn group(source: &ResultFile) -> Group {
+    let rows = match source.archive() {
+        Some(archive) => of_archive(archive),
+        None => of_document(source),
+    };
+    Group::new("Rig", rows)
+}
+
+fn of_archive(archive: &Archive) -> Vec<Fact> {
+    let rig = &archive.rig;
+    let changed = if rig.git_dirty { ", with changes" } else { "" };
+    let mut rows = vec![
+        fact("board", &rig.board),
+        fact("firmware", format!("{} (commit {}{changed})", rig.firmware, rig.git_hash)),
+    ];
+    if let Some(sampler) = rig.sampler {
+        let rate = f64::from(sampler.adc.rate.0);
+        let seconds = RECORD_SCANS as f64 / rate;
+        let before = 1e3 * f64::from(sampler.pre_trigger_scans) / rate;
+        rows.push(fact(
+            "sampling",
+            format!("{rate:.0} scans per second, {} bits", sampler.adc.bits),
+        ));
+        rows.push(fact(
+            "record of a hit",
+            format!("{seconds:.3} s, {before:.0} ms of it before the hit"),
+        ));
+    }
+    rows
+}
+
+/// What a document says, which has no more than this.
+fn of_document(source: &ResultFile) -> Vec<Fact> {
+    let document = source.document();
+    let mut rows = Vec::new();
+    if let Some(firmware) = document["firmware"].as_str() {
+        let board = board(source);
+        rows.extend((!board.is_empty()).then(|| fact("board", board)));
+        rows.push(fact("firmware", firmware));
+    }
+    if let (Some(seed), Some(_)) = (document["seed"].as_u64(), source.truth()) {
+        rows.push(fact("seed of the simulation", seed.to_string()));
+    }
+    rows
+}

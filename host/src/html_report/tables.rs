@@ -1,0 +1,117 @@
+//! Tables of answers: a row for each, a column for each of the ten properties.
+
+use std::fmt;
+
+use askama::Template;
+use askama::filters::HtmlSafe;
+use massline_shared::body::INERTIAL_PARAMETERS;
+
+use super::answer::{number, symbol};
+use crate::export::Exported;
+use crate::result_file::{Combined, ResultFile};
+
+/// What is said of an answer whose interval is of another kind than those beside it.
+pub(super) const SCATTER_ONLY: &str = "±: scatter between hits only";
+
+/// Answers against each other.
+#[derive(Template)]
+#[template(path = "report/properties.html")]
+pub(super) struct PropertyTable {
+    pub caption: &'static str,
+    /// What a row is.
+    pub what: &'static str,
+    pub header: Vec<Label>,
+    pub groups: Vec<RowGroup>,
+}
+
+/// Rows under a heading.
+pub(super) struct RowGroup {
+    /// Empty where all rows are in one group.
+    pub heading: String,
+    pub rows: Vec<PropertyRow>,
+}
+
+/// An answer.
+pub(super) struct PropertyRow {
+    pub name: String,
+    /// The number of its result in the page, to which it leads; `None` in the section of a result.
+    pub result: Option<usize>,
+    /// What has to be said of its intervals.
+    pub remark: &'static str,
+    pub cells: Vec<Cell>,
+}
+
+/// A property with half the width of its 95 % interval, in the unit of tables.
+pub(super) struct Cell {
+    value: String,
+    /// Empty where it is not known.
+    half_width: String,
+}
+
+/// What a property is called, and its unit.
+pub(super) struct Label {
+    pub symbol: (&'static str, &'static str),
+    pub unit: &'static str,
+}
+
+impl Label {
+    /// Those of all ten properties.
+    pub fn all() -> Vec<Self> {
+        let of = INERTIAL_PARAMETERS.iter();
+        of.map(|of| Self { symbol: symbol(of), unit: of.table_unit }).collect()
+    }
+}
+
+impl PropertyTable {
+    pub fn new(caption: &'static str, what: &'static str, groups: Vec<RowGroup>) -> Self {
+        Self { caption, what, header: Label::all(), groups }
+    }
+}
+
+impl PropertyRow {
+    /// An answer of a result, by a name.
+    pub fn of(source: &ResultFile, name: String, answer: &Exported) -> Self {
+        let is_narrow = source.covers_scatter_only(&answer.method);
+        let remark = if is_narrow { SCATTER_ONLY } else { "" };
+        Self { name, result: None, remark, cells: Cell::all(answer) }
+    }
+
+    /// What all methods say together.
+    pub fn combined(of: &Combined) -> Self {
+        let cell = |k: usize| Cell::of(k, of.theta[k], Some(of.sigma[k]), Some(of.half_widths[k]));
+        let cells = (0..10).map(cell).collect();
+        Self { name: "combined".into(), result: None, remark: "", cells }
+    }
+}
+
+impl Cell {
+    /// Those of an answer.
+    pub fn all(answer: &Exported) -> Vec<Self> {
+        let (theta, sigma, half) = (answer.theta(), answer.sigma(), answer.half_widths);
+        let cell = |k: usize| Self::of(k, theta[k], sigma.map(|of| of[k]), half.map(|of| of[k]));
+        (0..10).map(cell).collect()
+    }
+
+    /// That of a result without an answer.
+    pub fn none() -> Self {
+        Self { value: "–".into(), half_width: String::new() }
+    }
+
+    fn of(k: usize, value: f64, sigma: Option<f64>, half: Option<f64>) -> Self {
+        let half_width = half.map_or(String::new(), |half| number(k, half, sigma));
+        Self { value: number(k, value, sigma), half_width }
+    }
+}
+
+/// Numbers only.
+impl HtmlSafe for Cell {}
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.value)?;
+        match self.half_width.as_str() {
+            "" => Ok(()),
+            half => write!(f, "<span class=\"below\">± {half}</span>"),
+        }
+    }
+}
