@@ -92,6 +92,7 @@ fn every_number_of_suspension_modes_may_be_wrong() {
     let modes = json!({
         "schema_version": 1, "band_hz": [0.5, 12.5], "modes": [mode, mode],
         "modal_assurance": [[1.0, 0.1], [0.1, 1.0]],
+        "modes_missing": 4, "hit_for_missing": "2:+Z",
         "orders": [{ "used": true, "poles": [pole, pole] }],
     });
     let draw = |document| draw_all(ResultFile::of_document(document, "edited"));

@@ -36,7 +36,7 @@ Examples:
   massline demo wheel --set all --runs 200   errors over the bound, coverage
   massline demo wheel --write wheel.uff      the responses, for `massline solve`
   massline demo wheel --tyre --write tyre.uff
-  massline demo wheel --report wheel.html    the responses to all forces as a page with pictures")]
+  massline demo wheel --report wheel.html    all forces, as a page with pictures")]
 pub struct Args {
     /// The tyre: 9 of the 17.3 kg sit on springs of 50 Hz.
     #[arg(long)]
