@@ -242,6 +242,12 @@ pub(super) struct Finding {
 }
 
 impl Finding {
+    /// True where it says which form of damping does not fit: the method with that form is refused.
+    fn is_of_other_form(&self) -> bool {
+        let forms = [Code::DampingNotStructural, Code::DampingNotViscous];
+        forms.iter().any(|form| form.name() == self.code)
+    }
+
     /// True for what does not put the answer in doubt.
     pub fn is_note(&self) -> bool {
         self.severity == "note"
@@ -264,7 +270,8 @@ pub(super) fn findings(source: &ResultFile) -> Vec<Finding> {
     found
 }
 
-/// The sentences of warnings and errors.
+/// The sentences of warnings and errors about the answer.
 fn grave(source: &ResultFile) -> Vec<Sentence> {
-    findings(source).into_iter().filter(|of| !of.is_note()).map(|of| of.sentence).collect()
+    let grave = findings(source).into_iter().filter(|of| !of.is_note() && !of.is_of_other_form());
+    grave.map(|of| of.sentence).collect()
 }

@@ -278,6 +278,8 @@ fn suspension_modes_have_advice_and_a_reason_why_no_shares_are_known() {
     let limits = |document: &Value| {
         let path = written(folder.path(), "wheel.json", document);
         let (_, text) = page(folder.path(), &[&path, "--layout", layout]);
+        // That the other form of damping does not fit is no doubt about the answer.
+        assert!(text.contains("Good: nothing was found"), "{text:.3000}");
         after(&text, "What limits the answer", "<h2>").to_owned()
     };
     let well = limits(&document);
