@@ -64,7 +64,7 @@ impl ResultFile {
             let names: Vec<&str> = sources.iter().map(|source| source.name.as_str()).collect();
             let text = format!(
                 "{}: an archive has the layout of its test, which --layout does not replace; leave it out, or solve the \
-                 archive with another layout: massline solve ARCHIVE --layout FILE",
+                 archive with another layout: `massline solve LAYOUT.toml ARCHIVE`",
                 names.join(", ")
             );
             return Err(Error::input("layout_not_for_archive", text));

@@ -139,7 +139,7 @@ fn an_archive_keeps_its_layout() {
     let to = folder.path().join("page.html").display().to_string();
     let refused = run(&["report", &archive(), "--layout", LAYOUT, "-o", &to]);
     assert!(refused.exit == 2 && refused.says("version-1.massline"), "{}", refused.stderr);
-    assert!(refused.says("massline solve ARCHIVE --layout FILE"), "{}", refused.stderr);
+    assert!(refused.says("massline solve LAYOUT.toml ARCHIVE"), "{}", refused.stderr);
     // Beside a result that needs it, an archive stays as it is.
     let solved = written(folder.path(), "solved.json", &success(&["solve", &archive()]));
     let (_, text) = page(folder.path(), &[&archive(), &solved, "--layout", LAYOUT]);
