@@ -63,9 +63,6 @@ impl Followed {
     /// The DOFs whose hits are others on the rig now. One without hits is left out: what is read of its next ones takes
     /// the place of what was read before.
     ///
-    /// Whether a hit of the open DOF was replaced shows in the counters of hits: without that, every hit that was graded
-    /// meanwhile was accepted or rejected, or waits for its verdict.
-    ///
     /// # Errors
     /// When the link is lost or the rig sends invalid data.
     pub fn changed(&self, client: &mut Client) -> Result<Vec<u8>, ClientError> {
@@ -77,16 +74,25 @@ impl Followed {
                 changed.push(known.dof);
             }
         }
-        let waits = u32::from(status.phase == u8::from(Phase::Confirming));
-        let open = self.open.filter(|known| {
-            let graded = status.last_hit.wrapping_sub(known.last_hit);
-            graded != settled(&status).wrapping_add(waits).wrapping_sub(known.settled)
-        });
+        let open = self.open.filter(|known| known.is_changed(&status));
         let is_finished = |dof: u8| self.finished.iter().any(|of| of.dof == dof);
         changed.extend(open.map(|of| of.dof).filter(|&dof| !is_finished(dof)));
         let has_hits = |dof: &u8| status.accepted.get(usize::from(*dof)).is_some_and(|&of| of > 0);
         changed.retain(has_hits);
         Ok(changed)
+    }
+}
+
+impl Open {
+    /// Whether accepted hits were taken back or discarded meanwhile, as the counters of hits show: without that, every hit
+    /// that was graded meanwhile was accepted or rejected, or is in hand. One that was in hand before may have been accepted
+    /// or rejected too.
+    fn is_changed(&self, status: &Status) -> bool {
+        let graded = i64::from(status.last_hit) - i64::from(self.last_hit);
+        let settled = i64::from(settled(status)) - i64::from(self.settled);
+        let phase = Phase::try_from(status.phase).ok();
+        let in_hand = i64::from(matches!(phase, Some(Phase::Confirming | Phase::Busy)));
+        graded - settled > in_hand
     }
 }
 
@@ -99,4 +105,47 @@ fn settled(status: &Status) -> u32 {
 fn checksum(of: &DofResult) -> u32 {
     // Nothing in it cannot be encoded.
     crc32(&postcard::to_allocvec(of).unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use massline_shared::diagnosis::Diagnostics;
+
+    use super::*;
+
+    fn status(phase: Phase, last_hit: u32, accepted: u8, rejected: u16) -> Status {
+        Status {
+            phase: phase.into(),
+            dof: 0,
+            armings: 1,
+            accepted: [accepted].into_iter().collect(),
+            hits_per_dof: 5,
+            rejected,
+            last_hit,
+            layout_hash: 1,
+            result: 0,
+            started_unix_s: 1,
+            diagnostics: Diagnostics::new(),
+        }
+    }
+
+    #[test]
+    fn a_hit_in_hand_that_is_accepted_during_a_pause_replaces_none() {
+        // Hit 3 is being averaged, and hit 4 was rejected.
+        let before = Open { dof: 0, last_hit: 3, settled: 2 };
+        for (phase, last_hit, accepted, rejected, changed) in [
+            (Phase::Armed, 3, 3, 0, false),
+            (Phase::Armed, 4, 3, 1, false),
+            (Phase::Confirming, 4, 3, 0, false),
+            (Phase::Armed, 5, 2, 0, true),
+            (Phase::Confirming, 5, 2, 0, true),
+        ] {
+            let now = status(phase, last_hit, accepted, rejected);
+            assert_eq!(before.is_changed(&now), changed, "{now:?}");
+        }
+        // Hit 3 is taken back, and hit 4 accepted.
+        let before = Open { dof: 0, last_hit: 3, settled: 3 };
+        assert!(before.is_changed(&status(Phase::Armed, 4, 3, 0)));
+        assert!(!before.is_changed(&status(Phase::Armed, 4, 4, 0)));
+    }
 }
