@@ -20,11 +20,15 @@ pub enum Setting {
     Trigger = 5,
     /// Force below which a hit is too weak, N: zero or more.
     MinPeakForce = 6,
+    /// Smallest impulse of a hit, N s: zero or more, and below the largest.
+    ImpulseLower = 7,
+    /// Largest impulse of a hit, N s: above zero.
+    ImpulseUpper = 8,
 }
 
 impl Setting {
     /// Every setting.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::HitsPerDof,
         Self::BandLower,
         Self::BandUpper,
@@ -32,6 +36,8 @@ impl Setting {
         Self::ForceWindow,
         Self::Trigger,
         Self::MinPeakForce,
+        Self::ImpulseLower,
+        Self::ImpulseUpper,
     ];
 
     /// Name of the setting in the program.
@@ -44,6 +50,8 @@ impl Setting {
             Self::ForceWindow => "force_window_s",
             Self::Trigger => "trigger_n",
             Self::MinPeakForce => "min_peak_force_n",
+            Self::ImpulseLower => "impulse_ns[0]",
+            Self::ImpulseUpper => "impulse_ns[1]",
         }
     }
 }

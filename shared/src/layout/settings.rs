@@ -63,6 +63,7 @@ pub fn check_settings<R: Real>(
     let highest = (rate / R::of(2.5)).min(last_bin);
     let duration = R::of(record as f64) / rate;
     let hits = R::of(f64::from(settings.hits_per_dof));
+    let [least, most] = settings.impulse_ns;
     let zero = R::zero();
     let ranges = [
         (Setting::HitsPerDof, hits, (1..=MAX_HITS_PER_DOF).contains(&settings.hits_per_dof)),
@@ -76,12 +77,14 @@ pub fn check_settings<R: Real>(
         ),
         (Setting::Trigger, settings.trigger_n, settings.trigger_n > zero),
         (Setting::MinPeakForce, settings.min_peak_force_n, settings.min_peak_force_n >= zero),
+        (Setting::ImpulseLower, least, least >= zero && (least < most || !most.finite())),
+        (Setting::ImpulseUpper, most, most > zero),
     ];
     for (setting, value, good) in ranges {
         if !(good && value.finite()) {
             let (subject, value) = (Subject::Setting(setting), value.to_f32());
             let out = Diagnostic::about(Code::SettingOutOfRange, Severity::Error, subject, value);
-            // There is room for seven settings and one band.
+            // There is room for nine settings and one band.
             let _ = found.push(out);
         }
     }
@@ -147,6 +150,14 @@ mod tests {
         }
         assert_eq!(wrong(&TestSettings { trigger_n: 0.0, ..good }), [Setting::Trigger]);
         assert_eq!(wrong(&TestSettings { min_peak_force_n: bad, ..good }), [Setting::MinPeakForce]);
+        for (impulse_ns, setting) in [
+            ([-1.0, 1.0], Setting::ImpulseLower),
+            ([1.0, 1.0], Setting::ImpulseLower),
+            ([bad, 1.0], Setting::ImpulseLower),
+            ([1.0, bad], Setting::ImpulseUpper),
+        ] {
+            assert_eq!(wrong(&TestSettings { impulse_ns, ..good }), [setting]);
+        }
     }
 
     #[test]

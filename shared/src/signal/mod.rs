@@ -9,6 +9,7 @@
 
 mod analysis;
 mod chain;
+mod decimator;
 mod fft;
 mod grade;
 mod hit_noise;
@@ -23,6 +24,7 @@ pub mod window;
 
 pub use analysis::HitAnalysis;
 pub use chain::{AdcProperties, Calibration, ChannelCalibration, CrossAxis, HAMMER};
+pub use decimator::{DECIMATION, Decimator, ROW_BITS, Row, SETTLING_ROWS, transfer};
 pub use fft::{FftError, RealFft};
 pub use grade::{ChannelRange, HitGrader, HitReport, grade};
 pub use hit_noise::HitNoise;
