@@ -30,6 +30,10 @@ unit!(
     Newtons
 );
 unit!(
+    /// Impulse of a force, N s.
+    NewtonSeconds
+);
+unit!(
     /// Acceleration, m/s².
     MetersPerSecondSquared
 );

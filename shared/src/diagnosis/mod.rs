@@ -47,7 +47,7 @@ impl Severity {
 impl Code {
     /// True when a diagnostic of this severity makes the rig interrupt a campaign until it is resumed.
     pub fn interrupts(self) -> bool {
-        matches!(self, Self::ResultNotStored | Self::SamplerStopped)
+        matches!(self, Self::ResultNotStored | Self::LinesNotStored | Self::SamplerStopped)
     }
 }
 

@@ -535,6 +535,26 @@ codes! {
         "besides six suspension modes there is one more at about {value}: a part of the object, a cord or a stand moves by \
          itself, and no method for rigid bodies holds; fix what is loose, or make the suspension softer";
 
+    // Codes of a campaign on the suspension modes.
+
+    /// The impulse of a hit is too small for a clear response. Value: the impulse, N s.
+    ImpulseTooSmall = 134, "impulse_too_small", Whole, NewtonSeconds;
+        "Push too weak: hit\nharder, with a softer\nand heavier mallet.";
+        "the impulse of {value} is too small for a clear response of the suspension modes; hit harder, with a softer and \
+         heavier mallet";
+    /// The impulse of a hit is so large that the object swings far. Value: the impulse, N s.
+    ImpulseTooLarge = 135, "impulse_too_large", Whole, NewtonSeconds;
+        "Push too strong: hit\nmore gently.";
+        "the impulse of {value} makes the object swing far, where cords are not linear; hit more gently";
+    /// The lines of a DOF could not be stored.
+    LinesNotStored = 136, "lines_not_stored", Hit, None;
+        "DOF not stored.\nResume tries again.";
+        "the rig could not store the lines of {subject}; resume to try again";
+    /// The stored lines of a DOF cannot be read.
+    LinesNotReadable = 137, "lines_not_readable", Hit, None;
+        "Its stored lines\ncannot be read.";
+        "the stored lines of {subject} cannot be read, so it has no part in the result; measure it again";
+
     // Codes of single mistakes that would explain the data.
 
     /// One sensor with reversed, swapped or rotated axes explains the data. Subject: the sensor. Value: χ².

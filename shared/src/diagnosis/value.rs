@@ -16,6 +16,8 @@ pub enum ValueUnit {
     Node,
     /// N.
     Newtons,
+    /// N s.
+    NewtonSeconds,
     /// Unit of the channel that is the subject: N for the hammer, m/s² for a sensor.
     OfChannel,
     /// Ten times the decimal logarithm of a ratio of powers, dB.
@@ -57,6 +59,7 @@ impl ValueUnit {
         match self {
             Self::Share(_) => "%",
             Self::Newtons => "N",
+            Self::NewtonSeconds => "N s",
             Self::OfChannel => match subject {
                 Subject::Channel(0) => "N",
                 _ => "m/s²",

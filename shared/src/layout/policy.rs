@@ -53,7 +53,7 @@ pub struct HitPolicy(u32);
 
 impl HitPolicy {
     /// The codes that have a verdict. Stored and transmitted settings depend on their order: append new ones.
-    pub const CODES: [Code; 11] = [
+    pub const CODES: [Code; 13] = [
         Code::Overload,
         Code::TooWeak,
         Code::TooHard,
@@ -65,6 +65,8 @@ impl HitPolicy {
         Code::DuplicateHit,
         Code::HitInconsistent,
         Code::MotionNotRigid,
+        Code::ImpulseTooSmall,
+        Code::ImpulseTooLarge,
     ];
 
     /// The verdict when none is set: faults that would spoil an average are rejected.
@@ -74,7 +76,8 @@ impl HitPolicy {
             | Code::TooWeak
             | Code::DoubleHit
             | Code::ClippedRecord
-            | Code::DuplicateHit => Verdict::Reject,
+            | Code::DuplicateHit
+            | Code::ImpulseTooSmall => Verdict::Reject,
             _ => Verdict::Warn,
         }
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{CHANNELS, RESPONSES};
+use super::{CHANNELS, DECIMATION, RESPONSES, ROW_BITS};
 use crate::Real;
 use crate::units::{Hertz, Seconds, Volts};
 
@@ -34,6 +34,17 @@ impl AdcProperties {
     /// The largest code.
     pub fn full_scale(&self) -> u16 {
         ((1_u32 << self.bits) - 1) as u16
+    }
+
+    /// The properties of the codes in a long record: those of its rows of responses. The hammer's codes have the same
+    /// resolution, but the full rate.
+    pub fn of_rows(&self) -> Self {
+        Self { rate: Hertz(self.rate.0 / DECIMATION as f32), bits: ROW_BITS, ..*self }
+    }
+
+    /// Factor from a code to one with the resolution of a long record.
+    pub fn to_row_code(&self) -> u16 {
+        1 << ROW_BITS.saturating_sub(self.bits)
     }
 
     /// Number of response channels in use.

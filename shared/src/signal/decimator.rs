@@ -156,7 +156,7 @@ pub fn transfer<R: Real>(s: Complex<R>, interval: R) -> Complex<R> {
 }
 
 /// `e^z`.
-fn power<R: Real>(z: Complex<R>) -> Complex<R> {
+pub(super) fn power<R: Real>(z: Complex<R>) -> Complex<R> {
     let (sin, cos) = z.im.sin_cos();
     Complex::new(cos, sin).scale(z.re.exp())
 }

@@ -7,11 +7,13 @@
 
 mod channel;
 mod force;
+mod long;
 mod plateau;
 #[cfg(test)]
 mod tests;
 
 pub use channel::ChannelRange;
+pub use long::grade_long;
 
 use channel::{Extreme, Survey};
 use plateau::{Push, flat_top};
@@ -21,7 +23,7 @@ use super::{AdcProperties, CHANNELS, Calibration, PRE_TRIGGER_SCANS, Record, Sam
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Subject};
 use crate::layout::{HitPolicy, TestSettings};
-use crate::units::{MetersPerSecondSquared, Newtons};
+use crate::units::{MetersPerSecondSquared, NewtonSeconds, Newtons};
 
 /// Number of pre-trigger readings that are averaged to the rest value of a channel.
 ///
@@ -37,6 +39,8 @@ pub struct HitReport {
     pub peak_force: Newtons,
     /// Largest magnitude of any response relative to its rest value.
     pub peak_acceleration: MetersPerSecondSquared,
+    /// Impulse of the force, if the hit is judged by it.
+    pub impulse: Option<NewtonSeconds>,
     /// The findings with their deciding numbers, about channels or about the force as a whole.
     pub findings: Diagnostics,
     /// Fingerprint that distinguishes this record from others.
@@ -183,6 +187,7 @@ impl<R: Real> HitGrader<'_, R> {
         HitReport {
             peak_force: Newtons(force.map_or(0.0, |force| force.highest.value.to_f32())),
             peak_acceleration: MetersPerSecondSquared(largest.peak.value.to_f32()),
+            impulse: None,
             findings: found.list,
             fingerprint,
         }

@@ -14,6 +14,8 @@ mod fft;
 mod grade;
 mod hit_noise;
 mod hum;
+mod long_capture;
+mod long_record;
 mod record;
 mod repeat_hits;
 mod rest_statistics;
@@ -26,9 +28,11 @@ pub use analysis::HitAnalysis;
 pub use chain::{AdcProperties, Calibration, ChannelCalibration, CrossAxis, HAMMER};
 pub use decimator::{DECIMATION, Decimator, ROW_BITS, Row, SETTLING_ROWS, transfer};
 pub use fft::{FftError, RealFft};
-pub use grade::{ChannelRange, HitGrader, HitReport, grade};
+pub use grade::{ChannelRange, HitGrader, HitReport, grade, grade_long};
 pub use hit_noise::HitNoise;
 pub use hum::{Hum, HumFit, HumSearch};
+pub use long_capture::{FullRateExtremes, LongCapture};
+pub use long_record::LongRecordAnalysis;
 pub use record::Record;
 pub use repeat_hits::{HitAgreement, KnownScatter, RepeatHits};
 pub use rest_statistics::RestStatistics;
@@ -48,6 +52,8 @@ pub type Scan = [u16; CHANNELS];
 pub const RECORD_SCANS: usize = 2048;
 /// Number of scans in a record before the trigger.
 pub const PRE_TRIGGER_SCANS: usize = 80;
+/// Points of the transform of a long record's responses; the bins of a longer one in between are left out.
+pub const LONG_POINTS: usize = 512;
 /// Number of bins in the averaged spectra of the rig, the first at 0 Hz.
 pub const SPECTRUM_BINS: usize = 128;
 

@@ -1,7 +1,7 @@
 //! The record of one hit.
 
 use super::samples::{extremes, reading_of};
-use super::{CHANNELS, PRE_TRIGGER_SCANS, RECORD_SCANS, Samples, Scan};
+use super::{CHANNELS, HAMMER, PRE_TRIGGER_SCANS, RECORD_SCANS, Row, Samples, Scan};
 use crate::Real;
 
 /// A ring buffer of the latest [`RECORD_SCANS`] scans.
@@ -10,14 +10,53 @@ use crate::Real;
 /// a hit, only the first [`PRE_TRIGGER_SCANS`] places are used as the ring: the others keep the previous hit, so that it
 /// can be [restored](Self::restore_start) until the next one begins.
 ///
+/// A *long* record has the force at the full rate and decimated [rows](Row) of responses, which are
+/// [pushed](Self::push_force) [separately](Self::push_row): force and responses of one place then belong to different times.
+/// A complete one is read like any other record.
+///
 /// An empty record is all zero bytes, so a static one is in `.bss`: 40 KiB.
 pub struct Record {
     scans: [Scan; RECORD_SCANS],
-    /// Index of the next scan; once the ring is full, the oldest scan is here.
+    force: Cursor,
+    /// Of the responses.
+    rows: Cursor,
+}
+
+/// Where the next value goes.
+#[derive(Clone, Copy, Debug)]
+struct Cursor {
+    /// Index of the next place; once the ring is full, the oldest value is here.
     next: usize,
     filled: usize,
     /// True while the ring has only the places of the pre-trigger.
     waits: bool,
+}
+
+impl Cursor {
+    const START: Self = Self { next: 0, filled: 0, waits: false };
+    /// After a complete record.
+    const COMPLETE: Self = Self { filled: RECORD_SCANS, ..Self::START };
+
+    /// The next place, which is taken.
+    fn advance(&mut self) -> usize {
+        let place = self.next;
+        self.next = (self.next + 1) % self.capacity();
+        self.filled = (self.filled + 1).min(self.capacity());
+        place
+    }
+
+    /// Number of places of the ring.
+    fn capacity(&self) -> usize {
+        if self.waits { PRE_TRIGGER_SCANS } else { RECORD_SCANS }
+    }
+
+    /// From now on all values are kept; those that are there have been put in order.
+    fn end_wait(&mut self) {
+        if self.waits {
+            self.next = self.filled;
+            self.waits = false;
+        }
+    }
 }
 
 impl Record {
@@ -30,32 +69,34 @@ impl Record {
 
     /// An empty record.
     pub const fn new() -> Self {
-        Self { scans: [[0; CHANNELS]; RECORD_SCANS], next: 0, filled: 0, waits: false }
+        Self { scans: [[0; CHANNELS]; RECORD_SCANS], force: Cursor::START, rows: Cursor::START }
     }
 
     /// Discards all scans.
     pub fn clear(&mut self) {
-        self.next = 0;
-        self.filled = 0;
-        self.waits = false;
+        (self.force, self.rows) = (Cursor::START, Cursor::START);
     }
 
     /// Discards all scans, and keeps only the latest [`PRE_TRIGGER_SCANS`] until [`Self::end_wait`].
     pub fn begin_wait(&mut self) {
-        self.clear();
-        self.waits = true;
+        let waits = Cursor { waits: true, ..Cursor::START };
+        (self.force, self.rows) = (waits, waits);
     }
 
-    /// The next scan is that of the trigger: from now on all scans are kept. No effect unless the record waits.
+    /// The next scan is that of the trigger: from now on all scans are kept.
     pub fn end_wait(&mut self) {
-        if self.waits && self.filled == PRE_TRIGGER_SCANS {
-            // The hit is read from the first place on.
-            self.scans[..PRE_TRIGGER_SCANS].rotate_left(self.next);
+        // The hit is read from the first place on.
+        let Self { scans, force, rows } = self;
+        let start = &mut scans[..PRE_TRIGGER_SCANS];
+        if rows.waits && rows.filled == PRE_TRIGGER_SCANS {
+            start.rotate_left(rows.next);
+            if force.next != rows.next {
+                let by = force.next + PRE_TRIGGER_SCANS - rows.next;
+                turn_force(start, by % PRE_TRIGGER_SCANS);
+            }
         }
-        if self.waits {
-            self.next = self.filled;
-            self.waits = false;
-        }
+        force.end_wait();
+        rows.end_wait();
     }
 
     /// Copies the codes that the next wait overwrites into `codes`, whose length is [`Self::START_CODES`]. The record
@@ -70,31 +111,52 @@ impl Record {
     pub fn restore_start<R: Real>(&mut self, codes: &[R]) {
         let start = self.scans[..PRE_TRIGGER_SCANS].as_flattened_mut();
         start.iter_mut().zip(codes).for_each(|(to, &code)| *to = code_of(code));
-        (self.next, self.filled, self.waits) = (0, RECORD_SCANS, false);
+        (self.force, self.rows) = (Cursor::COMPLETE, Cursor::COMPLETE);
     }
 
     /// Appends a scan; in a full record it overwrites the oldest.
     pub fn push(&mut self, scan: &Scan) {
-        if let Some(place) = self.scans.get_mut(self.next) {
-            *place = *scan;
+        let place = self.rows.advance();
+        self.force = self.rows;
+        if let Some(to) = self.scans.get_mut(place) {
+            *to = *scan;
         }
-        self.next = (self.next + 1) % self.capacity();
-        self.filled = (self.filled + 1).min(self.capacity());
     }
 
-    /// Number of places of the ring.
-    fn capacity(&self) -> usize {
-        if self.waits { PRE_TRIGGER_SCANS } else { RECORD_SCANS }
+    /// Appends the code of the hammer to a long record; one with as many as it holds takes no more.
+    pub fn push_force(&mut self, code: u16) {
+        if self.force.filled == RECORD_SCANS {
+            return;
+        }
+        if let Some(to) = self.scans.get_mut(self.force.advance()) {
+            to[HAMMER] = code;
+        }
+    }
+
+    /// Appends a row of responses to a long record; one with as many as it holds takes no more.
+    pub fn push_row(&mut self, row: &Row) {
+        if self.rows.filled == RECORD_SCANS {
+            return;
+        }
+        if let Some([_, responses @ ..]) = self.scans.get_mut(self.rows.advance()) {
+            *responses = *row;
+        }
+    }
+
+    /// Lends all codes as memory, which discards the record.
+    pub fn lend(&mut self) -> &mut [u16] {
+        self.clear();
+        self.scans.as_flattened_mut()
     }
 
     /// Number of scans in the record.
     pub fn len(&self) -> usize {
-        self.filled
+        self.rows.filled
     }
 
     /// True when there is no scan.
     pub fn is_empty(&self) -> bool {
-        self.filled == 0
+        self.rows.filled == 0
     }
 
     /// The scan with this index; 0 is the oldest.
@@ -113,7 +175,7 @@ impl Record {
     /// Copies the bytes from `offset` on into `bytes` and returns their number: scan by scan, oldest first,
     /// each code little-endian. It is less than the length of `bytes` only at the end.
     pub fn read_bytes(&self, offset: usize, bytes: &mut [u8]) -> usize {
-        copy_bytes(|index| self.scan(index).copied(), (offset, self.filled), bytes)
+        copy_bytes(|index| self.scan(index).copied(), (offset, self.len()), bytes)
     }
 
     /// As [`Self::read_bytes`], of the hit before the present wait, given the codes of [`Self::save_start`]. The record
@@ -136,15 +198,31 @@ impl Record {
 
     /// The two pieces of the ring in order.
     fn halves(&self) -> (&[Scan], &[Scan]) {
-        let ring = self.scans.get(..self.capacity()).unwrap_or(&[]);
-        if self.filled < ring.len() {
+        let rows = self.rows;
+        let ring = self.scans.get(..rows.capacity()).unwrap_or(&[]);
+        if rows.filled < ring.len() {
             // The ring has not wrapped since the last `clear`.
-            (ring.get(..self.filled).unwrap_or(&[]), &[])
+            (ring.get(..rows.filled).unwrap_or(&[]), &[])
         } else {
-            let (newer, older) = ring.split_at(self.next.min(ring.len()));
+            let (newer, older) = ring.split_at(rows.next.min(ring.len()));
             (older, newer)
         }
     }
+}
+
+/// Turns the codes of the hammer by this number of places, less than that of the scans.
+fn turn_force(scans: &mut [Scan], by: usize) {
+    // Three reversals turn a list in place.
+    let mut reverse = |from: usize, to: usize| {
+        for k in 0..(to - from) / 2 {
+            let (a, b) = (from + k, to - 1 - k);
+            (scans[a][HAMMER], scans[b][HAMMER]) = (scans[b][HAMMER], scans[a][HAMMER]);
+        }
+    };
+    let count = PRE_TRIGGER_SCANS;
+    reverse(0, by);
+    reverse(by, count);
+    reverse(0, count);
 }
 
 /// The code of a reading; it has sixteen bits, which both precisions represent exactly.
@@ -190,7 +268,7 @@ impl Default for Record {
 
 impl<R: Real> Samples<R> for Record {
     fn scans(&self) -> usize {
-        self.filled
+        self.len()
     }
 
     fn copy_channel(&self, channel: usize, samples: &mut [R]) -> usize {
@@ -316,6 +394,30 @@ mod tests {
             assert_eq!(record.read_bytes(0, &mut restored), Record::BYTES);
             assert!(before == restored, "{waited} scans");
             assert!((0..CHANNELS).flat_map(|k| record.channel(k)).eq(hit), "{waited} scans");
+        }
+    }
+
+    #[test]
+    fn a_long_record_has_force_and_rows_in_their_own_order() {
+        for (forces, rows) in [(80, 80), (80, 81), (133, 97), (7 * 80 + 33, 3 * 80 + 79)] {
+            let mut record = Box::new(Record::new());
+            record.begin_wait();
+            (0..forces).for_each(|n| record.push_force(n));
+            (0..rows).for_each(|n| record.push_row(&[10_000 + n; CHANNELS - 1]));
+            record.end_wait();
+            // More than it holds.
+            (0..3000).for_each(|n| record.push_force(forces + n));
+            assert!(record.len() < RECORD_SCANS);
+            (0..3000).for_each(|n| record.push_row(&[10_000 + rows + n; CHANNELS - 1]));
+            assert_eq!(record.len(), RECORD_SCANS);
+            for place in 0..RECORD_SCANS {
+                let scan = record.scan(place).unwrap();
+                let force = usize::from(forces) - PRE_TRIGGER_SCANS + place;
+                let row = 10_000 + usize::from(rows) - PRE_TRIGGER_SCANS + place;
+                assert_eq!((usize::from(scan[0]), usize::from(scan[9])), (force, row));
+            }
+            assert_eq!(record.lend().len(), RECORD_SCANS * CHANNELS);
+            assert!(record.is_empty());
         }
     }
 

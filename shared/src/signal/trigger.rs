@@ -95,6 +95,12 @@ impl Trigger {
         }
     }
 
+    /// The same trigger with another number of quiet scans.
+    pub(super) fn settling(mut self, scans: usize) -> Self {
+        self.edge.settle = u32::try_from(scans).unwrap_or(u32::MAX);
+        self
+    }
+
     /// Arms the trigger for the next hit.
     pub fn arm(&mut self) {
         self.edge.arm();
