@@ -16,7 +16,7 @@ use crate::responses::Responses;
 use crate::signal::{
     AdcProperties, CHANNELS, Calibration, FftError, HAMMER, HitAgreement, HitAnalysis, Hum,
     KnownScatter, PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES, RealFft, RepeatHits, SPECTRUM_BINS,
-    Samples, Spectra,
+    Samples, Spectra, resolution,
 };
 
 /// The averaged spectra of one DOF, as a rig stores them.
@@ -41,11 +41,6 @@ pub struct ExpectedHit<R> {
     /// Expected scatter of the accelerances from hit to hit, relative:
     /// [`HitUncertainty::relative_scatter`](crate::layout::HitUncertainty::relative_scatter).
     pub scatter: R,
-}
-
-/// Spacing of the rig's bins, Hz.
-pub fn resolution<R: RealFft>(adc: &AdcProperties) -> R {
-    R::of(f64::from(adc.rate.0)) / R::of(RECORD_SCANS as f64)
 }
 
 /// Memory for the analysis of one hit. Nothing in it is needed between two hits.
@@ -99,8 +94,9 @@ impl<R: RealFft> HitAverager<R> {
         let analysis = HitAnalysis::new(adc, calibration, test, PRE_TRIGGER_SCANS);
         let analysis = analysis.without_hum(expected.hum);
         analysis.force(record, scratch, force)?;
-        let lines =
-            lines(resolution(adc), |line| force.get(line).map_or(R::zero(), |f| f.norm_sqr()));
+        let lines = lines(resolution(adc, test.profile), |line| {
+            force.get(line).map_or(R::zero(), |f| f.norm_sqr())
+        });
         // A wrong band has the same effect on every hit of a DOF, so it does not add scatter.
         let (band, decay) = (test.expected_band(), test.exponential_decay);
         let basis = MassLineBasis::new(lines, band, decay, test.terms, basis);
@@ -249,7 +245,7 @@ pub fn band_of<R: RealFft>(
     }
     squares.fill(R::zero());
     spectra.add_squares(settings.adc.responses(), squares);
-    let resolution: R = resolution(settings.adc);
+    let resolution: R = resolution(settings.adc, settings.test.profile);
     let frequency = |line: usize| R::of(line as f64) * resolution;
     find_band(squares, frequency, settings.test.exponential_decay).map(|found| found.ends)
 }
@@ -271,7 +267,7 @@ pub fn fit_responses<R: RealFft>(
     let lag_sigma = lag_sigma(settings.calibration);
     let fitting = Fitting { band, decay, terms: test.terms, correlation, lag_sigma };
     let frf = |response, line| spectra.frf(test.frf_estimator, response, line);
-    let lines = lines(resolution(adc), |line| spectra.force_auto(line));
+    let lines = lines(resolution(adc, test.profile), |line| spectra.force_auto(line));
     ResponseFits::new(lines, &fitting, adc.responses(), frf, basis)
 }
 

@@ -226,6 +226,11 @@ impl Campaign {
         }
     }
 
+    /// True while the campaign is interrupted.
+    pub fn is_paused(&self) -> bool {
+        self.paused
+    }
+
     /// True from the start to the end of a campaign, including pauses.
     pub fn is_running(&self) -> bool {
         !matches!(self.state, State::Aborted | State::Done { .. })
@@ -376,7 +381,7 @@ impl Campaign {
         }
     }
 
-    /// Reports that the mass lines of the current DOF are stored.
+    /// Reports that the mass lines or the lines of the current DOF are stored.
     pub fn dof_closed(&mut self) {
         if self.state != State::Closing {
             return;

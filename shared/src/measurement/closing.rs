@@ -1,13 +1,15 @@
 //! Computes the mass lines of a DOF from its averaged hits.
 
-use super::averaging::{ProcessingSettings, band_of, fit_responses, resolution};
+use core::ops::RangeInclusive;
+
+use super::averaging::{ProcessingSettings, band_of, fit_responses};
 use super::{MeasuredDof, Measurement};
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::identify::{ForceTrend, MassLines, RIGIDITY_LIMIT, rigid_residuals};
 use crate::layout::{RIG_SENSORS, TestSettings};
 use crate::mass_line::MassLineError;
 use crate::responses::{ResponseSquare, Responses};
-use crate::signal::{RESPONSES, RealFft, SPECTRUM_BINS, bins_of_band};
+use crate::signal::{RESPONSES, RealFft, SPECTRUM_BINS, Spectra, bins_of_band, resolution};
 
 impl<R: RealFft> Measurement<'_, R> {
     /// Computes the mass lines of a DOF from its averaged spectra and stores them.
@@ -74,14 +76,8 @@ impl<R: RealFft> Measurement<'_, R> {
         let scatter = single.map_or_else(ResponseSquare::zeros, |single| single.covariance());
         let trend = single.map_or_else(ForceTrend::unknown, |single| single.trend());
         let lines = MassLines { accelerance, noise: fits.noise, scatter, hits, trend, band_shift };
-        let inside = bins_of_band(band, resolution(&adc));
-        let coherence = |response| spectra.mean_coherence(response, inside.clone());
-        let coherence = (hits > 1).then(|| {
-            core::array::from_fn::<_, RESPONSES, _>(|response| {
-                let mean = if response < adc.responses() { coherence(response) } else { None };
-                mean.unwrap_or_else(R::zero)
-            })
-        });
+        let inside = bins_of_band(band, resolution(&adc, test.profile));
+        let coherence = coherences(spectra, adc.responses(), inside);
         let details = MeasuredDof { dof: name, band_hz: band, coherence };
         self.memory.store_dof(details, (dof, lines));
     }
@@ -104,6 +100,20 @@ impl<R: RealFft> Measurement<'_, R> {
             ));
         }
     }
+}
+
+/// Mean coherence of each response over these bins; `None` for a single hit.
+pub(super) fn coherences<R: RealFft>(
+    spectra: &Spectra<R, RESPONSES, SPECTRUM_BINS>,
+    responses: usize,
+    bins: RangeInclusive<usize>,
+) -> Option<[R; RESPONSES]> {
+    let mean = |response: usize| {
+        let exists = response < responses;
+        let mean = exists.then(|| spectra.mean_coherence(response, bins.clone())).flatten();
+        mean.unwrap_or_else(R::zero)
+    };
+    (spectra.hits() > 1).then(|| core::array::from_fn(mean))
 }
 
 fn code_of(error: MassLineError) -> Code {

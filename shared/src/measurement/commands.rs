@@ -1,14 +1,27 @@
 //! Commands of the operator: campaigns, readings of the channels without a hit, streams of scans.
 
 use super::campaign::{
-    self, Campaign, CampaignProgress, Command, CommandError, Object, Start, Step,
+    Campaign, CampaignProgress, Command, CommandError, DofProgress, Object, Start, Step,
 };
 use super::hits::Task;
+use super::lines::StoredLines;
 use super::{Activity, MeasuredDof, Measurement, NextAction, Recorded, Streamed, note};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::DofMassLines;
 use crate::layout::RIG_SENSORS;
 use crate::signal::RealFft;
+
+/// Data of a finished DOF, by which a campaign is restored.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DofData<R> {
+    /// Its mass lines.
+    MassLines(DofMassLines<R, RIG_SENSORS>),
+    /// What is known of its stored lines, in the suspension profile.
+    Lines(StoredLines<R>),
+}
+
+/// What is restored of a finished DOF.
+pub type RestoredDof<R> = (MeasuredDof<R>, DofData<R>);
 
 /// Why a campaign was not started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,16 +88,16 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 
     /// Restores a campaign after a power failure: paused, with the data of its finished DOFs. A finished DOF
-    /// for which `measured` is true but whose mass lines are missing is measured again; mass lines of a DOF
-    /// that is not finished are ignored.
+    /// for which `measured` is true but whose data are missing is measured again; data of a DOF
+    /// that is not finished, or of the other profile, are ignored.
     ///
     /// # Errors
     /// [`CommandError::WrongPhase`] unless the rig is idle, [`CommandError::NoDofs`] when the campaign does
     /// not fit the layout.
     pub fn resume(
         &mut self,
-        mut progress: CampaignProgress,
-        dofs: impl IntoIterator<Item = (MeasuredDof<R>, DofMassLines<R, RIG_SENSORS>)>,
+        progress: CampaignProgress,
+        dofs: impl IntoIterator<Item = RestoredDof<R>>,
         measured: impl Fn(usize) -> bool,
         diagnostics: Diagnostics,
     ) -> Result<(), CommandError> {
@@ -95,20 +108,33 @@ impl<R: RealFft> Measurement<'_, R> {
             return Err(CommandError::NoDofs);
         }
         self.memory.discard_campaign();
-        for (details, lines) in dofs {
-            let finished = progress.dofs.get(lines.0).is_some_and(|dof| dof.is_finished());
-            if finished {
-                self.memory.store_dof(details, lines);
+        let finished =
+            |index: usize| progress.dofs.get(index).is_some_and(DofProgress::is_finished);
+        for (details, data) in dofs {
+            match data {
+                DofData::MassLines(lines) if finished(lines.0) && !self.is_long() => {
+                    self.memory.store_dof(details, lines);
+                }
+                DofData::Lines(lines) if finished(lines.dof.into()) && self.is_long() => {
+                    self.memory.keep_lines(details, lines);
+                }
+                DofData::MassLines(_) | DofData::Lines(_) => {}
             }
         }
+        let mut progress = progress;
         for (index, dof) in progress.dofs.iter_mut().enumerate() {
-            let there = self.memory.mass_lines.iter().any(|(of, _)| *of == index);
-            if measured(index) && !there {
-                *dof = campaign::DofProgress::OPEN;
+            if measured(index) && !self.has_data(index) {
+                *dof = DofProgress::OPEN;
             }
         }
         self.take_up(Campaign::resume(progress)?, diagnostics);
         Ok(())
+    }
+
+    /// True when mass lines or lines of the DOF with this index are stored.
+    pub fn has_data(&self, index: usize) -> bool {
+        self.memory.mass_lines.iter().any(|(of, _)| *of == index)
+            || self.memory.lines.iter().any(|of| usize::from(of.dof) == index)
     }
 
     /// Executes a command of the operator.

@@ -1,18 +1,21 @@
 //! Processes scans into averaged hits: capture, grading, averaging, comparison with the repeat hits.
 
+use super::averaged_hit::AveragedHit;
 use super::averaging::{self, Change, ExpectedHit, HitAverager, ProcessingSettings};
 use super::campaign::{Campaign, Phase, Step};
+use super::capturing::Capturing;
 use super::listening::Listening;
+use super::long_hit::LongHitAverager;
 use super::{
     Activity, GradedHit, LOSSES_TO_STOP, Measurement, NextAction, Recorded, ScanIndex, Streamed,
     note,
 };
 use crate::design::FurtherHitSearch;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
-use crate::layout::Verdict;
+use crate::layout::{TestProfile, Verdict};
 use crate::signal::{
-    Capture, CaptureState, FftError, HitAgreement, HitReport, RECORD_SCANS, RealFft, Scan, Trigger,
-    grade,
+    CaptureState, FftError, FullRateExtremes, HitAgreement, HitReport, RECORD_SCANS, RealFft, Scan,
+    grade, grade_long,
 };
 use crate::units::Newtons;
 
@@ -22,15 +25,17 @@ pub(super) enum Task<R> {
     /// The step has not begun.
     None,
     /// The sampler runs; `trigger` is the scan of the trigger once it has fired.
-    Capture { capture: Capture, trigger: Option<ScanIndex> },
+    Capture { capture: Capturing, trigger: Option<ScanIndex> },
     /// The record is complete.
-    Grade { trigger: ScanIndex },
+    Grade { trigger: ScanIndex, extremes: Option<FullRateExtremes> },
     /// The record is searched for hum.
     Listen(Listening<R>),
     /// The responses before `next` are averaged, or removed if the hit is undone.
-    Average { hit: HitAverager<R>, next: usize },
+    Average { hit: AveragedHit<R>, next: usize },
     /// The hit is an outlier: the responses before `next` have been removed again.
-    Withdraw { hit: HitAverager<R>, next: usize, distance: R },
+    Withdraw { hit: AveragedHit<R>, next: usize, distance: R },
+    /// The driver stores the lines of the DOF.
+    StoreLines,
     /// The identification methods are running.
     Identify,
     /// A further hit is searched for.
@@ -49,9 +54,10 @@ impl<R: RealFft> Measurement<'_, R> {
         self.save_record();
         if let Activity::Measuring(campaign, task) = &mut self.activity {
             self.memory.record.begin_wait();
-            let test = self.layout.as_ref().map(|layout| layout.test.trigger_n);
-            let level = Newtons(test.map_or(0.0, |level| level.to_f32()));
-            let capture = Capture::new(Trigger::new(&self.adc, &self.calibration, level));
+            let test = self.layout.as_ref().map(|layout| &layout.test);
+            let level = Newtons(test.map_or(0.0, |test| test.trigger_n.to_f32()));
+            let profile = test.map_or_else(TestProfile::default, |test| test.profile);
+            let capture = Capturing::new(&self.adc, &self.calibration, level, profile);
             *task = Task::Capture { capture, trigger: None };
             campaign.armed();
             self.armings = self.armings.wrapping_add(1);
@@ -105,7 +111,7 @@ impl<R: RealFft> Measurement<'_, R> {
                 campaign.triggered();
             }
             CaptureState::Complete { trigger_scan } => {
-                *task = Task::Grade { trigger: trigger_scan };
+                *task = Task::Grade { trigger: trigger_scan, extremes: capture.extremes() };
                 return false;
             }
             CaptureState::Broken => {
@@ -173,10 +179,19 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 
     /// Grades the record.
-    pub(super) fn grade_hit(&mut self, campaign: &mut Campaign, trigger: ScanIndex) -> Task<R> {
+    pub(super) fn grade_hit(
+        &mut self,
+        campaign: &mut Campaign,
+        trigger: ScanIndex,
+        extremes: Option<&FullRateExtremes>,
+    ) -> Task<R> {
         let test = self.test().cast();
         let (adc, last) = (self.adc_in_use(), self.last_record);
-        let report = grade(&self.memory.record, &adc, &self.calibration, &test, last);
+        let (record, calibration) = (&self.memory.record, &self.calibration);
+        let report = match extremes {
+            Some(all) => grade_long(record, (trigger, all), &adc, calibration, &test, last),
+            None => grade(record, &adc, calibration, &test, last),
+        };
         self.last_record = Some(report.fingerprint);
         let good = report.good();
         let number = self.report_hit(campaign.dof(), trigger, report);
@@ -195,6 +210,7 @@ impl<R: RealFft> Measurement<'_, R> {
             scan: trigger.0,
             peak_force: report.peak_force.0,
             peak_acceleration: report.peak_acceleration.0,
+            impulse: report.impulse.map(|impulse| impulse.0),
             findings: report.findings,
         };
         self.last_hit = Some(hit.clone());
@@ -259,9 +275,20 @@ impl<R: RealFft> Measurement<'_, R> {
                     ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
                 let expected = ExpectedHit { hum, scatter: self.expected_scatter(dof) };
                 let change = if undoes { Change::Remove } else { Change::Add };
+                let trigger = ScanIndex(self.last_hit.as_ref().map_or(0, |hit| hit.scan));
                 let (record, spectra, memory) = self.memory.of_hit();
-                let hit =
-                    HitAverager::begin(settings, record, expected, memory, (change, spectra))?;
+                let to = (change, spectra);
+                let hit = match test.profile {
+                    TestProfile::MassLine => AveragedHit::MassLine(HitAverager::begin(
+                        settings, record, expected, memory, to,
+                    )?),
+                    TestProfile::Suspension => AveragedHit::Long(LongHitAverager::begin(
+                        settings,
+                        (record, trigger),
+                        memory,
+                        to,
+                    )),
+                };
                 Task::Average { hit, next: 0 }
             }
             // A hit that is undone was not unsteady when it was accepted.
@@ -286,16 +313,11 @@ impl<R: RealFft> Measurement<'_, R> {
 
     /// Compares the averaged hit with its repeat hits. A hit without mass lines of its own does not
     /// contribute to the scatter.
-    fn join(&mut self, campaign: &mut Campaign, dof: usize, hit: HitAverager<R>) -> Task<R> {
+    fn join(&mut self, campaign: &mut Campaign, dof: usize, hit: AveragedHit<R>) -> Task<R> {
         let verdict = self.test().policy.verdict(Code::HitInconsistent);
-        let standing = match hit.mass_lines(&self.calibration) {
-            None => HitAgreement::Agrees,
-            Some(own) => {
-                let elsewhere = averaging::known_scatter(&self.memory.mass_lines);
-                let others = self.memory.single_hits.get_or_insert_default();
-                let force = hit.squared_force(&self.memory.record, &own, others);
-                averaging::join(others, &own, force, elsewhere, verdict)
-            }
+        let standing = match &hit {
+            AveragedHit::MassLine(hit) => self.join_mass_lines(hit, verdict),
+            AveragedHit::Long(hit) => hit.standing(self.memory.known_line_scatter()),
         };
         match standing {
             HitAgreement::Agrees => {
@@ -326,6 +348,15 @@ impl<R: RealFft> Measurement<'_, R> {
             }
         }
         Task::None
+    }
+
+    /// Compares the mass lines of a hit with those of its repeat hits, and adds them unless it disagrees.
+    fn join_mass_lines(&mut self, hit: &HitAverager<R>, verdict: Verdict) -> HitAgreement<R> {
+        let Some(own) = hit.mass_lines(&self.calibration) else { return HitAgreement::Agrees };
+        let elsewhere = averaging::known_scatter(&self.memory.mass_lines);
+        let others = self.memory.single_hits.get_or_insert_default();
+        let force = hit.squared_force(&self.memory.record, &own, others);
+        averaging::join(others, &own, force, elsewhere, verdict)
     }
 
     /// Reports the current hit again, after what was found when it had passed its own grading; an error rejects it.

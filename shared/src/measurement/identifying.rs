@@ -35,6 +35,10 @@ impl<R: RealFft> Measurement<'_, R> {
                     self.block = Some(self.weigh(mass));
                     return Task::Identified;
                 }
+                if self.is_long() {
+                    self.memory.identification.begin([]);
+                    return Task::Identified;
+                }
                 self.memory.identification.begin(Method::of_mass_lines());
                 Task::Identify
             }
@@ -54,6 +58,11 @@ impl<R: RealFft> Measurement<'_, R> {
                 Task::None
             }
             _ => {
+                if self.is_long() {
+                    // The methods need all modes, and a force that excites each.
+                    campaign.estimated(false);
+                    return Task::None;
+                }
                 self.memory.identification.begin(Method::of_mass_lines());
                 Task::Identify
             }

@@ -3,6 +3,7 @@
 use super::Measurement;
 use super::averaging::HitMemory;
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
+use crate::layout::TestProfile;
 use crate::signal::{
     HAMMER, HitAnalysis, Hum, HumFit, HumSearch, PRE_TRIGGER_SCANS, RECORD_SCANS, RealFft,
 };
@@ -29,6 +30,10 @@ impl<R: RealFft> Measurement<'_, R> {
     /// Starts a search in the current record.
     pub(super) fn begin_listening(&self) -> Listening<R> {
         let (adc, test) = (self.adc_in_use(), self.test());
+        if test.profile == TestProfile::Suspension {
+            // The decimation takes out the harmonics of 50 and 60 Hz.
+            return Listening::Done(None);
+        }
         let analysis = HitAnalysis::new(&adc, &self.calibration, &test, PRE_TRIGGER_SCANS);
         match analysis.hum_search(RECORD_SCANS) {
             Some(search) => Listening::Searching { search, next: 0 },

@@ -4,13 +4,14 @@ use heapless::Vec;
 use nalgebra::Complex;
 
 use super::averaging::{DofSpectra, HitMemory};
+use super::lines::StoredLines;
 use super::result::MeasuredDof;
 use crate::identify::{
     DofMassLines, Identification, MASS_LINE_METHODS, ScatterAccumulator, maximum_likelihood,
 };
 use crate::layout::{RIG_HITS, RIG_SENSORS};
 use crate::mass_line::BasisRow;
-use crate::signal::{RECORD_SCANS, Record, SPECTRUM_BINS};
+use crate::signal::{KnownScatter, RECORD_SCANS, RealFft, Record, SPECTRUM_BINS};
 
 // The scratch memory is also the workspace of the methods.
 const _: () = assert!(maximum_likelihood::workspace(RIG_SENSORS) <= RECORD_SCANS);
@@ -31,6 +32,8 @@ pub struct Memory<R> {
     pub(super) dofs: Vec<MeasuredDof<R>, RIG_HITS>,
     /// The mass lines of these DOFs, in the same order.
     pub(super) mass_lines: Vec<DofMassLines<R, RIG_SENSORS>, RIG_HITS>,
+    /// Or, in the suspension profile, what is known of their stored lines.
+    pub(super) lines: Vec<StoredLines<R>, RIG_HITS>,
     pub(super) identification: Identification<R, MASS_LINE_METHODS>,
 }
 
@@ -48,6 +51,7 @@ macro_rules! memory {
                     single_hits: None,
                     dofs: Vec::new(),
                     mass_lines: Vec::new(),
+                    lines: Vec::new(),
                     identification: Identification::idle(),
                 }
             }
@@ -75,6 +79,7 @@ impl<R> Memory<R> {
         self.single_hits = None;
         self.dofs.clear();
         self.mass_lines.clear();
+        self.lines.clear();
         self.identification.begin([]);
     }
 
@@ -84,12 +89,17 @@ impl<R> Memory<R> {
         details: MeasuredDof<R>,
         mass_lines: DofMassLines<R, RIG_SENSORS>,
     ) {
-        if let Some(place) = self.mass_lines.iter().position(|(index, _)| *index == mass_lines.0) {
-            self.mass_lines.remove(place);
-            self.dofs.remove(place);
-        }
+        self.discard_dof(mass_lines.0);
         // There is room for every DOF of a layout.
         let _ = self.mass_lines.push(mass_lines);
+        let _ = self.dofs.push(details);
+    }
+
+    /// Stores what is said about a DOF besides its lines, and replaces previous data of it.
+    pub(super) fn keep_lines(&mut self, details: MeasuredDof<R>, lines: StoredLines<R>) {
+        self.discard_dof(lines.dof.into());
+        // There is room for every DOF of a layout.
+        let _ = self.lines.push(lines);
         let _ = self.dofs.push(details);
     }
 
@@ -99,5 +109,21 @@ impl<R> Memory<R> {
             self.mass_lines.remove(place);
             self.dofs.remove(place);
         }
+        if let Some(place) = self.lines.iter().position(|lines| usize::from(lines.dof) == dof) {
+            self.lines.remove(place);
+            self.dofs.remove(place);
+        }
+    }
+}
+
+impl<R: RealFft> Memory<R> {
+    /// Scatter of the repeat hits at the DOFs whose lines are stored.
+    pub(super) fn known_line_scatter(&self) -> KnownScatter<R> {
+        let mut known = KnownScatter::none();
+        for lines in &self.lines {
+            let scatter = &lines.scatter;
+            known.add(lines.hits.into(), scatter.mean_squared, scatter.scatter_squared);
+        }
+        known
     }
 }

@@ -20,22 +20,30 @@
 //! | `setup` | the layout and the calibration in use |
 //! | `commands` | commands of the operator |
 //! | [`campaign`] | which degree of freedom is hit next |
+//! | `capturing` | the capture of a hit under either profile |
 //! | `hits` | from scans to an averaged hit |
+//! | `averaged_hit` | a hit that is being averaged under either profile |
+//! | [`long_hit`] | averages a hit with a long record |
 //! | `undo` | takes the last accepted hit out of the averages again |
 //! | `listening` | the search for mains hum in a hit |
 //! | [`averaging`] | from the hits of one DOF to its mass lines |
 //! | `closing` | from averaged hits to mass lines |
+//! | [`lines`] | closes a DOF whose lines the driver stores |
 //! | `identifying` | from mass lines to the estimates, after each DOF and at the end |
 //! | `precision` | how precise the answer would be after each DOF, and whether the target is reached |
 //! | `view` | the state of the measurement, for display |
 
+mod averaged_hit;
 pub mod averaging;
 pub mod campaign;
+mod capturing;
 mod closing;
 mod commands;
 mod hits;
 mod identifying;
+pub mod lines;
 mod listening;
+pub mod long_hit;
 mod memory;
 mod precision;
 mod result;
@@ -43,7 +51,7 @@ mod setup;
 mod undo;
 mod view;
 
-pub use commands::StartError;
+pub use commands::{DofData, RestoredDof, StartError};
 pub use memory::Memory;
 pub use precision::CampaignPrecision;
 pub use result::{BlockResult, MeasuredDof, TestResult};
@@ -77,6 +85,12 @@ pub enum NextAction {
     Sample,
     /// Call [`Measurement::work`].
     Compute,
+    /// Store what [`Measurement::result`] says about the DOF that was measured last, with its
+    /// [lines](Measurement::line), then report [`Measurement::lines_stored`] or [`Measurement::lines_not_stored`].
+    StoreLines {
+        /// Index of the DOF in the layout.
+        dof: usize,
+    },
     /// Store [`Measurement::result`], then report [`Measurement::stored`] or [`Measurement::not_stored`].
     Store,
 }
@@ -167,6 +181,10 @@ impl<'m, R: RealFft> Measurement<'m, R> {
                 }
                 (_, Task::Grade { .. }) => NextAction::Compute,
                 (Step::Rest | Step::AwaitHit { .. }, _) => NextAction::Wait,
+                (Step::CloseDof { .. }, Task::StoreLines) if campaign.is_paused() => {
+                    NextAction::Wait
+                }
+                (Step::CloseDof { dof }, Task::StoreLines) => NextAction::StoreLines { dof },
                 (Step::Identify, Task::Identified) => NextAction::Store,
                 _ => NextAction::Compute,
             },
@@ -180,12 +198,15 @@ impl<'m, R: RealFft> Measurement<'m, R> {
         }
         let Activity::Measuring(mut campaign, task) = self.take_activity() else { return };
         let task = match (campaign.step(), task) {
-            (_, Task::Grade { trigger }) => self.grade_hit(&mut campaign, trigger),
+            (_, Task::Grade { trigger, extremes }) => {
+                self.grade_hit(&mut campaign, trigger, extremes.as_ref())
+            }
             (Step::Analyse { dof }, task) => self.average_hit(&mut campaign, dof, task),
             (Step::Undo, task) => {
                 let dof = self.last_accepted.dof().unwrap_or_default();
                 self.average_hit(&mut campaign, dof, task)
             }
+            (Step::CloseDof { dof }, task) if self.is_long() => self.close_lines(dof, task),
             (Step::CloseDof { dof }, _) => {
                 self.close_dof(dof);
                 campaign.dof_closed();

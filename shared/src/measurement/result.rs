@@ -1,5 +1,6 @@
 //! Result of a campaign.
 
+use super::lines::StoredLines;
 use crate::calibration::CalibrationSigma;
 use crate::calibration::block::{BlockError, ForceRatio};
 use crate::diagnosis::Diagnostics;
@@ -29,6 +30,8 @@ pub struct TestResult<'m, R> {
     pub dofs: &'m [MeasuredDof<R>],
     /// Their mass lines, in the same order.
     pub mass_lines: &'m [DofMassLines<R, RIG_SENSORS>],
+    /// In their place in the suspension profile: what is known of the stored lines of the DOFs, in the same order.
+    pub lines: &'m [StoredLines<R>],
     /// Estimates, one per method, best first; empty for a block.
     pub estimates: &'m [Estimate<R>],
     /// The methods without an answer, and why.

@@ -4,8 +4,8 @@ use super::{Activity, Measurement, StartError, TestLayout, note};
 use crate::calibration::{CalibrationSigma, without_calibration};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::{Applicability, Method, Methods};
-use crate::layout::{TestSettings, assumed_body, check_settings};
-use crate::signal::{AdcProperties, Calibration, RECORD_SCANS, RealFft, SPECTRUM_BINS};
+use crate::layout::{TestProfile, TestSettings, assumed_body, check_settings};
+use crate::signal::{AdcProperties, Calibration, RealFft, SPECTRUM_BINS, transform_of};
 
 impl<R: RealFft> Measurement<'_, R> {
     /// Reserves layout and calibration for a change that takes time: nothing can be started until
@@ -109,11 +109,16 @@ impl<R: RealFft> Measurement<'_, R> {
     pub fn check(&self, layout: &TestLayout<R>) -> Diagnostics {
         let sensors = layout.sensors.iter().map(|sensor| sensor.position);
         let places = sensors.chain(layout.hits.iter().map(|hit| hit.position));
-        let methods: Methods = Method::of_mass_lines().collect();
+        let profile = layout.test.profile;
+        let methods: Methods = match profile {
+            TestProfile::MassLine => Method::of_mass_lines().collect(),
+            TestProfile::Suspension => Method::of_modes().collect(),
+        };
         let body = assumed_body(None, places);
         let mut diagnostics = Applicability::new(layout, &body, &methods).diagnostics;
-        let rate = R::of(f64::from(self.adc.rate.0));
-        for found in check_settings(&layout.test, rate, RECORD_SCANS, SPECTRUM_BINS) {
+        let (rate, points) = transform_of(&self.adc, profile);
+        let rate = R::of(f64::from(rate));
+        for found in check_settings(&layout.test, rate, points, SPECTRUM_BINS) {
             note(&mut diagnostics, found);
         }
         if layout.sensors.len() * 3 > self.adc.responses() {
@@ -130,6 +135,11 @@ impl<R: RealFft> Measurement<'_, R> {
         let hit = layout.hits.get(dof).map(|hit| hit.uncertainty);
         let distance = layout.characteristic_length();
         hit.map_or_else(R::zero, |hit| hit.relative_scatter(distance))
+    }
+
+    /// True in the suspension profile.
+    pub(super) fn is_long(&self) -> bool {
+        self.test().profile == TestProfile::Suspension
     }
 
     /// The settings of the test.

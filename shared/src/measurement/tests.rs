@@ -215,7 +215,8 @@ fn a_finished_dof_whose_mass_lines_are_lost_is_measured_again() {
         (details, (index, MassLines::without_scatter(accelerance)))
     };
     // The mass lines of the second are lost; those of the third do not belong to a finished DOF.
-    rig.resume(progress, [of(0), of(2)], |index| index < 2, Diagnostics::new()).unwrap();
+    let dofs = [of(0), of(2)].map(|(details, lines)| (details, DofData::MassLines(lines)));
+    rig.resume(progress, dofs, |index| index < 2, Diagnostics::new()).unwrap();
     assert_eq!(rig.result().mass_lines.len(), 1);
     assert_eq!(rig.campaign().unwrap().dofs(), [done, DofProgress::OPEN, DofProgress::OPEN]);
     assert_eq!(rig.campaign().unwrap().dof(), 1);

@@ -15,7 +15,7 @@
 //! single precision. The precision is restored from a copy. Diagnostics that came with the hit are dropped; one that was
 //! there before keeps its largest value.
 
-use super::averaging::HitAverager;
+use super::averaged_hit::AveragedHit;
 use super::campaign::{Campaign, CommandError, Step};
 use super::{CampaignPrecision, Measurement, Recorded};
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
@@ -132,7 +132,7 @@ impl<R: RealFft> Measurement<'_, R> {
 
     /// Restores the state before the hit that is undone, after it has been removed from the spectra; if that was not
     /// possible, there is no `hit`, and its DOF starts again. No effect unless a hit is undone.
-    pub(super) fn finish_undo(&mut self, campaign: &mut Campaign, hit: Option<&HitAverager<R>>) {
+    pub(super) fn finish_undo(&mut self, campaign: &mut Campaign, hit: Option<&AveragedHit<R>>) {
         let Some(dof) = self.last_accepted.dof().filter(|_| campaign.step() == Step::Undo) else {
             return;
         };
@@ -144,7 +144,7 @@ impl<R: RealFft> Measurement<'_, R> {
             self.averaged = None;
         }
         let memory = &mut *self.memory;
-        if let (Some(hit), Some(others)) = (hit, &mut memory.single_hits)
+        if let (Some(AveragedHit::MassLine(hit)), Some(others)) = (hit, &mut memory.single_hits)
             && let Some(own) = hit.mass_lines(&self.calibration)
         {
             others.remove(&own, |others| hit.squared_force(&memory.record, &own, others));

@@ -49,6 +49,8 @@ pub struct GradedHit {
     pub peak_force: f32,
     /// Largest acceleration of any channel, m/s².
     pub peak_acceleration: f32,
+    /// Impulse of the force, N s, in the suspension profile.
+    pub impulse: Option<f32>,
     /// What the grading found.
     pub findings: Diagnostics,
 }
@@ -182,6 +184,7 @@ impl<R: RealFft> Measurement<'_, R> {
         TestResult {
             dofs: &self.memory.dofs,
             mass_lines: &self.memory.mass_lines,
+            lines: &self.memory.lines,
             estimates: self.memory.identification.estimates(),
             refusals: self.memory.identification.refusals(),
             block: self.block,

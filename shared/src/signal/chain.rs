@@ -1,6 +1,6 @@
 //! The electrical chain between a physical quantity and its ADC code.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Complex, Matrix3, Vector3};
 
 use super::{CHANNELS, DECIMATION, RESPONSES, ROW_BITS};
 use crate::Real;
@@ -170,6 +170,15 @@ impl Calibration {
             let read = Vector3::from_column_slice(axes);
             axes.copy_from_slice((inverse * read).as_slice());
         }
+    }
+
+    /// The complex readings of one sensor without its cross-axis sensitivities: those for motion along its own axes.
+    pub fn own_axes<R: Real>(&self, sensor: usize, axes: &[Complex<R>; 3]) -> [Complex<R>; 3] {
+        let inverse = self.cross_axis.get(sensor).and_then(|of| of.matrix::<R>().try_inverse());
+        let Some(inverse) = inverse else { return *axes };
+        let part = |part: fn(&Complex<R>) -> R| inverse * Vector3::from(axes.each_ref().map(part));
+        let (re, im) = (part(|z| z.re), part(|z| z.im));
+        core::array::from_fn(|axis| Complex::new(re[axis], im[axis]))
     }
 
     /// Sensitivity of a sensor, V/(m/s²): row `k` is the output of its channel `k` for unit acceleration

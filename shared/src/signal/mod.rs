@@ -8,6 +8,7 @@
 //! them are from before the contact.
 
 mod analysis;
+mod bins;
 mod chain;
 mod decimator;
 mod fft;
@@ -25,6 +26,7 @@ mod trigger;
 pub mod window;
 
 pub use analysis::HitAnalysis;
+pub use bins::{resolution, transform_of};
 pub use chain::{AdcProperties, Calibration, ChannelCalibration, CrossAxis, HAMMER};
 pub use decimator::{DECIMATION, Decimator, ROW_BITS, Row, SETTLING_ROWS, transfer};
 pub use fft::{FftError, RealFft};

@@ -1,0 +1,29 @@
+//! Where the bins of a profile lie.
+
+use super::{AdcProperties, LONG_POINTS, RECORD_SCANS};
+use crate::Real;
+use crate::layout::TestProfile;
+
+/// Rate of the responses and number of points of their transform: those of a whole record, or of the long record's pieces.
+pub fn transform_of(adc: &AdcProperties, profile: TestProfile) -> (f32, usize) {
+    match profile {
+        TestProfile::MassLine => (adc.rate.0, RECORD_SCANS),
+        TestProfile::Suspension => (adc.of_rows().rate.0, LONG_POINTS),
+    }
+}
+
+/// Spacing of the bins of the averaged spectra, Hz.
+///
+/// ```
+/// # use massline_shared::layout::TestProfile;
+/// # use massline_shared::signal::{AdcProperties, resolution};
+/// # use massline_shared::units::*;
+/// # let adc = AdcProperties { rate: Hertz(4000.0), channels: 10, bits: 12,
+/// #     reference: Volts(3.0), channel_delay: Seconds(1e-5) };
+/// assert_eq!(resolution::<f64>(&adc, TestProfile::MassLine), 1.953_125);
+/// assert_eq!(resolution::<f64>(&adc, TestProfile::Suspension), 0.097_656_25);
+/// ```
+pub fn resolution<R: Real>(adc: &AdcProperties, profile: TestProfile) -> R {
+    let (rate, points) = transform_of(adc, profile);
+    R::of(f64::from(rate)) / R::of(points as f64)
+}
