@@ -72,3 +72,6 @@ impl<R: RealFft> Measurement<'_, R> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
