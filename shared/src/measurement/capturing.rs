@@ -9,6 +9,7 @@ use crate::units::{Newtons, ScanIndex};
 
 /// The capture of a hit.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one at a time, and no allocator")]
 pub(super) enum Capturing {
     /// Of half a second.
     MassLine(Capture),

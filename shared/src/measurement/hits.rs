@@ -21,6 +21,7 @@ use crate::units::Newtons;
 
 /// Progress within the current step of the campaign.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one at a time, and no allocator")]
 pub(super) enum Task<R> {
     /// The step has not begun.
     None,

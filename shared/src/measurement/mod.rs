@@ -97,6 +97,7 @@ pub enum NextAction {
 
 /// Current activity of a rig; there is only one at a time.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one at a time, and no allocator")]
 enum Activity<R> {
     /// No activity.
     Idle,

@@ -9,7 +9,7 @@
 
 use nalgebra::Complex;
 
-use super::{RESPONSES, Scan};
+use super::{HAMMER, RESPONSES, Scan};
 use crate::Real;
 use crate::units::ScanIndex;
 
@@ -38,16 +38,19 @@ const HALF: [i16; 25] = [
 /// Rows after the start in which the filter still fills.
 pub const SETTLING_ROWS: usize = OVERLAP + 1;
 
+/// Outputs of the first stage to which one scan contributes.
+const OPEN: usize = ORDER;
+/// Impulse response of the first stage, times 16³: three moving sums.
+const SUMS: [u16; FIRST * OPEN] = moving_sums();
+
 /// One row of responses, 16-bit codes.
 pub type Row = [u16; RESPONSES];
 
 /// The state of the filter of all responses.
 #[derive(Clone, Copy, Debug)]
 pub struct Decimator {
-    /// Running sums of the first stage. They wrap around, and their differences are right nevertheless (Hogenauer 1981).
-    sums: [[u32; ORDER]; RESPONSES],
-    /// Their values at the last output.
-    held: [[u32; ORDER]; RESPONSES],
+    /// What the scans have contributed so far to this output of the first stage and to the next ones; at most 2²⁸.
+    outputs: [[u32; OPEN]; RESPONSES],
     /// What the outputs of the first stage have contributed so far to this row and to the next ones.
     rows: [[f32; OVERLAP]; RESPONSES],
     /// From an output of the first stage to a 16-bit code.
@@ -61,8 +64,7 @@ impl Decimator {
     pub fn new(bits: u8) -> Self {
         let gain = (1_u32 << ROW_BITS.saturating_sub(bits)) as f32;
         Self {
-            sums: [[0; ORDER]; RESPONSES],
-            held: [[0; ORDER]; RESPONSES],
+            outputs: [[0; OPEN]; RESPONSES],
             rows: [[0.0; OVERLAP]; RESPONSES],
             scale: gain / FIRST.pow(ORDER as u32) as f32,
             scans: None,
@@ -73,16 +75,15 @@ impl Decimator {
     /// the scans whose index is a multiple of [`DECIMATION`]; the first rows ([`SETTLING_ROWS`]) do not count.
     pub fn feed(&mut self, scan: &Scan, index: ScanIndex) -> Option<Row> {
         let first = index.0.is_multiple_of(DECIMATION as u64);
-        let scans = usize::from(self.scans.or(first.then_some(0))?);
-        for (sums, &code) in self.sums.iter_mut().zip(&scan[1..]) {
-            let mut input = u32::from(code);
-            for sum in sums {
-                *sum = sum.wrapping_add(input);
-                input = *sum;
+        let scans = usize::from(self.scans.or(first.then_some(0))?) + 1;
+        self.scans = Some((scans % DECIMATION) as u8);
+        let tap = FIRST - 1 - (scans - 1) % FIRST;
+        let taps: [u32; OPEN] = core::array::from_fn(|open| SUMS[tap + open * FIRST].into());
+        for (outputs, &code) in self.outputs.iter_mut().zip(&scan[HAMMER + 1..]) {
+            for (output, tap) in outputs.iter_mut().zip(taps) {
+                *output += tap * u32::from(code);
             }
         }
-        let scans = scans + 1;
-        self.scans = Some((scans % DECIMATION) as u8);
         if !scans.is_multiple_of(FIRST) {
             return None;
         }
@@ -90,16 +91,12 @@ impl Decimator {
         (scans == DECIMATION).then(|| self.row())
     }
 
-    /// Adds the output of the first stage to all rows to which it contributes; `first` is its tap in the current row.
+    /// Adds the current output of the first stage to all rows to which it contributes; `first` is its tap in the current row.
     fn filter(&mut self, first: usize) {
-        let Self { sums, held, rows, scale, .. } = self;
-        for ((sums, held), rows) in sums.iter().zip(held).zip(rows) {
-            let mut output = sums[ORDER - 1];
-            for held in held {
-                let before = core::mem::replace(held, output);
-                output = output.wrapping_sub(before);
-            }
-            let output = output as f32 * *scale;
+        for (outputs, rows) in self.outputs.iter_mut().zip(&mut self.rows) {
+            let output = outputs[0] as f32 * self.scale;
+            outputs.copy_within(1.., 0);
+            outputs[OPEN - 1] = 0;
             let taps = (first..TAPS).step_by(SECOND);
             rows.iter_mut().zip(taps).for_each(|(row, at)| *row += tap(at) * output);
         }
@@ -116,6 +113,27 @@ impl Decimator {
         }
         codes
     }
+}
+
+/// Three moving sums one after the other.
+const fn moving_sums() -> [u16; FIRST * OPEN] {
+    let mut sums = [0; FIRST * OPEN];
+    sums[0] = 1;
+    let mut order = 0;
+    while order < ORDER {
+        // From the end, so that each value is the sum of those before the change.
+        let mut at = sums.len();
+        while at > 0 {
+            at -= 1;
+            let mut back = 1;
+            while back < FIRST && back <= at {
+                sums[at] += sums[at - back];
+                back += 1;
+            }
+        }
+        order += 1;
+    }
+    sums
 }
 
 /// A tap of the second stage.

@@ -4,7 +4,7 @@ use crate::layout::{TestProfile, TestSettings};
 use crate::measurement::campaign::{Command, Phase, Start};
 use crate::measurement::{Measurement, Memory};
 use crate::signal::tests::{ADC, hammer_code};
-use crate::signal::{CHANNELS, Calibration, SPECTRUM_BINS, Scan};
+use crate::signal::{Calibration, SPECTRUM_BINS, Scan};
 use crate::units::ScanIndex;
 use nalgebra::Complex;
 use std::boxed::Box;

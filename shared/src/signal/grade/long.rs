@@ -6,8 +6,7 @@ use crate::diagnosis::{Code, Diagnostics, Subject};
 use crate::layout::TestSettings;
 use crate::signal::chain::HAMMER;
 use crate::signal::{
-    AdcProperties, CHANNELS, Calibration, FullRateExtremes, LongRecordAnalysis, PRE_TRIGGER_SCANS,
-    Record,
+    AdcProperties, Calibration, FullRateExtremes, LongRecordAnalysis, PRE_TRIGGER_SCANS, Record,
 };
 use crate::units::{MetersPerSecondSquared, NewtonSeconds, Newtons, ScanIndex};
 
@@ -138,7 +137,7 @@ fn late_push(
 mod tests {
     use super::*;
     use crate::signal::tests::{ADC, hammer_code};
-    use crate::signal::{DECIMATION, RECORD_SCANS, Scan};
+    use crate::signal::{CHANNELS, DECIMATION, RECORD_SCANS, Scan};
     use std::boxed::Box;
     use std::vec::Vec;
 
