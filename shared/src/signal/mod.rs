@@ -9,6 +9,7 @@
 
 mod analysis;
 mod chain;
+mod compact_lines;
 mod fft;
 mod grade;
 mod hit_noise;
@@ -23,6 +24,7 @@ pub mod window;
 
 pub use analysis::HitAnalysis;
 pub use chain::{AdcProperties, Calibration, ChannelCalibration, CrossAxis, HAMMER};
+pub use compact_lines::{COMPACT_RESPONSE, CompactLines, CompactLinesError, expand_response};
 pub use fft::{FftError, RealFft};
 pub use grade::{ChannelRange, HitGrader, HitReport, grade};
 pub use hit_noise::HitNoise;
