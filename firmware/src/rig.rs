@@ -18,7 +18,7 @@ use massline_shared::signal::{AdcProperties, CHANNELS, PRE_TRIGGER_SCANS, RECORD
 
 use crate::deadline::Deadline;
 use crate::info::BoardInfo;
-use crate::store::{StoreError, decode_layout};
+use crate::store::{CampaignSize, StoreError, decode_layout};
 
 /// The state that the parts share.
 pub(crate) struct Rig<'m> {
@@ -87,9 +87,10 @@ impl<'m> Rig<'m> {
         Ok(())
     }
 
-    /// Number of DOFs of the layout in use.
-    pub fn dofs(&self) -> usize {
-        self.measurement.borrow().layout().map_or(0, |layout| layout.hits.len())
+    /// What a campaign with the layout in use will store. A campaign by mass lines stores no other lines.
+    pub fn campaign_size(&self) -> CampaignSize {
+        let measurement = self.measurement.borrow();
+        CampaignSize { dofs: measurement.layout().map_or(0, |layout| layout.hits.len()), lines: 0 }
     }
 
     /// Starts a campaign; `room` is true when the store has room for it. Deadline:

@@ -2,11 +2,14 @@
 //! rules of three kinds of flash: no accepted write is lost and no torn one is visible.
 
 use embassy_futures::block_on;
-use massline_firmware::store::{LAYOUTS, MAX_DOF, MAX_PROGRESS, MAX_RESULT, Store, StoreError};
+use massline_firmware::store::{
+    CampaignSize, LAYOUTS, MAX_DOF, MAX_LINES, MAX_PROGRESS, MAX_RESULT, Store, StoreError,
+};
 use massline_protocol::message::EstimatedMass;
 use massline_protocol::{LayoutHash, MAX_LAYOUT, crc32};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{Axis, Dof, Hit, RigLayout, Sensor, Sign};
+use massline_shared::signal::COMPACT_RESPONSE;
 use massline_virtual::flash::{Chip, ChipFlash, Cut, F411, FlashMemory, G474, W25q};
 
 /// DOFs of every campaign here.
@@ -20,9 +23,14 @@ enum Write {
     /// Takes a stored layout into use again.
     Use(u32),
     Calibration(u32),
-    /// A finished DOF of a campaign.
+    /// A finished DOF of a campaign, with this many bytes of lines.
     Dof {
         campaign: u32,
+        index: u8,
+        lines: usize,
+    },
+    /// A DOF with lines is open again.
+    Reopen {
         index: u8,
     },
     Progress {
@@ -71,8 +79,8 @@ fn calibration(number: u32) -> CalibrationRecord {
     record
 }
 
-fn dof_bytes(campaign: u32, index: u8) -> Vec<u8> {
-    bytes_of(campaign * 16 + u32::from(index), MAX_DOF - usize::from(index))
+fn dof_bytes(campaign: u32, index: u8, lines: usize) -> Vec<u8> {
+    bytes_of(campaign * 16 + u32::from(index), MAX_DOF - usize::from(index) + lines)
 }
 
 fn progress_bytes(campaign: u32, dofs: u8) -> Vec<u8> {
@@ -96,6 +104,8 @@ struct StoredResult {
     layout: u32,
     mass: Option<EstimatedMass>,
     bytes: Vec<u8>,
+    /// Its DOFs with lines, by their index.
+    dofs: Vec<(u8, Vec<u8>)>,
 }
 
 /// The expected contents of a store.
@@ -108,7 +118,8 @@ struct Model {
     results: Vec<StoredResult>,
     next_number: u32,
     progress: Option<Vec<u8>>,
-    dofs: Vec<Vec<u8>>,
+    /// The DOFs of the campaign by their index, in the order of storing.
+    dofs: Vec<(u8, Vec<u8>)>,
 }
 
 impl Model {
@@ -130,7 +141,14 @@ impl Model {
             assert_eq!(crc32(&bytes), kept.crc);
             let (number, layout, mass) =
                 (kept.entry.number, kept.entry.layout_hash, kept.entry.mass);
-            StoredResult { number, layout, mass, bytes }
+            let dofs = (0..DOFS as u8).filter_map(|index| {
+                let stored = store.dof_of_result(number, index)?;
+                let mut bytes = vec![0; stored.length()];
+                assert_eq!(block_on(store.read_dof(&stored, 0, &mut bytes)), Ok(bytes.len()));
+                Some((index, bytes))
+            });
+            let dofs = dofs.collect();
+            StoredResult { number, layout, mass, bytes, dofs }
         });
         let mut model = Self {
             layouts: known,
@@ -141,9 +159,16 @@ impl Model {
             progress: block_on(store.progress(&mut [0; MAX_PROGRESS])).map(<[u8]>::to_vec),
             dofs: Vec::new(),
         };
-        while let Some(dof) = block_on(store.dof(model.dofs.len(), &mut [0; MAX_DOF])) {
+        let room = &mut [0; MAX_DOF + MAX_LINES];
+        while let Some(dof) = block_on(store.dof(model.dofs.len(), room)) {
             let dof = dof.to_vec();
-            model.dofs.push(dof);
+            let same = |&index: &u8| {
+                let stored = store.dof_of_campaign(index);
+                stored.is_some_and(|stored| stored.length() == dof.len())
+            };
+            // The lengths of the DOFs differ.
+            let index = (0..DOFS as u8).find(same).expect("it has an index");
+            model.dofs.push((index, dof));
         }
         model
     }
@@ -161,14 +186,21 @@ impl Model {
                 model.in_use = Some(number);
             }
             Write::Calibration(number) => model.calibration = Some(number),
-            Write::Dof { campaign, index } => model.dofs.push(dof_bytes(campaign, index)),
+            Write::Dof { campaign, index, lines } => {
+                model.dofs.retain(|&(of, _)| of != index);
+                model.dofs.push((index, dof_bytes(campaign, index, lines)));
+            }
+            Write::Reopen { index } => model.dofs.retain(|&(of, _)| of != index),
             Write::Progress { campaign, dofs } => {
                 model.progress = Some(progress_bytes(campaign, dofs));
             }
             Write::Result { campaign } => {
                 let (number, bytes) = (model.next_number, result_bytes(campaign));
                 let mass = mass_of(campaign);
-                model.results.push(StoredResult { number, layout: campaign, mass, bytes });
+                let mut dofs = model.dofs.clone();
+                dofs.retain(|(_, bytes)| bytes.len() > MAX_DOF);
+                dofs.sort_unstable();
+                model.results.push(StoredResult { number, layout: campaign, mass, bytes, dofs });
                 model.next_number += 1;
                 model.end_campaign();
             }
@@ -206,9 +238,10 @@ fn do_it<C: Chip>(store: &mut Store<ChipFlash<C>>, write: Write) -> Result<(), S
                 let bytes = postcard::to_stdvec(&calibration(number)).unwrap();
                 store.put_calibration(&bytes).await
             }
-            Write::Dof { campaign, index } => {
-                store.put_dof(index, &dof_bytes(campaign, index)).await
+            Write::Dof { campaign, index, lines } => {
+                store.put_dof(index, &dof_bytes(campaign, index, lines)[..]).await
             }
+            Write::Reopen { index } => store.reopen_dof(index).await,
             Write::Progress { campaign, dofs } => {
                 store.put_progress(&progress_bytes(campaign, dofs)).await
             }
@@ -222,19 +255,25 @@ fn do_it<C: Chip>(store: &mut Store<ChipFlash<C>>, write: Write) -> Result<(), S
     })
 }
 
-/// The writes of a campaign; every fifth is aborted.
-fn campaign(number: u32, model: &Model, full: bool) -> Vec<Write> {
+/// The writes of a campaign, which begins with the deletion of results; every fifth is aborted. In a campaign with lines
+/// the first DOF is measured again.
+fn campaign(number: u32, model: &Model, deleted: usize, lines: usize) -> Vec<Write> {
     let mut writes = Vec::new();
-    let oldest = model.results.first().map(|kept| kept.number);
-    writes.extend(oldest.filter(|_| full).map(|number| Write::Delete { number }));
+    let oldest = model.results.iter().take(deleted).map(|kept| kept.number);
+    writes.extend(oldest.map(|number| Write::Delete { number }));
     match number % 4 {
         0 => writes.push(Write::Calibration(number)),
         1 => writes.extend(model.layouts.first().map(|&oldest| Write::Use(oldest))),
         _ => writes.push(Write::Layout(number)),
     }
     for index in 0..DOFS as u8 {
-        writes.push(Write::Dof { campaign: number, index });
+        writes.push(Write::Dof { campaign: number, index, lines });
         writes.push(Write::Progress { campaign: number, dofs: index + 1 });
+        if index == 1 && lines > 0 {
+            writes.push(Write::Progress { campaign: number, dofs: index });
+            writes.push(Write::Reopen { index: 0 });
+            writes.push(Write::Dof { campaign: number, index: 0, lines: lines + 1 });
+        }
     }
     let end = if number % 5 == 4 { Write::Abort } else { Write::Result { campaign: number } };
     writes.push(end);
@@ -248,25 +287,32 @@ struct Life {
     campaigns: u32,
     /// Results deleted to make room.
     deleted: u32,
+    /// Bytes of lines of each DOF, by the number of the campaign.
+    lines: fn(u32) -> usize,
 }
 
 impl Life {
-    fn new<C: Chip>() -> Self {
+    fn new<C: Chip>(lines: fn(u32) -> usize) -> Self {
         let memory = FlashMemory::of::<C>();
         Self {
             memory,
             model: Model { next_number: 1, ..Model::default() },
             campaigns: 0,
             deleted: 0,
+            lines,
         }
     }
 
     /// Executes a campaign; calls `before` with every write before it is executed.
     fn campaign<C: Chip>(&mut self, mut before: impl FnMut(&FlashMemory, &Model, Write)) {
         let mut store = open::<C>(&self.memory);
-        let full = block_on(store.is_full(DOFS));
-        self.deleted += u32::from(full);
-        for write in campaign(self.campaigns, &self.model, full) {
+        let lines = (self.lines)(self.campaigns);
+        // The DOF that is measured again has one byte more.
+        let size = CampaignSize { dofs: DOFS, lines: lines + usize::from(lines > 0) };
+        let shortage = block_on(store.shortage(size));
+        let deleted = shortage.map_or(0, |shortage| shortage.results.expect("there are results"));
+        self.deleted += deleted as u32;
+        for write in campaign(self.campaigns, &self.model, deleted, lines) {
             before(&self.memory, &self.model, write);
             do_it(&mut store, write).unwrap_or_else(|reason| panic!("{write:?}: {reason:?}"));
             self.model = self.model.with(write);
@@ -344,8 +390,8 @@ fn cut_everywhere<C: Chip>(memory: &FlashMemory, model: &Model, write: Write, co
 
 /// Cuts the power at every step of whole campaigns: the first ones on erased flash, and later ones when
 /// the store is full.
-fn cut_campaigns<C: Chip>(chip: &str, cut_ones: &[u32]) -> Count {
-    let (mut life, mut count) = (Life::new::<C>(), Count::default());
+fn cut_campaigns<C: Chip>(chip: &str, cut_ones: &[u32], lines: fn(u32) -> usize) -> Count {
+    let (mut life, mut count) = (Life::new::<C>(lines), Count::default());
     let mut opened = 0;
     for number in 0..=cut_ones[cut_ones.len() - 1] {
         if cut_ones.contains(&number) {
@@ -377,18 +423,46 @@ fn cut_campaigns<C: Chip>(chip: &str, cut_ones: &[u32]) -> Count {
 
 #[test]
 fn no_cut_loses_or_tears_anything_in_flash_of_an_f411() {
-    let count = cut_campaigns::<F411>("F411", &[0, 22]);
+    let count = cut_campaigns::<F411>("F411", &[0, 22], no_lines);
     assert!(count.cuts >= 10_000, "{count:?}");
 }
 
 #[test]
 fn no_cut_loses_or_tears_anything_in_flash_of_a_g474() {
-    let count = cut_campaigns::<G474>("G474", &[0, 34, 35, 36]);
+    let count = cut_campaigns::<G474>("G474", &[0, 34, 35, 36], no_lines);
     assert!(count.cuts >= 10_000, "{count:?}");
 }
 
 #[test]
 fn no_cut_loses_or_tears_anything_in_flash_beside_an_rp2350() {
-    let count = cut_campaigns::<W25q>("W25Q", &[0, 40]);
+    let count = cut_campaigns::<W25q>("W25Q", &[0, 40], no_lines);
     assert!(count.cuts >= 10_000, "{count:?}");
+}
+
+/// A campaign by mass lines stores no others.
+fn no_lines(_: u32) -> usize {
+    0
+}
+
+/// Campaigns with all the lines that a DOF can have, and campaigns without lines between them.
+fn all_lines(campaign: u32) -> usize {
+    if campaign % 3 == 1 { 0 } else { MAX_LINES - 1 }
+}
+
+/// The same with the lines of one response.
+fn few_lines(campaign: u32) -> usize {
+    if campaign % 3 == 1 { 0 } else { COMPACT_RESPONSE - 1 }
+}
+
+#[test]
+fn no_cut_loses_or_tears_lines_in_flash_of_an_f411() {
+    // There is room for one campaign with lines: the others begin with the deletion of its result.
+    let count = cut_campaigns::<F411>("F411 with lines", &[2, 3], all_lines);
+    assert!(count.cuts >= 10_000, "{count:?}");
+}
+
+#[test]
+fn no_cut_loses_or_tears_lines_in_flash_of_a_g474() {
+    let count = cut_campaigns::<G474>("G474 with lines", &[0, 17], few_lines);
+    assert!(count.cuts >= 3_000, "{count:?}");
 }

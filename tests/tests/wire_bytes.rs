@@ -8,6 +8,7 @@ use std::path::Path;
 
 use heapless::{String, Vec};
 use massline_protocol::event::{HIT, HitEvent, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock};
+use massline_protocol::lines::LinesId;
 use massline_protocol::message::*;
 use massline_protocol::object::*;
 use massline_protocol::{Deframer, Endpoint, MAX_FRAME, MAX_LAYOUT, encode_frame};
@@ -173,6 +174,10 @@ fn object() -> ObjectId {
     ObjectId { kind: ObjectKind::Result as u8, number: 3 }
 }
 
+fn lines() -> ObjectId {
+    LinesId { result: 3, dof: 11 }.object().unwrap()
+}
+
 fn frame<T: Serialize>(kind: u16, message: &T) -> std::vec::Vec<u8> {
     let mut out = [0; MAX_FRAME];
     let length = encode_frame(kind, 0x0102, message, &mut out).expect("fits a frame");
@@ -246,6 +251,11 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("GetLevels answer", answer::<GetLevels>([0, 1, 2, 3, 4, 5, 6, 7, 8, 16])),
         ("GetMassLines request", request::<GetMassLines>(2)),
         ("GetMassLines answer", answer::<GetMassLines>(result(1).dofs[0].clone())),
+        ("GetObjectInfo request, lines", request::<GetObjectInfo>(lines())),
+        (
+            "ReadObject request, lines",
+            request::<ReadObject>(ChunkRequest { object: lines(), offset: 4096, length: 1024 }),
+        ),
         ("Command request, undo", request::<Command>(CampaignCommand::Undo.into())),
         ("refusal of an undo", frame(REFUSED, &Refusal::from(Reason::HitOverwritten))),
         ("refusal", frame(REFUSED, &Refusal::from(Reason::WrongPhase))),

@@ -68,7 +68,7 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
         {
             let done = match pending {
                 PendingAction::Start(object) => {
-                    let room = !store.lock().await.is_full(rig.dofs()).await;
+                    let room = !store.lock().await.is_full(rig.campaign_size()).await;
                     controller.start(object, room)
                 }
                 PendingAction::Open(_) | PendingAction::Delete(_) => {

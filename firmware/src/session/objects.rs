@@ -1,9 +1,11 @@
-//! Large objects as bytes: results from the store, the record and the spectra from memory.
+//! Large objects as bytes: results and finished DOFs from the store, the record and the spectra from memory.
 
+use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_protocol::crc32_of_chunks;
+use massline_protocol::lines::{CURRENT_CAMPAIGN, LinesId};
 use massline_protocol::message::Reason;
 use massline_protocol::object::{
     ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind, READING,
@@ -14,7 +16,7 @@ use massline_shared::signal::{RESPONSES, Record, SPECTRUM_BINS};
 
 use crate::deadline::Deadline;
 use crate::rig::Rig;
-use crate::store::{ResultHandle, Store};
+use crate::store::{DofHandle, ResultHandle, Store};
 
 /// Bytes of the record that are checksummed at a time.
 const PIECE: usize = 4 * Record::SCAN_BYTES;
@@ -29,8 +31,9 @@ pub(crate) struct Objects<'a, 'm, F: NorFlash> {
 }
 
 impl<F: NorFlash> Objects<'_, '_, F> {
-    /// Length and checksum of an object.
-    pub async fn info(&self, object: ObjectId) -> Result<ObjectInfo, Reason> {
+    /// Length and checksum of an object. `room` is for the pieces of an object whose checksum is computed from
+    /// flash.
+    pub async fn info(&self, object: ObjectId, room: &mut [u8]) -> Result<ObjectInfo, Reason> {
         let (length, crc) = match kind(object)? {
             ObjectKind::Result => {
                 let stored = self.stored(object).await?;
@@ -49,6 +52,10 @@ impl<F: NorFlash> Objects<'_, '_, F> {
                 let mut crc = crc32_of_chunks();
                 (0..SPECTRA_WORDS).for_each(|i| crc.update(&word(header, spectra, i)));
                 (SPECTRA_WORDS as u32 * 4, crc.finalize())
+            }
+            ObjectKind::Lines => {
+                let stored = self.dof_with_lines(object).await?;
+                (stored.length() as u32, self.crc_of_dof(&stored, room).await?)
             }
         };
         Ok(ObjectInfo { length, crc })
@@ -86,11 +93,38 @@ impl<F: NorFlash> Objects<'_, '_, F> {
                 }
                 Ok(read)
             }
+            ObjectKind::Lines => {
+                let stored = self.dof_with_lines(object).await?;
+                in_range(offset, stored.length())?;
+                Ok(self.store.lock().await.read_dof(&stored, offset, room).await?)
+            }
         }
     }
 
     async fn stored(&self, object: ObjectId) -> Result<ResultHandle, Reason> {
         self.store.lock().await.find(object.number).ok_or(Reason::NotFound)
+    }
+
+    async fn dof_with_lines(&self, object: ObjectId) -> Result<DofHandle, Reason> {
+        let store = self.store.lock().await;
+        let found = match LinesId::of_number(object.number) {
+            LinesId { result: CURRENT_CAMPAIGN, dof } => store.dof_of_campaign(dof),
+            LinesId { result, dof } => store.dof_of_result(result, dof),
+        };
+        found.filter(DofHandle::has_lines).ok_or(Reason::NotFound)
+    }
+
+    /// Checksum of a stored DOF. Lets the link and the watchdog run between two pieces.
+    async fn crc_of_dof(&self, stored: &DofHandle, room: &mut [u8]) -> Result<u32, Reason> {
+        let room = room.get_mut(..MAX_CHUNK).ok_or(Reason::OutOfRange)?;
+        let (mut crc, mut offset) = (crc32_of_chunks(), 0);
+        while offset < stored.length() {
+            let read = self.store.lock().await.read_dof(stored, offset, room).await?;
+            crc.update(room.get(..read).unwrap_or_default());
+            offset += read;
+            yield_now().await;
+        }
+        Ok(crc.finalize())
     }
 }
 

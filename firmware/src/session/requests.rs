@@ -55,7 +55,7 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
             }
             GetObjectInfo::KIND => {
                 let object = reply.request::<GetObjectInfo>()?;
-                let info = self.objects().info(object).await?;
+                let info = self.objects().info(object, reply.out).await?;
                 reply.with::<GetObjectInfo>(&info)
             }
             ReadObject::KIND => {
@@ -189,7 +189,7 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
             calibration_age_days: request.calibration_age_days,
             started_unix_s: request.started_unix_s,
         };
-        let room = !self.store.lock().await.is_full(self.rig.dofs()).await;
+        let room = !self.store.lock().await.is_full(self.rig.campaign_size()).await;
         Ok(self.rig.start(start, request.force, room)?)
     }
 

@@ -4,17 +4,28 @@
 //! made. Their serials restore the order: of two changes of the same item the later one holds. A change
 //! that removes something (a deletion, the end of a campaign) always comes after everything that it
 //! removes, because records of removed items are never moved.
+//!
+//! A finished DOF belongs to its campaign until this ends. One with lines then belongs to the campaign's result,
+//! which names the campaign, and is deleted with it: its bytes are not copied. A DOF may lie before or behind the
+//! change that ends its campaign, so the changes of DOFs are applied after all others.
 
 use heapless::{String, Vec};
 use massline_protocol::message::{EstimatedMass, ResultEntry};
 use massline_shared::layout::RIG_HITS;
+use massline_shared::signal::COMPACT_RESPONSE;
 use serde::{Deserialize, Serialize};
 
-use super::{LAYOUTS, RESULTS};
+use super::{LAYOUTS, MAX_DOF, RESULTS};
 
 /// Most bytes of an encoded change. The longest is that of a layout: six integers of at most five bytes,
 /// three more bytes, a title.
 pub(super) const MAX_CHANGE: usize = 6 * 5 + 3 + 49;
+/// Most bytes of an encoded change that names no layout. The longest is that of a result: five integers of at most
+/// five bytes, a length of three, a mass of ten, its kind.
+pub(super) const MAX_SHORT_CHANGE: usize = 5 * 5 + 3 + 10 + 1;
+
+/// Most finished DOFs in the store: those of the current campaign, and those with lines of stored results.
+pub const DOFS: usize = 2 * RIG_HITS;
 
 /// The bytes of a stored item: the pieces in the log with this serial.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -48,7 +59,34 @@ pub struct ResultHandle {
     /// CRC-32 of the result's bytes.
     pub crc: u32,
     pub(super) object: Object,
+    /// Serial of its campaign, 0 when nothing of it was stored.
+    pub(super) campaign: u32,
 }
+
+/// A finished DOF.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DofHandle {
+    /// Serial of its campaign.
+    pub(super) campaign: u32,
+    pub(super) object: Object,
+    /// Its index in the layout.
+    pub index: u8,
+}
+
+impl DofHandle {
+    /// Number of bytes, with those of its lines.
+    pub fn length(&self) -> usize {
+        self.object.length.into()
+    }
+
+    /// True when its lines are stored: then it is longer than what a DOF says besides them.
+    pub fn has_lines(&self) -> bool {
+        self.length() > MAX_DOF
+    }
+}
+
+// A DOF with the lines of a single response is longer than any DOF without lines.
+const _: () = assert!(COMPACT_RESPONSE > MAX_DOF);
 
 /// A change of the contents. Its postcard encoding is a part of the store's format.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -72,8 +110,10 @@ pub(super) enum Change {
         crc: u32,
         campaign: u32,
     },
+    /// A result and the DOFs of its campaign were deleted.
     Deleted {
         number: u32,
+        campaign: u32,
     },
     /// The progress of a campaign. A campaign is identified by a serial.
     Progress {
@@ -89,16 +129,26 @@ pub(super) enum Change {
     Ended {
         campaign: u32,
     },
+    /// A DOF of a campaign was removed, because it is open again.
+    Reopened {
+        campaign: u32,
+        index: u8,
+    },
+}
+
+impl Change {
+    /// True for a finished DOF, which is applied after all other changes.
+    pub fn is_dof(&self) -> bool {
+        matches!(self, Self::Dof { .. } | Self::Reopened { .. })
+    }
 }
 
 /// The campaign that has not ended.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct StoredCampaign {
     /// Serial that identifies it, 0 without a campaign.
     pub serial: u32,
     pub progress: Option<Object>,
-    /// Its finished DOFs by their index in the layout.
-    pub dofs: Vec<(u8, Object), RIG_HITS>,
 }
 
 /// Everything that is stored.
@@ -110,6 +160,8 @@ pub(super) struct Contents {
     pub results: Vec<ResultHandle, RESULTS>,
     pub last_number: u32,
     pub campaign: StoredCampaign,
+    /// The finished DOFs of the campaign, and those with lines of the results.
+    pub dofs: Vec<DofHandle, DOFS>,
     /// The last campaign that has ended.
     ended: u32,
 }
@@ -144,13 +196,14 @@ impl Contents {
                 let at =
                     self.results.iter().take_while(|stored| stored.entry.number < number).count();
                 // There is room, else the result would not have been stored.
-                let _ = self.results.insert(at, ResultHandle { entry, crc, object });
+                let _ = self.results.insert(at, ResultHandle { entry, crc, object, campaign });
                 self.last_number = self.last_number.max(number);
                 self.end(campaign);
             }
-            Change::Deleted { number } => {
+            Change::Deleted { number, campaign } => {
                 self.results.retain(|stored| stored.entry.number != number);
                 self.last_number = self.last_number.max(number);
+                self.end(campaign);
             }
             Change::Progress { object, campaign } => {
                 let progress = self.enter(campaign).map(|current| &mut current.progress);
@@ -161,13 +214,27 @@ impl Contents {
                 }
             }
             Change::Dof { object, campaign, index } => {
-                let Some(campaign) = self.enter(campaign) else { return };
-                let known = campaign.dofs.iter_mut().find(|(of, _)| *of == index);
-                match known {
-                    Some((_, stored)) if stored.serial > object.serial => {}
-                    Some((_, stored)) => *stored = object,
-                    // There is room for every DOF of a layout.
-                    None => drop(campaign.dofs.push((index, object))),
+                self.enter(campaign);
+                let dof = DofHandle { campaign, object, index };
+                let owned = self.has_owner(&dof);
+                match self.place_of_dof(campaign, index) {
+                    Some(place) => {
+                        let older = |stored: &&mut DofHandle| stored.object.serial < object.serial;
+                        if let Some(stored) = self.dofs.get_mut(place).filter(older) {
+                            *stored = dof;
+                        }
+                    }
+                    // There is room, else the DOF would not have been stored.
+                    None if owned => drop(self.dofs.push(dof)),
+                    None => {}
+                }
+            }
+            Change::Reopened { campaign, index } => {
+                let known = self.place_of_dof(campaign, index);
+                if let Some(place) = known
+                    && self.dofs.get(place).is_some_and(|stored| stored.object.serial < serial)
+                {
+                    self.dofs.remove(place);
                 }
             }
             Change::Ended { campaign } => self.end(campaign),
@@ -189,19 +256,57 @@ impl Contents {
         self.calibration = self.calibration.filter(whole);
         self.results.retain(|stored| whole(&stored.object));
         self.campaign.progress = self.campaign.progress.filter(whole);
-        self.campaign.dofs.retain(|(_, object)| whole(object));
+        self.dofs.retain(|stored| whole(&stored.object));
+        let dropped = before - count(self);
+        self.drop_ownerless_dofs();
         self.mark_layout_in_use();
-        (before - count(self)) as u32
+        dropped as u32
     }
 
     /// True for the serial of a stored object and of its change.
     pub fn is_live(&self, serial: u32) -> bool {
         let layouts = self.layouts.iter().flat_map(|stored| [stored.used, stored.object.serial]);
         let results = self.results.iter().map(|stored| stored.object.serial);
-        let campaign = &self.campaign;
-        let dofs = campaign.dofs.iter().map(|(_, object)| object.serial);
-        let others = self.calibration.iter().chain(&campaign.progress).map(|stored| stored.serial);
+        let dofs = self.dofs.iter().map(|stored| stored.object.serial);
+        let others =
+            self.calibration.iter().chain(&self.campaign.progress).map(|stored| stored.serial);
         layouts.chain(results).chain(dofs).chain(others).any(|live| live == serial)
+    }
+
+    /// As [`Self::is_live`] when the campaign has ended without a result and the `deleted` oldest results are
+    /// deleted.
+    pub fn is_live_without(&self, deleted: usize, serial: u32) -> bool {
+        let is_dof_of =
+            |campaign| self.dofs_of(campaign).any(|stored| stored.object.serial == serial);
+        let StoredCampaign { serial: current, progress } = self.campaign;
+        let of_campaign =
+            progress.is_some_and(|object| object.serial == serial) || is_dof_of(current);
+        let mut gone = self.results.iter().take(deleted);
+        let of_result =
+            |stored: &ResultHandle| stored.object.serial == serial || is_dof_of(stored.campaign);
+        self.is_live(serial) && !of_campaign && !gone.any(of_result)
+    }
+
+    /// Number of DOFs that stay then.
+    pub fn dofs_without(&self, deleted: usize) -> usize {
+        let kept = self.results.iter().skip(deleted);
+        kept.map(|stored| self.dofs_of(stored.campaign).count()).sum()
+    }
+
+    /// The finished DOFs of a campaign.
+    pub fn dofs_of(&self, campaign: u32) -> impl Iterator<Item = &DofHandle> {
+        self.dofs.iter().filter(move |stored| stored.campaign == campaign)
+    }
+
+    /// The finished DOFs with lines of a result.
+    pub fn dofs_of_result(&self, number: u32) -> impl Iterator<Item = &DofHandle> {
+        let result = self.results.iter().find(move |stored| stored.entry.number == number);
+        result.into_iter().flat_map(|stored| self.dofs_of(stored.campaign))
+    }
+
+    /// True when a finished DOF of the campaign has a place in the list.
+    pub fn has_place_for_dof(&self, campaign: u32, index: u8) -> bool {
+        !self.dofs.is_full() || self.place_of_dof(campaign, index).is_some()
     }
 
     /// The object and the title of the layout with this hash.
@@ -222,10 +327,10 @@ impl Contents {
     }
 
     fn objects(&mut self) -> impl Iterator<Item = &mut Object> {
-        let Self { layouts, calibration, results, campaign, .. } = self;
+        let Self { layouts, calibration, results, campaign, dofs, .. } = self;
         let layouts = layouts.iter_mut().map(|stored| &mut stored.object);
         let results = results.iter_mut().map(|stored| &mut stored.object);
-        let dofs = campaign.dofs.iter_mut().map(|(_, object)| object);
+        let dofs = dofs.iter_mut().map(|stored| &mut stored.object);
         layouts.chain(results).chain(dofs).chain(calibration).chain(&mut campaign.progress)
     }
 
@@ -242,6 +347,7 @@ impl Contents {
         }
         if campaign > self.campaign.serial {
             self.campaign = StoredCampaign { serial: campaign, ..StoredCampaign::default() };
+            self.drop_ownerless_dofs();
         }
         Some(&mut self.campaign)
     }
@@ -251,7 +357,27 @@ impl Contents {
         if self.campaign.serial <= self.ended {
             self.campaign = StoredCampaign::default();
         }
+        self.drop_ownerless_dofs();
     }
+
+    fn place_of_dof(&self, campaign: u32, index: u8) -> Option<usize> {
+        self.dofs.iter().position(|stored| (stored.campaign, stored.index) == (campaign, index))
+    }
+
+    /// True for a DOF of the campaign, or with lines of a result.
+    fn has_owner(&self, dof: &DofHandle) -> bool {
+        is_owned(&self.campaign, &self.results, dof)
+    }
+
+    fn drop_ownerless_dofs(&mut self) {
+        let Self { campaign, results, dofs, .. } = self;
+        dofs.retain(|dof| is_owned(campaign, results, dof));
+    }
+}
+
+fn is_owned(campaign: &StoredCampaign, results: &[ResultHandle], dof: &DofHandle) -> bool {
+    let of_result = |stored: &ResultHandle| stored.campaign == dof.campaign;
+    dof.campaign == campaign.serial || dof.has_lines() && results.iter().any(of_result)
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! Stores what survives a restart: layouts, calibration, results, and the finished DOFs of the current
-//! campaign.
+//! Stores what survives a restart: layouts, calibration, results, the finished DOFs of the current campaign, and
+//! those with lines of the results.
 //!
 //! Everything is written to a log of records in the board's flash region (`log`, `record`), which is safe
 //! against a power cut at any word. An *object* is the bytes of one stored item, written as pieces that
@@ -10,11 +10,13 @@
 //! Flash is erased only by the functions that store or delete something; they are called only while the
 //! sampler is stopped.
 
+mod campaign;
 mod contents;
 mod error;
 mod log;
 mod reading;
 mod record;
+mod room;
 mod source;
 mod writing;
 
@@ -25,19 +27,23 @@ use massline_protocol::{MAX_LAYOUT, crc32};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::identify::MASS_LINE_METHODS;
 use massline_shared::layout::{RIG_HITS, RigLayout};
+use massline_shared::signal::{COMPACT_RESPONSE, RESPONSES};
 
 use contents::{Change, Contents};
-pub use contents::{LayoutHandle, ResultHandle};
+pub use contents::{DOFS, DofHandle, LayoutHandle, ResultHandle};
 pub use error::StoreError;
 use log::{Checkpoint, Log, Work};
-pub use source::Source;
+pub use room::{CampaignSize, Shortage};
+pub use source::{DofWithLines, Source};
 
 /// Most results that the store holds, if the flash has room for them.
 pub const RESULTS: usize = 24;
 /// Most layouts that the store holds.
 pub const LAYOUTS: usize = 4;
-/// Most bytes of one finished DOF, stored separately or as a part of a result.
+/// Most bytes of one finished DOF without lines, stored separately or as a part of a result.
 pub const MAX_DOF: usize = 386;
+/// Most bytes of the lines of one finished DOF.
+pub const MAX_LINES: usize = RESPONSES * COMPACT_RESPONSE;
 /// Most bytes of one estimate in a result.
 pub const MAX_ESTIMATE: usize = 424;
 /// Most bytes of one result: its head and diagnostics, its DOFs and its estimates.
@@ -181,15 +187,6 @@ impl<F: NorFlash> Store<F> {
         self.contents.results.iter().copied().find(|stored| stored.entry.number == number)
     }
 
-    /// True when there is no room for another campaign of `dofs` DOFs with all its progress and its result.
-    pub async fn is_full(&mut self, dofs: usize) -> bool {
-        let dofs = dofs.min(RIG_HITS);
-        let longest_result = MAX_RESULT - (RIG_HITS - dofs) * MAX_DOF;
-        let progress = 2 * Self::cost(MAX_PROGRESS) + dofs as u32 * Self::cost(MAX_DOF);
-        let campaign = progress + Self::cost(longest_result);
-        self.contents.results.is_full() || !self.has_room(campaign).await
-    }
-
     /// The number of the next result. Numbers are never reused.
     pub fn next_number(&self) -> u32 {
         self.contents.last_number + 1
@@ -215,13 +212,13 @@ impl<F: NorFlash> Store<F> {
         Ok(number)
     }
 
-    /// Deletes a result.
+    /// Deletes a result and its DOFs with lines.
     ///
     /// # Errors
     /// [`StoreError::NotFound`], or [`StoreError::Failed`].
     pub async fn delete_result(&mut self, number: u32) -> Result<(), StoreError> {
-        self.find(number).ok_or(StoreError::NotFound)?;
-        self.note(Change::Deleted { number }).await
+        let campaign = self.find(number).ok_or(StoreError::NotFound)?.campaign;
+        self.note(Change::Deleted { number, campaign }).await
     }
 
     /// Reads part of a result into `out`, starting at `offset`; returns the number of bytes read.
@@ -235,68 +232,6 @@ impl<F: NorFlash> Store<F> {
         out: &mut [u8],
     ) -> Result<usize, StoreError> {
         self.read(stored.object, offset, out).await.ok_or(StoreError::Failed)
-    }
-
-    /// Stores a finished DOF of the current campaign, by its index in the layout. The caller calls
-    /// [`Store::put_progress`] next: without the progress a campaign cannot be restored.
-    ///
-    /// # Errors
-    /// [`StoreError::Full`], or [`StoreError::Failed`] when the write fails.
-    pub async fn put_dof(&mut self, index: u8, bytes: &[u8]) -> Result<(), StoreError> {
-        let campaign = self.campaign();
-        self.keep(bytes, |object| Change::Dof { object, campaign, index }).await
-    }
-
-    /// Stores the progress of the current campaign.
-    ///
-    /// # Errors
-    /// [`StoreError::Full`], or [`StoreError::Failed`] when the write fails.
-    pub async fn put_progress(&mut self, bytes: &[u8]) -> Result<(), StoreError> {
-        let campaign = self.campaign();
-        self.keep(bytes, |object| Change::Progress { object, campaign }).await
-    }
-
-    /// True when the progress of a campaign that has not ended is stored.
-    pub fn has_progress(&self) -> bool {
-        self.contents.campaign.serial != 0
-    }
-
-    /// The stored progress of the campaign, read into `room`.
-    pub async fn progress<'r>(&mut self, room: &'r mut [u8]) -> Option<&'r [u8]> {
-        let object = self.contents.campaign.progress?;
-        self.read_whole(object, room).await
-    }
-
-    /// The `i`th finished DOF of the campaign in the order of storing, read into `room`; `None` after the
-    /// last.
-    pub async fn dof<'r>(&mut self, i: usize, room: &'r mut [u8]) -> Option<&'r [u8]> {
-        let dofs = &self.contents.campaign.dofs;
-        let place = |serial: u32| dofs.iter().filter(|(_, other)| other.serial < serial).count();
-        let (_, object) = *dofs.iter().find(|(_, object)| place(object.serial) == i)?;
-        self.read_whole(object, room).await
-    }
-
-    /// Deletes the progress of the campaign: whatever is stored from now on belongs to another one.
-    ///
-    /// # Errors
-    /// [`StoreError::Failed`] when the write fails. In that case the next start finds the campaign again,
-    /// unless another one has been stored meanwhile.
-    pub async fn clear_progress(&mut self) -> Result<(), StoreError> {
-        let campaign = self.contents.campaign.serial;
-        if campaign == 0 {
-            return Ok(());
-        }
-        let noted = self.note(Change::Ended { campaign }).await;
-        self.contents.end(campaign);
-        noted
-    }
-
-    /// The serial of the current campaign; a new one when nothing of it is stored yet.
-    fn campaign(&mut self) -> u32 {
-        match self.contents.campaign.serial {
-            0 => self.next_serial(),
-            serial => serial,
-        }
     }
 
     fn next_serial(&mut self) -> u32 {

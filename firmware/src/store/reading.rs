@@ -4,12 +4,18 @@ use embedded_storage_async::nor_flash::NorFlash;
 use serde::de::DeserializeOwned;
 
 use super::Store;
-use super::contents::{MAX_CHANGE, Object};
+use super::contents::{Change, MAX_CHANGE, Object};
 use super::record::Kind;
 
 impl<F: NorFlash> Store<F> {
-    /// Applies every change in the log.
+    /// Applies every change in the log, those of DOFs last.
     pub(super) async fn read_changes(&mut self) {
+        for of_dofs in [false, true] {
+            self.read_some_changes(|change| change.is_dof() == of_dofs).await;
+        }
+    }
+
+    async fn read_some_changes(&mut self, wanted: impl Fn(&Change) -> bool) {
         let mut cursor = self.log.records();
         while let Some(record) = self.log.next(&mut cursor).await {
             self.serial = self.serial.max(record.header.serial);
@@ -17,6 +23,7 @@ impl<F: NorFlash> Store<F> {
             if record.header.kind == Kind::Change
                 && let Some(length) = self.log.read(&record, 0, &mut bytes).await
                 && let Ok(change) = postcard::from_bytes(bytes.get(..length).unwrap_or_default())
+                && wanted(&change)
             {
                 self.contents.apply(record.header.serial, change);
             }

@@ -3,41 +3,18 @@
 use embedded_storage_async::nor_flash::NorFlash;
 
 use super::contents::{Change, MAX_CHANGE, Object};
-use super::log::{Checkpoint, Log};
+use super::log::Checkpoint;
 use super::record::Kind;
 use super::{Source, Store, StoreError};
 
 /// Shortest piece of an object that continues in another page.
-const MIN_PIECE: usize = 128;
+pub(super) const MIN_PIECE: usize = 128;
 /// Longest piece of an object, which is buffered in memory before it is written.
-const MAX_PIECE: usize = 512;
+pub(super) const MAX_PIECE: usize = 512;
 /// Number of attempts at a write that fails.
 const ATTEMPTS: usize = 3;
-/// Changes without an object, such as deletions, for which a full store still has room.
-const SMALL_CHANGES: u32 = 4;
 
 impl<F: NorFlash> Store<F> {
-    /// Most bytes of flash that an object of this length takes with its change, however it is divided
-    /// into pieces.
-    pub(super) fn cost(length: usize) -> u32 {
-        let pieces = length / MIN_PIECE + 1;
-        Log::<F>::size(length) + pieces as u32 * Log::<F>::size(1) + Log::<F>::size(MAX_CHANGE)
-    }
-
-    /// True when this many bytes fit beside everything that is stored.
-    pub(super) async fn has_room(&mut self, bytes: u32) -> bool {
-        let mut taken = SMALL_CHANGES * Log::<F>::size(MAX_CHANGE);
-        let mut cursor = self.log.records();
-        while let Some(record) = self.log.next(&mut cursor).await {
-            let header = record.header;
-            let of_object = matches!(header.kind, Kind::Data | Kind::Change);
-            if of_object && self.contents.is_live(header.serial) {
-                taken += Log::<F>::size(header.length.into());
-            }
-        }
-        taken + bytes <= self.log.capacity(MIN_PIECE.max(MAX_CHANGE))
-    }
-
     /// Writes an object and the change that names it.
     pub(super) async fn keep(
         &mut self,
@@ -45,7 +22,7 @@ impl<F: NorFlash> Store<F> {
         change: impl Fn(Object) -> Change,
     ) -> Result<(), StoreError> {
         let length = u16::try_from(source.length()).map_err(|_| StoreError::Full)?;
-        if self.usable && !self.has_room(Self::cost(source.length())).await {
+        if self.usable && !self.has_room(source.length()).await {
             return Err(StoreError::Full);
         }
         self.write(source, |serial| change(Object { serial, length, found: length })).await

@@ -22,6 +22,7 @@ pub mod diagnostic;
 pub mod event;
 pub mod frame;
 mod layout;
+pub mod lines;
 pub mod message;
 pub mod object;
 
@@ -36,4 +37,4 @@ pub use message::{Endpoint, Refusal};
 /// Major version of the protocol. A rig and a host can work together only when theirs are equal.
 pub const PROTOCOL_MAJOR: u8 = 1;
 /// Minor version of the protocol, raised when messages or commands are added.
-pub const PROTOCOL_MINOR: u8 = 2;
+pub const PROTOCOL_MINOR: u8 = 3;

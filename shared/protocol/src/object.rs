@@ -38,6 +38,12 @@ pub enum ObjectKind {
     /// are divided by the root of the force's energy in the band, so the spectra count hits of any force the
     /// same: G_FF has no unit, G_XF is in (m/s²)/N.
     Spectra = 3,
+    /// A finished DOF with its lines, of a stored result or of the current campaign; `number` is that of a
+    /// [`LinesId`](crate::lines::LinesId). It consists of the head, postcard, which says what was measured besides the
+    /// lines, and of the lines of each response as in
+    /// [`CompactLines`](massline_shared::signal::CompactLines). A campaign by mass lines stores none. A rig of
+    /// protocol 1.2 or older does not know this kind: [`Reason::NotFound`](crate::message::Reason::NotFound).
+    Lines = 4,
 }
 
 /// Number of the record of a reading without a hit, as long as no hit has followed; hits count from 1.

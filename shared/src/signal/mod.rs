@@ -10,6 +10,7 @@
 mod analysis;
 mod bins;
 mod chain;
+mod compact_lines;
 mod decimator;
 mod fft;
 mod grade;
@@ -28,6 +29,7 @@ pub mod window;
 pub use analysis::HitAnalysis;
 pub use bins::{resolution, transform_of};
 pub use chain::{AdcProperties, Calibration, ChannelCalibration, CrossAxis, HAMMER};
+pub use compact_lines::{COMPACT_RESPONSE, CompactLines, CompactLinesError, expand_response};
 pub use decimator::{DECIMATION, Decimator, ROW_BITS, Row, SETTLING_ROWS, transfer};
 pub use fft::{FftError, RealFft};
 pub use grade::{ChannelRange, HitGrader, HitReport, grade, grade_long};

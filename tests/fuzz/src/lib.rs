@@ -14,11 +14,13 @@ use massline::tape::{Sidecar, scans_of_npy};
 use massline::uff::{Encoding, Frf, Quantity, UffFile, write};
 use massline_protocol::event::{HitEvent, ScanBlock};
 use massline_protocol::frame::{Deframer, FrameError};
+use massline_protocol::lines::split_dof;
 use massline_protocol::message::{
     CommandRequest, Identity, LayoutAnswer, Refusal, ResultPage, Stats, Status,
 };
-use massline_protocol::object::{Chunk, ChunkRequest, MeasurementResult, ObjectInfo};
+use massline_protocol::object::{Chunk, ChunkRequest, DofResult, MeasurementResult, ObjectInfo};
 use massline_shared::layout::LayoutReport;
+use massline_shared::signal::expand_response;
 
 /// A target: its name, which is also the name of its corpus, and the function.
 pub type Target = (&'static str, fn(&[u8]));
@@ -34,10 +36,10 @@ pub const TARGETS: [Target; 7] = [
     ("result", fuzz_result),
 ];
 
-/// The deframer, and the decoding of a frame's body as every type of message.
+/// The deframer, and the decoding of a frame's body as every type of message and as a DOF with lines.
 ///
 /// # Panics
-/// When the frames found depend on how the bytes are divided into reads.
+/// When the frames found depend on how the bytes are divided into reads, or an accepted line is no number.
 pub fn fuzz_deframer(bytes: &[u8]) {
     let whole = frames(bytes, bytes.len().max(1));
     for size in [1, 3, 64] {
@@ -60,6 +62,11 @@ pub fn fuzz_deframer(bytes: &[u8]) {
         let _ = postcard::from_bytes::<Refusal>(&body).is_ok();
         let _ = postcard::from_bytes::<HitEvent>(&body).is_ok();
         let _ = postcard::from_bytes::<ScanBlock>(&body).is_ok();
+        if let Some((dof, responses)) = split_dof::<DofResult>(&body) {
+            let _ = dof.mass_lines();
+            let lines = responses.iter().filter_map(expand_response::<f32>).flatten();
+            lines.for_each(|line| assert!(line.re.is_finite() && line.im.is_finite()));
+        }
         if let Ok(result) = postcard::from_bytes::<MeasurementResult>(&body) {
             let _ = massline::report::measurement_json(&result);
             let _ = massline::report::measurement_text(&result);
