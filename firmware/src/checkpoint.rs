@@ -8,14 +8,17 @@ use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
 use massline_protocol::calibration_checksum;
+use massline_protocol::lines::{LinesHead, head_of_dof};
 use massline_protocol::object::DofResult;
 use massline_shared::diagnosis::Diagnostics;
-use massline_shared::layout::RIG_HITS;
+use massline_shared::layout::{RIG_HITS, TestProfile};
 use massline_shared::measurement::campaign::{CampaignProgress, DofProgress};
+use massline_shared::measurement::{DofData, RestoredDof};
+use massline_shared::signal::CompactLines;
 use serde::{Deserialize, Serialize};
 
 use crate::rig::Rig;
-use crate::store::{MAX_DOF, Store};
+use crate::store::{DofWithLines, MAX_DOF, Store};
 
 /// Buffer in which a finished DOF or the progress of a campaign is encoded for the flash.
 pub(crate) type CheckpointBuffer = [u8; MAX_DOF];
@@ -71,8 +74,9 @@ impl Checkpoint {
         {
             self.campaign = campaign;
             self.dofs.clone_from(&progress.dofs);
-            // The stored mass lines of a DOF that is open again do not count.
-            self.measured &= measured(rig);
+            // The stored data of a DOF that is open again do not count.
+            let reopened = self.measured & !measured(rig);
+            self.measured &= !reopened;
             let mut store = store.lock().await;
             self.failed_at = None;
             self.store_dofs(rig, &mut store, room).await;
@@ -80,6 +84,35 @@ impl Checkpoint {
             if store.put_progress(room.get(..length).unwrap_or_default()).await.is_err() {
                 self.failed_at = Some(armings(rig));
             }
+            for index in (0..RIG_HITS as u8).filter(|index| reopened & bit_of((*index).into()) != 0)
+            {
+                // If this fails, the new lines replace the old ones all the same.
+                let _ = store.reopen_dof(index).await;
+            }
+        }
+    }
+
+    /// Stores the lines of the DOF that has been closed, and reports it to the measurement.
+    pub async fn store_lines<F: NorFlash>(
+        &mut self,
+        rig: &Rig<'_>,
+        store: &Mutex<NoopRawMutex, Store<F>>,
+        room: &mut CheckpointBuffer,
+        dof: usize,
+    ) {
+        let stored = match encode_lines_head(rig, dof, room) {
+            Some((index, length)) => {
+                let head = room.get(..length).unwrap_or_default();
+                put_lines(rig, &mut *store.lock().await, index, head).await
+            }
+            None => false,
+        };
+        let mut measurement = rig.measurement.borrow_mut();
+        if stored {
+            self.measured |= bit_of(dof);
+            measurement.lines_stored();
+        } else {
+            measurement.lines_not_stored();
         }
     }
 
@@ -111,18 +144,57 @@ impl Checkpoint {
         store: &mut Store<F>,
         room: &mut CheckpointBuffer,
     ) -> Self {
-        let mut dofs = Vec::<DofResult, RIG_HITS>::new();
+        let mut dofs = Vec::<StoredDof, RIG_HITS>::new();
         for place in 0..RIG_HITS {
             let Some(bytes) = store.dof(place, room).await else { break };
-            if let Ok(dof) = postcard::from_bytes(bytes) {
-                // There is room for every DOF of a layout.
-                let _ = dofs.push(dof);
-            }
+            // There is room for every DOF of a layout.
+            dofs.extend(StoredDof::of(rig, bytes));
         }
         // A campaign that cannot be restored is deleted as soon as the rig measures.
         let nothing = Self { campaign: u32::from(store.has_progress()), ..Self::default() };
         let stored = store.progress(room).await;
         stored.and_then(|bytes| take_up(rig, &dofs, bytes)).unwrap_or(nothing)
+    }
+}
+
+/// What is stored of a finished DOF, under the profile of the layout in force.
+enum StoredDof {
+    MassLines(DofResult),
+    Lines(LinesHead),
+}
+
+impl StoredDof {
+    /// Decodes the beginning of a stored DOF.
+    fn of(rig: &Rig<'_>, bytes: &[u8]) -> Option<Self> {
+        match rig.profile() {
+            TestProfile::MassLine => postcard::from_bytes(bytes).ok().map(Self::MassLines),
+            TestProfile::Suspension => head_of_dof(bytes).map(Self::Lines),
+        }
+    }
+
+    fn measured(&self) -> Option<RestoredDof<f32>> {
+        match self {
+            Self::MassLines(dof) => {
+                let (details, lines) = dof.measured()?;
+                Some((details, DofData::MassLines(lines)))
+            }
+            Self::Lines(head) => Some(head.measured()),
+        }
+    }
+}
+
+/// Stores a DOF with its lines, which are encoded while they are written; false when that fails.
+async fn put_lines<F: NorFlash>(
+    rig: &Rig<'_>,
+    store: &mut Store<F>,
+    index: u8,
+    head: &[u8],
+) -> bool {
+    let responses = rig.measurement.borrow().adc_in_use().responses();
+    let line = |response: usize, line: usize| rig.measurement.borrow().line(response, line);
+    match CompactLines::new(responses, line) {
+        Ok(lines) => store.put_dof(index, &DofWithLines { head, lines: &lines }).await.is_ok(),
+        Err(_) => false,
     }
 }
 
@@ -149,8 +221,21 @@ fn encode_dof(rig: &Rig<'_>, place: usize, room: &mut CheckpointBuffer) -> Optio
     Some((stored.index, postcard::to_slice(&stored, room).ok()?.len()))
 }
 
+/// Encodes what is said of a DOF besides its lines; returns its index in the layout and the number of bytes.
+fn encode_lines_head(
+    rig: &Rig<'_>,
+    dof: usize,
+    room: &mut CheckpointBuffer,
+) -> Option<(u8, usize)> {
+    let measurement = rig.measurement.borrow();
+    let result = measurement.result();
+    let place = result.lines.iter().position(|lines| usize::from(lines.dof) == dof)?;
+    let head = LinesHead::of(result.dofs.get(place)?, result.lines.get(place)?);
+    Some((head.index, postcard::to_slice(&head, room).ok()?.len()))
+}
+
 /// Restores the campaign from its stored DOFs and progress.
-fn take_up(rig: &Rig<'_>, dofs: &[DofResult], progress: &[u8]) -> Option<Checkpoint> {
+fn take_up(rig: &Rig<'_>, dofs: &[StoredDof], progress: &[u8]) -> Option<Checkpoint> {
     let stored = postcard::from_bytes::<ProgressCheckpoint>(progress).ok()?;
     let mut measurement = rig.measurement.borrow_mut();
     let same = stored.layout == rig.layout_hash.get()
@@ -159,7 +244,7 @@ fn take_up(rig: &Rig<'_>, dofs: &[DofResult], progress: &[u8]) -> Option<Checkpo
         return None;
     }
     let had_lines = |index: usize| stored.measured & bit_of(index) != 0;
-    let dofs = dofs.iter().filter_map(DofResult::measured);
+    let dofs = dofs.iter().filter_map(StoredDof::measured);
     measurement.resume(stored.campaign, dofs, had_lines, stored.diagnostics).ok()?;
     let (campaign, dofs) = (measurement.campaigns(), measurement.progress()?.dofs);
     drop(measurement);
@@ -171,11 +256,11 @@ fn armings(rig: &Rig<'_>) -> u32 {
     rig.measurement.borrow().armings()
 }
 
-/// Bit mask of the DOFs that have mass lines.
+/// Bit mask of the DOFs that have mass lines or stored lines.
 fn measured(rig: &Rig<'_>) -> u16 {
     let measurement = rig.measurement.borrow();
-    let lines = measurement.result().mass_lines;
-    lines.iter().fold(0, |all, (index, _)| all | bit_of(*index))
+    let there = (0..RIG_HITS).filter(|index| measurement.has_data(*index));
+    there.fold(0, |all, index| all | bit_of(index))
 }
 
 fn bit_of(index: usize) -> u16 {

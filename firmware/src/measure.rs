@@ -50,6 +50,9 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
                     // Lets the link and the watchdog run between two steps of a computation.
                     yield_now().await;
                 }
+                NextAction::StoreLines { dof } => {
+                    self.checkpoint.store_lines(self.rig, self.store, self.room, dof).await;
+                }
                 NextAction::Store => self.keep_result().await,
             }
             self.rig.changed();

@@ -3,6 +3,7 @@
 //! memory twice.
 
 use massline_protocol::diagnostic::DiagnosticList;
+use massline_protocol::lines::LinesHead;
 use massline_protocol::object::{DofResult, ResultHead, StoredEstimate};
 use massline_protocol::{calibration_checksum, crc32_of_chunks};
 use postcard::ser_flavors::Flavor;
@@ -54,9 +55,13 @@ impl<'a, 'm> StoredResult<'a, 'm> {
             terms: test.terms,
             band_automatic: test.band_hz.is_none(),
         });
-        bytes.put(&(result.dofs.len() as u32));
+        bytes.put(&(result.mass_lines.len() as u32));
         for (details, lines) in result.dofs.iter().zip(result.mass_lines) {
             bytes.put(&DofResult::of(details, lines));
+        }
+        bytes.put(&(result.lines.len() as u32));
+        for (details, lines) in result.dofs.iter().zip(result.lines) {
+            bytes.put(&LinesHead::of(details, lines));
         }
         bytes.put(&(result.estimates.len() as u32));
         for estimate in result.estimates {

@@ -11,10 +11,12 @@ use heapless::{String, Vec};
 use massline_protocol::message::{EstimatedMass, Identity, Stats, Status};
 use massline_protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR, crc32};
 use massline_shared::identify::Estimate;
-use massline_shared::layout::{RIG_HITS, RIG_SENSORS};
+use massline_shared::layout::{RIG_HITS, RIG_SENSORS, TestProfile};
 use massline_shared::measurement::campaign::{Command, CommandError, Start};
 use massline_shared::measurement::{Measurement, Memory, StartError};
-use massline_shared::signal::{AdcProperties, CHANNELS, PRE_TRIGGER_SCANS, RECORD_SCANS};
+use massline_shared::signal::{
+    AdcProperties, CHANNELS, COMPACT_RESPONSE, PRE_TRIGGER_SCANS, RECORD_SCANS,
+};
 
 use crate::deadline::Deadline;
 use crate::info::BoardInfo;
@@ -87,10 +89,21 @@ impl<'m> Rig<'m> {
         Ok(())
     }
 
+    /// The profile of the layout in use.
+    pub fn profile(&self) -> TestProfile {
+        let measurement = self.measurement.borrow();
+        measurement.layout().map_or_else(TestProfile::default, |layout| layout.test.profile)
+    }
+
     /// What a campaign with the layout in use will store. A campaign by mass lines stores no other lines.
     pub fn campaign_size(&self) -> CampaignSize {
         let measurement = self.measurement.borrow();
-        CampaignSize { dofs: measurement.layout().map_or(0, |layout| layout.hits.len()), lines: 0 }
+        let Some(layout) = measurement.layout() else { return CampaignSize { dofs: 0, lines: 0 } };
+        let lines = match layout.test.profile {
+            TestProfile::MassLine => 0,
+            TestProfile::Suspension => measurement.adc_in_use().responses() * COMPACT_RESPONSE,
+        };
+        CampaignSize { dofs: layout.hits.len(), lines }
     }
 
     /// Starts a campaign; `room` is true when the store has room for it. Deadline:

@@ -39,6 +39,9 @@ fn directly(
                 }
             }
             NextAction::Compute => measurement.work(),
+            NextAction::StoreLines { dof } => {
+                panic!("DOF {dof} has lines under the mass-line profile")
+            }
             NextAction::Store => break,
             NextAction::Wait => panic!("the campaign was interrupted"),
         }
@@ -48,6 +51,7 @@ fn directly(
     MeasurementResult {
         head: of_rig.head.clone(),
         dofs: dofs.map(|(details, lines)| DofResult::of(details, lines)).collect(),
+        lines: Default::default(),
         estimates: result.estimates.iter().map(StoredEstimate::from).collect(),
         diagnostics: result.diagnostics.clone(),
     }

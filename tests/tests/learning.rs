@@ -66,7 +66,7 @@ fn compare(bench: &Bench) -> [Pooled; 3] {
         let runs = study.runs(&Interrupt::new(), |_| ()).expect("the bench takes the layout");
         let mut methods = study.study(&runs).methods;
         let learned = methods.swap_remove(0);
-        assert_eq!(learned.method, Method::MaximumLikelihood);
+        assert_eq!(learned.method, Some(Method::MaximumLikelihood));
         // Missing answers would be the worst ones. With errors of twice the budget one fit of several thousand does not
         // converge, and its result says so.
         let unanswered = learned.unanswered;
@@ -77,7 +77,7 @@ fn compare(bench: &Bench) -> [Pooled; 3] {
         let truth = bench.truth().theta().into();
         let of = |layout| {
             let answers = solved_again(&runs, layout);
-            MethodStatistics::of(Method::MaximumLikelihood, &answers, &truth, Some(&bound))
+            MethodStatistics::of(Some(Method::MaximumLikelihood), &answers, &truth, Some(&bound))
         };
         for (list, of_test) in of_tests.iter_mut().zip([of(&exact), of(&layout), learned]) {
             list.push(of_test);

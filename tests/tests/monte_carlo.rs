@@ -118,7 +118,7 @@ fn study(test: &str, apply_budget: impl FnOnce(&mut TestLayout, &Bench)) -> Stud
 }
 
 fn of(method: Method, study: &Study) -> &MethodStatistics {
-    let found = study.methods.iter().find(|m| m.method == method).expect("is compared");
+    let found = study.methods.iter().find(|m| m.method == Some(method)).expect("is compared");
     assert_eq!((found.answers as u64, found.unanswered), (runs(), 0), "{}", method.name());
     found
 }

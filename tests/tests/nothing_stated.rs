@@ -67,7 +67,7 @@ fn compare(bench: &Bench, of_tests: &[(TestLayout, Vec<Run>)]) -> [Pooled; 2] {
         };
         let learned = study.study(runs).methods.swap_remove(0);
         // Missing answers would be the worst ones.
-        assert_eq!((learned.method, learned.unanswered), (Method::MaximumLikelihood, 0));
+        assert_eq!((learned.method, learned.unanswered), (Some(Method::MaximumLikelihood), 0));
         let bound: Vec<f64> =
             learned.properties.iter().map(|p| p.bound.expect("has one")).collect();
         let bound = bound.try_into().expect("ten properties");

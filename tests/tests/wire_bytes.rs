@@ -165,6 +165,7 @@ fn result(dofs: usize) -> MeasurementResult {
             band_automatic: false,
         },
         dofs: (0..dofs).map(one).collect(),
+        lines: Default::default(),
         estimates: Vec::from_slice(&[estimate]).unwrap(),
         diagnostics: diagnostics(1),
     }
@@ -212,6 +213,7 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         scan: 123_456_789_012,
         peak_force: 21.5,
         peak_acceleration: 99.0,
+        impulse: None,
         findings: diagnostics(7),
     };
     let scans = ScanBlock { first: 77, codes: Vec::from_slice(&[1, 2]).unwrap() };

@@ -3,6 +3,7 @@
 
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_protocol::diagnostic::DiagnosticList;
+use massline_protocol::lines::LinesHead;
 use massline_protocol::object::{DofResult, ResultHead, StoredEstimate};
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Estimate;
@@ -60,8 +61,10 @@ enum Stage {
     Head,
     /// The number of DOFs.
     Counted,
-    /// This many DOFs, then the number of estimates.
+    /// This many DOFs, then the number of DOFs with lines.
     Dofs(u32),
+    /// This many DOFs with lines, then the number of estimates.
+    Lines(u32),
     /// This many estimates, then the diagnostics.
     Estimates(u32),
     Done,
@@ -92,10 +95,15 @@ impl Walk {
                 Stage::Counted
             }
             Stage::Counted => Stage::Dofs(self.decode(piece)?),
-            Stage::Dofs(0) => Stage::Estimates(self.decode(piece)?),
+            Stage::Dofs(0) => Stage::Lines(self.decode(piece)?),
             Stage::Dofs(left) => {
                 self.decode::<DofResult>(piece)?;
                 Stage::Dofs(left - 1)
+            }
+            Stage::Lines(0) => Stage::Estimates(self.decode(piece)?),
+            Stage::Lines(left) => {
+                self.decode::<LinesHead>(piece)?;
+                Stage::Lines(left - 1)
             }
             Stage::Estimates(0) | Stage::Done => {
                 let DiagnosticList(campaign) = self.decode(piece)?;

@@ -10,9 +10,10 @@ use massline_protocol::message::Reason;
 use massline_protocol::object::{
     ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind, READING,
 };
-use massline_shared::measurement::averaging::{DofSpectra, resolution};
+use massline_shared::layout::TestProfile;
+use massline_shared::measurement::averaging::DofSpectra;
 use massline_shared::measurement::{Measurement, Recorded};
-use massline_shared::signal::{RESPONSES, Record, SPECTRUM_BINS};
+use massline_shared::signal::{RESPONSES, Record, SPECTRUM_BINS, resolution};
 
 use crate::deadline::Deadline;
 use crate::rig::Rig;
@@ -147,13 +148,15 @@ fn spectra<'r>(
 ) -> Result<([[u8; 4]; HEADER_WORDS], &'r DofSpectra<f32>), Reason> {
     let found = measurement.spectra().filter(|(dof, _)| u32::from(*dof) == object.number);
     let (dof, spectra) = found.ok_or(Reason::NotFound)?;
-    let decay = measurement.layout().map_or(0.0, |layout| layout.test.exponential_decay);
+    let test = measurement.layout().map(|layout| &layout.test);
+    let decay = test.map_or(0.0, |test| test.exponential_decay);
+    let profile = test.map_or_else(TestProfile::default, |test| test.profile);
     let bins = (SPECTRUM_BINS as u16).to_le_bytes();
     let adc = measurement.adc();
     let header = [
         [dof, spectra.hits() as u8, adc.responses() as u8, 0],
         [bins[0], bins[1], 0, 0],
-        resolution::<f32>(adc).to_le_bytes(),
+        resolution::<f32>(adc, profile).to_le_bytes(),
         decay.to_le_bytes(),
     ];
     Ok((header, spectra))

@@ -40,6 +40,7 @@ fn archive() -> Archive {
             band_automatic: false,
         },
         dofs: [dof].into_iter().collect(),
+        lines: Default::default(),
         estimates: FixedVec::new(),
         diagnostics: FixedVec::new(),
     };

@@ -359,6 +359,7 @@ mod tests {
                 band_automatic: false,
             },
             dofs: dofs.iter().map(of).collect(),
+            lines: Default::default(),
             estimates: heapless::Vec::new(),
             diagnostics: heapless::Vec::new(),
         }

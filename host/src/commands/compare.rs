@@ -148,6 +148,7 @@ mod tests {
                     band_automatic: false,
                 },
                 dofs: heapless::Vec::new(),
+                lines: Default::default(),
                 estimates: [estimate].into_iter().collect(),
                 diagnostics: heapless::Vec::new(),
             },

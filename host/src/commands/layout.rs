@@ -112,6 +112,7 @@ fn show_json(file: &LayoutFile) -> ShownLayout {
         sensors: layout.sensors.iter().map(sensor).collect(),
         hits: layout.hits.iter().map(hit).collect(),
         test: ShownSettings {
+            profile: test.profile.name(),
             hits_per_dof: test.hits_per_dof,
             band_hz: test.band_hz.map_or(Band::Automatic("auto"), Band::Fixed),
             frf_estimator: test.frf_estimator.name(),
@@ -120,6 +121,7 @@ fn show_json(file: &LayoutFile) -> ShownLayout {
             force_window_s: test.force_window_s,
             trigger_n: test.trigger_n,
             min_peak_force_n: test.min_peak_force_n,
+            impulse_ns: test.impulse_ns,
         },
         policy: verdicts.into(),
     }

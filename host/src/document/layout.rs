@@ -66,6 +66,8 @@ pub struct ShownHit {
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "shown_settings")]
 pub struct ShownSettings {
+    /// What is measured: `mass-line` or `suspension`.
+    pub profile: &'static str,
     /// Accepted hits wanted at each DOF.
     pub hits_per_dof: u8,
     /// The band of the mass lines.
@@ -82,6 +84,8 @@ pub struct ShownSettings {
     pub trigger_n: f64,
     /// A hit with a smaller peak force is too weak.
     pub min_peak_force_n: f64,
+    /// Smallest and largest impulse of a hit in the suspension profile, N s.
+    pub impulse_ns: [f64; 2],
 }
 
 /// The band of mass lines.

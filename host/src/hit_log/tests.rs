@@ -43,6 +43,7 @@ impl Seen {
             scan: 1000 * u64::from(self.status.last_hit),
             peak_force: 20.0,
             peak_acceleration: 50.0,
+            impulse: None,
             findings: code.map(about).into_iter().collect(),
         }
     }

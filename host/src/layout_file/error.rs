@@ -240,6 +240,11 @@ pub enum Fault {
         /// The allowed range.
         wanted: &'static str,
     },
+    /// The band of the suspension modes cannot be found from the data.
+    #[error(
+        "the band of the suspension profile is not found from the data; give [lowest, highest] in Hz, or leave it out for 0.5 to 12.4 Hz"
+    )]
+    BandOfSuspension,
     /// A control character, which a terminal would obey.
     #[error("the text has the control character {found:?}; delete it")]
     ControlCharacter {

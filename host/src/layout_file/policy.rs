@@ -19,6 +19,8 @@ pub(super) fn policy(raw: &RawPolicy) -> HitPolicy {
         (raw.duplicate_hit, Code::DuplicateHit),
         (raw.hit_inconsistent, Code::HitInconsistent),
         (raw.motion_not_rigid, Code::MotionNotRigid),
+        (raw.impulse_too_small, Code::ImpulseTooSmall),
+        (raw.impulse_too_large, Code::ImpulseTooLarge),
     ];
     entries.into_iter().fold(HitPolicy::default(), |policy, (verdict, code)| match verdict {
         Some(RawVerdict::Keep) => policy.with(code, Verdict::Keep),

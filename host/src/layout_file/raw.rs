@@ -1,7 +1,9 @@
 //! The layout file as serde reads it: nothing is checked beyond types. The comments are the descriptions in
 //! the JSON schema, which is generated from these types.
 
-use massline_shared::layout::{FrfEstimator, HOST_HITS, HOST_SENSORS, MAX_HITS_PER_DOF};
+use massline_shared::layout::{
+    FrfEstimator, HOST_HITS, HOST_SENSORS, MAX_HITS_PER_DOF, TestProfile,
+};
 use massline_shared::mass_line::Terms;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -132,10 +134,14 @@ pub(super) struct RawNode {
 #[serde(deny_unknown_fields, default, expecting = "a table [test]")]
 #[schemars(rename = "test")]
 pub(super) struct RawTest {
+    /// What is measured: mass lines above the suspension modes, or these modes. The defaults of the other settings depend
+    /// on it.
+    #[schemars(with = "String", extend("enum" = ["mass-line", "suspension"]))]
+    pub(super) profile: Option<TestProfile>,
     /// Accepted hits required at each DOF.
     #[schemars(with = "u8", range(min = 1, max = MAX_HITS_PER_DOF))]
     pub(super) hits_per_dof: Option<Spanned<i64>>,
-    /// Band of the mass line fit.
+    /// Band of the mass line fit, or of the suspension modes.
     #[schemars(with = "RawBand")]
     pub(super) band_hz: Option<Spanned<RawBand>>,
     /// Decay rate of the exponential window, 1/s; zero for no window.
@@ -150,6 +156,9 @@ pub(super) struct RawTest {
     /// Minimum peak force, N; a hit with a smaller peak is too weak.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) min_peak_force_n: Option<Spanned<f64>>,
+    /// Smallest and largest impulse of a hit in the suspension profile, N s.
+    #[schemars(with = "[f64; 2]", inner(range(min = 0)))]
+    pub(super) impulse_ns: Option<Spanned<[f64; 2]>>,
     /// Estimator of the frequency responses from averaged spectra.
     #[schemars(with = "String", extend("enum" = ["h1", "h2", "hv"]))]
     pub(super) frf_estimator: Option<FrfEstimator>,
@@ -196,6 +205,12 @@ pub(super) struct RawPolicy {
     /// The motion of a sensor does not fit a rigid body with the others.
     #[schemars(with = "RawVerdict")]
     pub(super) motion_not_rigid: Option<RawVerdict>,
+    /// The impulse is below `test.impulse_ns`.
+    #[schemars(with = "RawVerdict")]
+    pub(super) impulse_too_small: Option<RawVerdict>,
+    /// The impulse is above `test.impulse_ns`.
+    #[schemars(with = "RawVerdict")]
+    pub(super) impulse_too_large: Option<RawVerdict>,
 }
 
 /// Keep the hit, keep it with a warning, or reject it so that it must be repeated.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use massline_shared::diagnosis::Setting;
-use massline_shared::layout::{MAX_HITS_PER_DOF, Target, TestSettings};
+use massline_shared::layout::{MAX_HITS_PER_DOF, Target, TestProfile, TestSettings};
 use toml::Spanned;
 
 use super::error::{Fault, LayoutFileError, Place};
@@ -16,8 +16,8 @@ pub(super) fn test(
     raw: Option<&RawTest>,
     source: &Source<'_>,
 ) -> Result<TestSettings<f64>, LayoutFileError> {
-    let mut test = TestSettings::default();
-    let Some(raw) = raw else { return Ok(test) };
+    let Some(raw) = raw else { return Ok(TestSettings::default()) };
+    let mut test = TestSettings::of_profile(raw.profile.unwrap_or_default());
     if let Some(hits) = &raw.hits_per_dof {
         let allowed = |hits: &u8| (1..=MAX_HITS_PER_DOF).contains(hits);
         test.hits_per_dof =
@@ -29,6 +29,9 @@ pub(super) fn test(
     }
     if let Some(band) = &raw.band_hz {
         test.band_hz = match *band.get_ref() {
+            RawBand::Named(RawBandName::Auto) if test.profile == TestProfile::Suspension => {
+                return Err(source.fault(band.span(), "test.band_hz", Fault::BandOfSuspension));
+            }
             RawBand::Named(RawBandName::Auto) => None,
             RawBand::Ends(ends) => Some(band_ends(ends, band.span(), source)?),
         };
@@ -47,6 +50,9 @@ pub(super) fn test(
     }
     if let Some(v) = &raw.min_peak_force_n {
         test.min_peak_force_n = source.within(v, "test.min_peak_force_n", |v| v > 0.0, positive)?;
+    }
+    if let Some(impulse) = &raw.impulse_ns {
+        test.impulse_ns = impulse_ends(*impulse.get_ref(), impulse.span(), source)?;
     }
     test.frf_estimator = raw.frf_estimator.unwrap_or(test.frf_estimator);
     test.terms = raw.terms.unwrap_or(test.terms);
@@ -71,6 +77,20 @@ pub(super) fn target(
     })
 }
 
+fn impulse_ends(
+    [least, most]: [f64; 2],
+    span: Range<usize>,
+    source: &Source<'_>,
+) -> Result<[f64; 2], LayoutFileError> {
+    source.finite(span.clone(), "test.impulse_ns", &[least, most])?;
+    if least < 0.0 || most <= least {
+        let value = if least < 0.0 { least } else { most };
+        let wanted = "[smallest, largest] impulse in N s, 0 <= smallest < largest";
+        return Err(source.fault(span, "test.impulse_ns", Fault::OutOfRange { value, wanted }));
+    }
+    Ok([least, most])
+}
+
 fn band_ends(
     [low, high]: [f64; 2],
     span: Range<usize>,
@@ -89,6 +109,7 @@ fn band_ends(
 pub(super) fn places(test: &RawTest, source: &Source<'_>) -> Vec<(Setting, Place)> {
     let span = |of: &Option<Spanned<f64>>| of.as_ref().map(Spanned::span);
     let band = test.band_hz.as_ref().map(Spanned::span);
+    let impulse = test.impulse_ns.as_ref().map(Spanned::span);
     let all = [
         (Setting::HitsPerDof, "test.hits_per_dof", test.hits_per_dof.as_ref().map(Spanned::span)),
         (Setting::BandLower, "test.band_hz", band.clone()),
@@ -101,6 +122,8 @@ pub(super) fn places(test: &RawTest, source: &Source<'_>) -> Vec<(Setting, Place
         (Setting::ForceWindow, "test.force_window_s", span(&test.force_window_s)),
         (Setting::Trigger, "test.trigger_n", span(&test.trigger_n)),
         (Setting::MinPeakForce, "test.min_peak_force_n", span(&test.min_peak_force_n)),
+        (Setting::ImpulseLower, "test.impulse_ns", impulse.clone()),
+        (Setting::ImpulseUpper, "test.impulse_ns", impulse),
     ];
     let place = |(setting, key, span)| {
         Some((setting, Place::of(source.file, source.text, Some(span?), key)))

@@ -2,15 +2,17 @@
 //! recorded, graded, averaged and identified as on a rig, but without its link and flash.
 
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::{DofMassLines, Estimate, Method};
 use massline_shared::layout::RIG_SENSORS;
 use massline_shared::measurement::campaign::{Campaign, Command, Outcome, Phase, Start};
 use massline_shared::measurement::{self, GradedHit, Measurement, Memory, NextAction, StartError};
-use massline_shared::signal::Calibration;
+use massline_shared::signal::{Calibration, SPECTRUM_BINS, ringing_s};
 use massline_shared::units::ScanIndex;
 use massline_virtual::source::ScanSource;
 
 use crate::report;
+use crate::suspension::{DofLines, MeasuredLines};
 
 /// A layout in the rig's capacity and in double precision.
 pub type TestLayout = measurement::TestLayout<f64>;
@@ -25,6 +27,10 @@ const MOST_SCANS: u64 = 360_000;
 pub struct SimulatedTest {
     /// Index in the layout and mass lines of every hit DOF.
     pub dofs: Vec<DofMassLines<f64, RIG_SENSORS>>,
+    /// Or, in the suspension profile, the lines of every hit DOF.
+    pub lines: Vec<DofLines>,
+    /// What all methods of the suspension profile say together.
+    pub combined: Option<Agreement<f64>>,
     /// The answers, the best method first.
     pub estimates: Vec<Estimate<f64>>,
     /// The methods without an answer, and the reasons.
@@ -86,9 +92,13 @@ pub fn measure(
     rig.set_calibration(*calibration, None);
     rig.start(Start::DEFAULT, true, true).map_err(|error| refused(&rig, error))?;
     let mut rejected_before = (0, 0);
-    let mut hits = Vec::new();
+    let (mut hits, mut lines) = (Vec::new(), Vec::new());
     loop {
         match rig.next_action() {
+            NextAction::StoreLines { dof } => {
+                lines.push(take_lines(&rig, dof));
+                rig.lines_stored();
+            }
             NextAction::Sample => take_record(&mut rig, source)?,
             NextAction::Compute => rig.work(),
             NextAction::Wait if rig.phase() == Phase::TargetReached => {
@@ -118,16 +128,53 @@ pub fn measure(
     {
         return Err(MeasureError::MassLine(report::message_in(found, layout)));
     }
+    let solved = solve_lines(&rig, &lines);
     Ok(SimulatedTest {
         dofs: result.mass_lines.to_vec(),
-        estimates: result.estimates.to_vec(),
-        refusals: result.refusals.to_vec(),
+        lines,
+        combined: solved.combined,
+        estimates: [result.estimates, &solved.estimates].concat(),
+        refusals: [result.refusals, &solved.refusals].concat(),
         hits_saved: unneeded * usize::from(layout.test.hits_per_dof),
         reached: precision.is_some_and(|known| known.is_reached()),
         rejected: rig.campaign().map_or(0, |campaign| campaign.rejected()),
         hits,
         diagnostics: result.diagnostics.to_vec(),
     })
+}
+
+/// The lines of the DOF that the measurement has closed.
+fn take_lines(rig: &Measurement<'_, f64>, dof: usize) -> DofLines {
+    let responses = rig.adc_in_use().responses();
+    let of = |response| (0..SPECTRUM_BINS).map(move |bin| rig.line(response, bin));
+    DofLines { dof, lines: (0..responses).flat_map(of).collect() }
+}
+
+/// Answers to lines.
+#[derive(Default)]
+struct Solved {
+    estimates: Vec<Estimate<f64>>,
+    refusals: Vec<(Method, Diagnostics)>,
+    combined: Option<Agreement<f64>>,
+}
+
+/// What the methods of the suspension profile say of lines.
+fn solve_lines(rig: &Measurement<'_, f64>, lines: &[DofLines]) -> Solved {
+    let layout = rig.layout().filter(|_| !lines.is_empty()).and_then(TestLayout::cast);
+    let Some(layout) = layout else { return Solved::default() };
+    let wanted: Vec<Method> = Method::of_modes().chain([Method::GlobalFit]).collect();
+    let measured = MeasuredLines::new(&layout, rig.adc(), lines);
+    match measured.solve(ringing_s(rig.adc()), &wanted, |_, _| ()) {
+        Ok(found) => Solved {
+            estimates: found.estimates,
+            refusals: found.not_applicable,
+            combined: found.comparison.agreement,
+        },
+        Err(reasons) => {
+            let refusals = wanted.iter().map(|method| (*method, reasons.clone())).collect();
+            Solved { refusals, ..Solved::default() }
+        }
+    }
 }
 
 /// Processes the scans of one arming.

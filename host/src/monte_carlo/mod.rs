@@ -23,9 +23,12 @@ pub mod statistics;
 use std::num::NonZeroUsize;
 
 use massline_shared::diagnosis::Diagnostics;
+use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::maximum_likelihood::{self, RIG_WORKSPACE};
 use massline_shared::identify::{Estimate, Method};
-use massline_shared::layout::{CalibratedGains, HitUncertainty, RIG_SENSORS, SensorUncertainty};
+use massline_shared::layout::{
+    CalibratedGains, HitUncertainty, RIG_SENSORS, SensorUncertainty, TestProfile,
+};
 use massline_shared::responses::Responses;
 use massline_shared::signal::Calibration;
 use massline_virtual::bench::{Bench, BenchError, BenchSource};
@@ -59,6 +62,8 @@ pub struct MonteCarlo<'a> {
 pub struct Study {
     /// Number of runs requested.
     pub wanted: u64,
+    /// What was measured.
+    pub profile: TestProfile,
     /// Number of runs completed: all, unless Ctrl-C was pressed.
     pub runs: u64,
     /// Number of runs without mass lines, and the reason in the first of them.
@@ -133,7 +138,12 @@ impl MonteCarlo<'_> {
 
     /// The Cramér-Rao bound at the truth, with the errors that the bench really has and the mean noise that the
     /// mass line fits estimate.
+    ///
+    /// In the suspension profile: the root mean square of the standard deviations of the global fit, which reaches the bound.
     fn bound(&self, runs: &[Run]) -> Option<[f64; 10]> {
+        if self.layout.test.profile == TestProfile::Suspension {
+            return mean_sigma(Method::GlobalFit, runs);
+        }
         let mut layout = self.layout.clone();
         apply_bench_budget(&mut layout, self.bench);
         let noise = mean_noise(runs, self.layout.hits.len());
@@ -162,21 +172,31 @@ impl MonteCarlo<'_> {
     pub fn study(&self, runs: &[Run]) -> Study {
         let truth: [f64; 10] = self.bench.truth().theta().into();
         let bound = self.bound(runs);
-        let methods = Method::of_mass_lines().map(|method| {
+        let profile = self.layout.test.profile;
+        let of = |method| {
             let answers: Vec<_> = runs.iter().map(|run| answer_of(method, run)).collect();
-            MethodStatistics::of(method, &answers, &truth, bound.as_ref())
-        });
+            MethodStatistics::of(Some(method), &answers, &truth, bound.as_ref())
+        };
+        let methods = match profile {
+            TestProfile::MassLine => Method::of_mass_lines().map(of).collect(),
+            TestProfile::Suspension => {
+                let combined: Vec<_> = runs.iter().map(combined_answer).collect();
+                let combined = MethodStatistics::of(None, &combined, &truth, bound.as_ref());
+                Method::of_modes().chain([Method::GlobalFit]).map(of).chain([combined]).collect()
+            }
+        };
         let failed = || runs.iter().filter_map(|run| run.as_ref().err());
         let measured = runs.iter().flatten();
         Study {
             wanted: self.runs,
+            profile,
             runs: runs.len() as u64,
             unmeasured: failed().next().map(|first| (failed().count() as u64, first.clone())),
             rejected_hits: measured.clone().map(|m| u64::from(m.rejected)).sum(),
             warned: measured.clone().filter(|m| m.warns()).count() as u64,
             stopping: self.layout.target.is_set().then(|| self.stopping(runs, &truth)),
             silent: measured.filter(|m| !m.warns() && is_wrong(m, &truth)).count() as u64,
-            methods: methods.collect(),
+            methods,
         }
     }
 }
@@ -242,6 +262,21 @@ pub fn seed_of_run(seed: u64, number: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
     z ^ (z >> 31)
+}
+
+/// Root mean square over the runs of the standard deviations of a method; `None` without an answer.
+fn mean_sigma(method: Method, runs: &[Run]) -> Option<[f64; 10]> {
+    let answers = runs.iter().filter_map(|run| answer_of(method, run).ok()?.sigma());
+    let squares: Vec<_> = answers.map(|sigma| sigma.component_mul(&sigma)).collect();
+    let count = squares.len() as f64;
+    let sum = squares.into_iter().reduce(|sum, next| sum + next)?;
+    Some((sum / count).map(f64::sqrt).into())
+}
+
+/// What all methods of a run say together.
+fn combined_answer(run: &Run) -> Result<Agreement<f64>, Option<Diagnostics>> {
+    let measured = run.as_ref().map_err(|_| None)?;
+    measured.combined.clone().ok_or(None)
 }
 
 /// The answer of a method in a run; an error without a reason when the run has no mass lines.

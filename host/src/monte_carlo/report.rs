@@ -3,6 +3,7 @@
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Method;
+use massline_shared::layout::TestProfile;
 
 use super::Study;
 use super::statistics::{MethodStatistics, PropertyStatistics, StoppingStatistics};
@@ -36,7 +37,7 @@ pub fn to_json(study: &Study, seed: u64, bench: &str, budget: &'static str) -> S
 /// The methods without an answer in any run, and the reasons.
 fn never_answered(study: &Study) -> Vec<(Method, Diagnostics)> {
     let silent = study.methods.iter().filter(|method| method.answers == 0);
-    silent.filter_map(|method| Some((method.method, method.refusal.clone()?))).collect()
+    silent.filter_map(|method| Some((method.method?, method.refusal.clone()?))).collect()
 }
 
 fn stopping_json(stopping: &StoppingStatistics) -> RunsToTarget {
@@ -64,7 +65,7 @@ fn stopping_text(stopping: &StoppingStatistics) -> String {
 fn method_json(method: &MethodStatistics) -> MethodOverRuns {
     let properties = method.properties.iter().zip(&INERTIAL_PARAMETERS);
     MethodOverRuns {
-        method: method.method.name(),
+        method: method.name(),
         answers: method.answers,
         unanswered: method.unanswered,
         geometric_mean_ratio: method.geometric_mean_ratio(),
@@ -93,7 +94,7 @@ fn property_json(name: &'static str, p: &PropertyStatistics) -> PropertyOverRuns
 pub fn to_text(study: &Study) -> String {
     let mut text = String::new();
     for method in study.methods.iter().filter(|m| m.answers > 0) {
-        text += &format!("{}\n{}\n", method.method.name(), table(method));
+        text += &format!("{}\n{}\n", method.name(), table(method));
     }
     for method in study.methods.iter().filter(|m| m.answers > 0) {
         text += &summary(method);
@@ -109,7 +110,7 @@ pub fn to_text(study: &Study) -> String {
         study.rejected_hits, study.warned, study.silent
     );
     if let Some((count, first)) = &study.unmeasured {
-        text += &format!("{count} runs have no mass lines, the first because: {first}\n");
+        text += &format!("{count} runs have no answer, the first because: {first}\n");
     }
     if study.is_single() {
         return text + "note: " + ONE_RUN;
@@ -117,7 +118,12 @@ pub fn to_text(study: &Study) -> String {
     if study.stopping.is_some() {
         text += "with a target, the bound is still that of all DOFs, which the runs do not all measure\n";
     }
-    text + "ratio: rms error over the Cramér-Rao bound at the truth, with the errors of the bench\n\
+    let bound = match study.profile {
+        TestProfile::MassLine => "the Cramér-Rao bound at the truth, with the errors of the bench",
+        TestProfile::Suspension => "the bound: what the global fit expects of its own errors",
+    };
+    text + &format!("ratio: rms error over {bound}\n")
+        + "\
             width: mean width of the 95 % intervals over that which the bound permits\n\
             cover: share of the 95 % intervals that hold the truth\n\
             silently wrong: without a warning, a property off by more than three standard deviations"
@@ -148,7 +154,7 @@ fn table(method: &MethodStatistics) -> output::Table {
 }
 
 fn summary(method: &MethodStatistics) -> String {
-    let name = method.method.name();
+    let name = method.name();
     let number = |v: Option<f64>| or_dash(v.map(|v| format!("{v:.3}")));
     let mut text = if method.is_single() {
         format!("{name}: one answer")

@@ -1,13 +1,43 @@
 //! Statistics of a method over many runs: bias, error relative to the bound, coverage of the intervals.
 
 use massline_shared::diagnosis::Diagnostics;
+use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::{Estimate, HALF_WIDTH_95, Method};
+use nalgebra::SVector;
+
+/// An answer with its intervals.
+pub trait Answer {
+    /// The ten properties, SI.
+    fn theta(&self) -> SVector<f64, 10>;
+    /// Half widths of their 95 % intervals; `None` when they are unknown.
+    fn half_widths(&self) -> Option<SVector<f64, 10>>;
+}
+
+impl Answer for Estimate<f64> {
+    fn theta(&self) -> SVector<f64, 10> {
+        Self::theta(self)
+    }
+
+    fn half_widths(&self) -> Option<SVector<f64, 10>> {
+        Self::half_widths(self)
+    }
+}
+
+impl Answer for Agreement<f64> {
+    fn theta(&self) -> SVector<f64, 10> {
+        self.theta
+    }
+
+    fn half_widths(&self) -> Option<SVector<f64, 10>> {
+        Some(self.covariance.diagonal().map(|variance| HALF_WIDTH_95 * variance.sqrt()))
+    }
+}
 
 /// Statistics of a method over all runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MethodStatistics {
-    /// The method.
-    pub method: Method,
+    /// The method; `None` for the combined estimate of all methods.
+    pub method: Option<Method>,
     /// Number of runs with an answer; all statistics below are over these.
     pub answers: usize,
     /// Number of runs in which the method had no answer.
@@ -101,13 +131,13 @@ impl PropertyStatistics {
 impl MethodStatistics {
     /// Computes the statistics from the runs' answers, in the order of the runs; an error without a reason
     /// belongs to a run without mass lines.
-    pub fn of(
-        method: Method,
-        answers: &[Result<Estimate<f64>, Option<Diagnostics>>],
+    pub fn of<A: Answer>(
+        method: Option<Method>,
+        answers: &[Result<A, Option<Diagnostics>>],
         truth: &[f64; 10],
         bound: Option<&[f64; 10]>,
     ) -> Self {
-        let answered: Vec<&Estimate<f64>> = answers.iter().flatten().collect();
+        let answered: Vec<&A> = answers.iter().flatten().collect();
         let properties = if answered.is_empty() {
             Vec::new()
         } else {
@@ -120,6 +150,11 @@ impl MethodStatistics {
             refusal: answers.iter().find_map(|a| a.as_ref().err()?.clone()),
             properties,
         }
+    }
+
+    /// Name of the method, or `combined`.
+    pub fn name(&self) -> &'static str {
+        self.method.map_or("combined", Method::name)
     }
 
     /// True when there was a single run, which has an error but no statistics.
@@ -161,8 +196,8 @@ fn geometric_mean(values: &[f64]) -> f64 {
     (values.iter().map(|value| value.ln()).sum::<f64>() / values.len() as f64).exp()
 }
 
-fn property(
-    answered: &[&Estimate<f64>],
+fn property<A: Answer>(
+    answered: &[&A],
     k: usize,
     truth: f64,
     bound: Option<f64>,
@@ -190,7 +225,7 @@ mod tests {
     use super::*;
     use massline_shared::body::RigidBody;
     use massline_shared::diagnosis::{Code, Diagnostic, Severity};
-    use nalgebra::{SMatrix, SVector};
+    use nalgebra::SMatrix;
 
     const TRUTH: [f64; 10] = [1.0; 10];
 
@@ -210,7 +245,7 @@ mod tests {
 
     fn statistics(answers: &[Answer], bound: Option<f64>) -> MethodStatistics {
         let bound = bound.map(|b| [b; 10]);
-        MethodStatistics::of(Method::InertiaRestraint, answers, &TRUTH, bound.as_ref())
+        MethodStatistics::of(Some(Method::InertiaRestraint), answers, &TRUTH, bound.as_ref())
     }
 
     #[test]

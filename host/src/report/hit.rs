@@ -74,6 +74,7 @@ mod tests {
             scan: 0,
             peak_force: 20.0,
             peak_acceleration: 30.0,
+            impulse: None,
             findings: findings.iter().map(about).collect(),
         };
         let toml = include_str!("../../examples/three-bar-test-1.toml");

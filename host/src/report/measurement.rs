@@ -171,6 +171,7 @@ mod tests {
                 band_automatic: false,
             },
             dofs: heapless::Vec::new(),
+            lines: Default::default(),
             estimates: estimates.iter().cloned().collect(),
             diagnostics: heapless::Vec::new(),
         }

@@ -195,6 +195,7 @@ fn value(d: &Diagnostic) -> String {
         | ValueUnit::Times => {
             format!("{value:.1}")
         }
+        ValueUnit::NewtonSeconds => format!("{value:.2}"),
         ValueUnit::Kilograms | ValueUnit::Factor => format!("{value:.3}"),
         ValueUnit::SignedKilograms | ValueUnit::Accelerance => format!("{value:+.3}"),
         ValueUnit::KilogramSquareMeters | ValueUnit::OfProperty => five_digits(value),

@@ -31,6 +31,8 @@ pub struct HitEvent {
     pub peak_force: f32,
     /// Largest acceleration of any channel, m/s².
     pub peak_acceleration: f32,
+    /// Impulse of the force, N s, in the suspension profile.
+    pub impulse: Option<f32>,
     /// What the grading found.
     #[serde(with = "crate::diagnostic")]
     pub findings: Diagnostics,
@@ -45,8 +47,9 @@ impl HitEvent {
 
 impl From<GradedHit> for HitEvent {
     fn from(hit: GradedHit) -> Self {
-        let GradedHit { number, dof, good, scan, peak_force, peak_acceleration, findings } = hit;
-        Self { number, dof, good, scan, peak_force, peak_acceleration, findings }
+        let GradedHit { number, dof, good, scan, peak_force, peak_acceleration, impulse, findings } =
+            hit;
+        Self { number, dof, good, scan, peak_force, peak_acceleration, impulse, findings }
     }
 }
 

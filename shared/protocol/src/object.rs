@@ -4,6 +4,7 @@ use heapless::Vec;
 use num_enum::{IntoPrimitive, TryFromPrimitive};
 use serde::{Deserialize, Serialize};
 
+use crate::lines::LinesHead;
 use massline_shared::body::RigidBody;
 use massline_shared::calibration::CalibrationSigma;
 use massline_shared::diagnosis::Diagnostics;
@@ -272,14 +273,17 @@ pub struct ResultHead {
 }
 
 /// A stored result: what one campaign measured and identified. A rig writes and reads it in pieces: the head,
-/// the number of DOFs (postcard's `u32`) and each DOF, the number of estimates and each estimate, the
-/// diagnostics.
+/// the number of DOFs (postcard's `u32`) and each DOF, the same of those with lines, the number of estimates and each
+/// estimate, the diagnostics.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasurementResult {
     /// Origin of the result and how it was measured.
     pub head: ResultHead,
     /// Mass lines of each DOF.
     pub dofs: Vec<DofResult, RIG_HITS>,
+    /// Or, in the suspension profile, what is known of each DOF besides its lines, which are objects of their own.
+    #[serde(default)]
+    pub lines: Vec<LinesHead, RIG_HITS>,
     /// Estimates, one per method, best first; empty when there are none.
     pub estimates: Vec<StoredEstimate, METHODS>,
     /// Diagnostics of the campaign.

@@ -101,7 +101,8 @@ pub struct Hit<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TestSettings<R> {
-    /// What is measured.
+    /// What is measured; mass lines in archives of earlier versions.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub profile: TestProfile,
     /// Accepted hits wanted at each DOF.
     pub hits_per_dof: u8,
@@ -118,6 +119,8 @@ pub struct TestSettings<R> {
     pub min_peak_force_n: R,
     /// Smallest and largest impulse of a hit, N s. Used by [`TestProfile::Suspension`] only, whose modes answer to the
     /// impulse and not to the peak.
+    /// Zero in archives of earlier versions.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub impulse_ns: [R; 2],
     /// How frequency responses are computed from the averaged spectra.
     pub frf_estimator: FrfEstimator,

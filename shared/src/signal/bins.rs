@@ -1,6 +1,6 @@
 //! Where the bins of a profile lie.
 
-use super::{AdcProperties, LONG_POINTS, RECORD_SCANS};
+use super::{AdcProperties, LONG_POINTS, PRE_TRIGGER_SCANS, RECORD_SCANS};
 use crate::Real;
 use crate::layout::TestProfile;
 
@@ -26,4 +26,9 @@ pub fn transform_of(adc: &AdcProperties, profile: TestProfile) -> (f32, usize) {
 pub fn resolution<R: Real>(adc: &AdcProperties, profile: TestProfile) -> R {
     let (rate, points) = transform_of(adc, profile);
     R::of(f64::from(rate)) / R::of(points as f64)
+}
+
+/// How long the responses of a long record are taken from the trigger on, s: 39.4 s at 4 kS/s.
+pub fn ringing_s(adc: &AdcProperties) -> f64 {
+    (RECORD_SCANS - PRE_TRIGGER_SCANS) as f64 / f64::from(adc.of_rows().rate.0)
 }

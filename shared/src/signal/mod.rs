@@ -27,7 +27,7 @@ mod trigger;
 pub mod window;
 
 pub use analysis::HitAnalysis;
-pub use bins::{resolution, transform_of};
+pub use bins::{resolution, ringing_s, transform_of};
 pub use chain::{AdcProperties, Calibration, ChannelCalibration, CrossAxis, HAMMER};
 pub use compact_lines::{COMPACT_RESPONSE, CompactLines, CompactLinesError, expand_response};
 pub use decimator::{DECIMATION, Decimator, ROW_BITS, Row, SETTLING_ROWS, transfer};

@@ -67,6 +67,7 @@ fn result(dofs: usize, estimates: usize, said: usize) -> MeasurementResult {
             band_automatic: true,
         },
         dofs: (0..dofs).map(dof).collect(),
+        lines: Default::default(),
         estimates: methods.into_iter().take(estimates).map(estimate).collect(),
         diagnostics: (0..said)
             .map(|_| Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0))
