@@ -55,6 +55,9 @@ impl Mains {
 
     /// The voltage at a time, V.
     pub(super) fn voltage(&self, time: f64) -> f64 {
+        if self.amplitudes.is_empty() {
+            return 0.0;
+        }
         let angle = self.omega * time + self.phase;
         let harmonic =
             |(number, amplitude): (u32, &f64)| amplitude * (f64::from(number) * angle).sin();
