@@ -111,8 +111,13 @@ impl Converter {
             let limit = self.rails[k].min(limits[k]);
             let value = value.clamp(self.rest[k] - limit, self.rest[k] + limit);
             let volts = self.voltage(k, value, start + k as f64 * self.channel_delay);
-            held = volts + self.memory * (held - volts);
-            held
+            // Without memory no channel has to wait for the one before.
+            if self.memory > 0.0 {
+                held = volts + self.memory * (held - volts);
+                held
+            } else {
+                volts
+            }
         });
         self.held = volts[self.last];
         self.scans += 1;

@@ -124,6 +124,18 @@ impl Oscillators {
         }
     }
 
+    /// Largest displacement and acceleration of every mode from now on without a force.
+    pub(super) fn bounds(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        self.states.iter().zip(&self.steps).map(|(&[q, v], step)| {
+            // The energy falls, and the damping's part of the acceleration is less than twice the spring's.
+            let square = q * q + v * v / step.omega_squared;
+            [
+                square.sqrt(),
+                (1.0 + step.decay / step.omega_squared.sqrt()) * step.omega_squared * square.sqrt(),
+            ]
+        })
+    }
+
     /// Displacement, velocity and acceleration of every mode under the modal forces of this instant.
     pub fn motion<'a>(&'a self, forces: &'a [f64]) -> impl Iterator<Item = [f64; 3]> + 'a {
         self.states

@@ -106,23 +106,26 @@ impl FreeResponse {
     }
 
     /// True when no reading is near the end of the range in which its channel is linear.
-    pub(super) fn admits(held: &ChainState, range: &Channels) -> bool {
-        held.input.iter().zip(range).all(|(x, range)| x.abs() < CERTAINLY_WITHIN * range)
+    pub(super) fn admits(readings: &Channels, range: &Channels) -> bool {
+        readings.iter().zip(range).all(|(x, range)| x.abs() < CERTAINLY_WITHIN * range)
     }
 
-    /// Advances states and chain by one scan and returns the samples taken in it.
+    /// Advances states and chain by one scan and returns the samples taken in it. The input of the chain is left as it
+    /// was unless it is wanted.
     pub(super) fn scan(
         &self,
         states: &mut [[f64; 2]],
         held: &mut ChainState,
         acting: &Acting,
+        input_wanted: bool,
     ) -> Sampled {
         let of = |outputs: &Outputs| outputs.of(states, &held.output, acting.loads);
         let sampled = Sampled {
             value: of(&self.sampled),
             slope: self.slope.as_ref().map_or([0.0; CHANNELS], of),
         };
-        *held = ChainState { output: of(&self.held), input: of(&self.input) };
+        let input = if input_wanted { of(&self.input) } else { held.input };
+        *held = ChainState { output: of(&self.held), input };
         let [before, after] = acting.forces;
         for ((state, step), (before, after)) in
             states.iter_mut().zip(&self.modes).zip(before.iter().zip(after))

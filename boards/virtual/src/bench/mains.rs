@@ -62,6 +62,9 @@ impl Mains {
         let harmonic =
             |(number, amplitude): (u32, &f64)| amplitude * (f64::from(number) * angle).sin();
         let steady: f64 = (1..).zip(&self.amplitudes).map(harmonic).sum();
+        if self.modulation == 0.0 {
+            return steady;
+        }
         let swing = self.modulation_omega * time + self.modulation_phase;
         steady * (1.0 + self.modulation * swing.sin())
     }

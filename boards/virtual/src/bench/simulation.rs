@@ -24,6 +24,9 @@ use super::{Bench, BenchError};
 /// Number of modes in which the object swings on its suspension, the lowest ones.
 const ON_SUSPENSION: usize = 6;
 
+/// Scans for which an object is calm once it is: a draught that doubles its motion within this time is a storm.
+const CALM_SCANS: u64 = 256;
+
 /// The object with its sensors and their chains, and the state of all of them.
 #[derive(Clone, Debug)]
 pub(super) struct Simulation {
@@ -52,6 +55,8 @@ pub(super) struct Simulation {
     environment: Option<Environment>,
     /// What it does to the object at the last scan.
     load: Load,
+    /// Before this scan no reading comes near the end of its range without a tap.
+    calm_until: u64,
     /// The factors that compute a whole scan of free motion at once.
     free_response: Option<FreeResponse>,
 }
@@ -104,6 +109,7 @@ impl Simulation {
             tapped: 0.0,
             environment,
             load: Load::zeros(),
+            calm_until: 0,
             free_response: None,
         };
         for (i, (sensor, error)) in layout.sensors.iter().zip(&errors.sensors).enumerate() {
@@ -173,6 +179,7 @@ impl Simulation {
         self.oscillators.stop();
         self.load = Load::zeros();
         self.tapped = 0.0;
+        self.calm_until = 0;
         self.moving = self.environment.is_some();
         self.scans = 0;
         let of_environment = branch(&disturbances, Branch::Environment);
@@ -233,10 +240,12 @@ impl Simulation {
         let loads = [std::mem::replace(&mut self.load, next), next];
         let free = drives.iter().all(|d| d.tap.start() >= end || d.tap.end() < self.time())
             && self.tapped == 0.0
-            && FreeResponse::admits(&self.chain.held(), &self.chain.linear_range());
+            && (self.scans < self.calm_until
+                || FreeResponse::admits(&self.chain.held().input, &self.chain.linear_range()));
         let sampled = if self.moving && free {
             self.free_scan(&loads)
         } else if self.moving {
+            self.end_calm();
             self.stepped_scan(drives, &loads)
         } else {
             self.chain.at_rest()
@@ -258,10 +267,36 @@ impl Simulation {
         let forces = [&self.forces[..], &self.next_forces[..]];
         let mut held = self.chain.held();
         let acting = Acting { loads, forces };
-        let sampled = free_response.scan(self.oscillators.states_mut(), &mut held, &acting);
+        let calm = self.scans + 1 < self.calm_until;
+        let states = self.oscillators.states_mut();
+        let sampled = free_response.scan(states, &mut held, &acting, !calm);
         self.chain.hold(&held);
         std::mem::swap(&mut self.forces, &mut self.next_forces);
+        if !calm && self.scans.is_multiple_of(CALM_SCANS) && self.is_calm() {
+            self.calm_until = self.scans + 1 + CALM_SCANS;
+        }
         sampled
+    }
+
+    /// True when no reading will come near the end of its range unless something acts on the object.
+    fn is_calm(&self) -> bool {
+        let mut largest = self.at_rest.map(f64::abs);
+        let factors = self.per_displacement.iter().zip(&self.per_acceleration);
+        for ([q, a], (per_q, per_a)) in self.oscillators.bounds().zip(factors) {
+            for k in 1..CHANNELS {
+                largest[k] += per_a[k].abs() * a + per_q[k].abs() * q;
+            }
+        }
+        FreeResponse::admits(&largest, &self.chain.linear_range())
+    }
+
+    /// Restores the input of the chain, which is not computed in calm.
+    fn end_calm(&mut self) {
+        if self.scans < self.calm_until {
+            let held = ChainState { input: self.reading(0.0), ..self.chain.held() };
+            self.chain.hold(&held);
+            self.calm_until = 0;
+        }
     }
 
     /// One scan step by step.

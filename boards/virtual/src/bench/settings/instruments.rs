@@ -51,7 +51,7 @@ pub struct SensorSettings {
     /// Linear drift of every output since arming, V/s.
     pub drift_v_per_s: f64,
     /// Frequency at which the 1/f noise has the density of the white noise, Hz; zero is no 1/f noise. Its
-    /// density falls with the root of the frequency, from 0.01 Hz to 100 Hz.
+    /// density falls with the root of the frequency, from 0.02 Hz to 50 Hz.
     pub noise_corner_hz: f64,
     /// Slow wander of every output, as with the temperature, rms, V; it is independent in each output.
     pub wander_v: f64,
