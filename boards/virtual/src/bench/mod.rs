@@ -10,6 +10,8 @@
 //!  └──────────────────────────────────────────────────▶ hammer gain ────────────────────────────▶ RC ─▶ noise ─▶ ADC
 //! ```
 //!
+//! A draught and creaking cords move the object as well. Motion without a tap is computed a whole scan at a time.
+//!
 //! | module | subject |
 //! | --- | --- |
 //! | [`file`](mod@file) | the bench file |
