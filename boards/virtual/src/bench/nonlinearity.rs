@@ -50,7 +50,7 @@ impl Nonlinearity {
         let position = position.clamp(0.0, self.last + 1.0);
         let below = position as usize;
         match self.curve.get(below..) {
-            Some([here, next, ..]) => here + (next - here) * position.fract(),
+            Some([here, next, ..]) => here + (next - here) * (position - below as f64),
             Some([end]) => *end,
             _ => 0.0,
         }
