@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::signal::{CHANNELS, Scan};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::Bench;
@@ -12,6 +13,8 @@ use super::channels::{Sampled, UNLIMITED, per_channel};
 use super::converter::Converter;
 use super::errors::{TestErrors, normal};
 use super::faults;
+use super::flicker::Flicker;
+use super::streams::{Branch, branch};
 
 /// The chains of all channels. Inputs are newtons for the hammer and m/s² for the others.
 #[derive(Clone, Debug)]
@@ -32,6 +35,9 @@ pub struct Chain {
     /// Share of that interval before the sample.
     sampled_at: Channels,
     noise: FilteredNoise,
+    flicker: Option<Flicker>,
+    /// Source of the 1/f noise.
+    flicker_rng: ChaCha8Rng,
     converter: Converter,
     /// Limited input at the last point of the grid and output of the low-pass there.
     input: Channels,
@@ -67,6 +73,8 @@ impl Chain {
             sampled_in: [0; CHANNELS],
             sampled_at: [0.0; CHANNELS],
             noise: FilteredNoise::new(&density, &cutoff, true_scan),
+            flicker: Flicker::new(&per_channel(0.0, density[1]), sensor.noise_corner_hz, true_scan),
+            flicker_rng: ChaCha8Rng::seed_from_u64(0),
             converter: Converter::new(bench, errors),
             input: [0.0; CHANNELS],
             output: [0.0; CHANNELS],
@@ -84,18 +92,27 @@ impl Chain {
         chain
     }
 
-    /// Sets the chain to its steady state for a constant input. The noise of the sensors is drawn from
-    /// `noise`, mains and jitter from `disturbances`.
+    /// Sets the chain to its steady state for a constant input. The white noise of the sensors is drawn
+    /// from `noise`, mains and jitter from `disturbances`, 1/f noise and wander from branches of it.
     pub(super) fn settle(
         &mut self,
         input: &Channels,
         noise: &mut ChaCha8Rng,
         disturbances: ChaCha8Rng,
     ) {
+        self.follow(input);
+        self.noise.settle(noise);
+        self.flicker_rng = branch(&disturbances, Branch::Flicker);
+        if let Some(flicker) = &mut self.flicker {
+            flicker.settle(&mut self.flicker_rng);
+        }
+        self.converter.restart(&self.output, disturbances);
+    }
+
+    /// Sets the low-passes to their steady state for a constant input.
+    pub(super) fn follow(&mut self, input: &Channels) {
         self.input = self.limit(input);
         self.output = self.input;
-        self.noise.settle(noise);
-        self.converter.restart(&self.output, disturbances);
     }
 
     /// Advances over interval `step` of a scan to the input at its end, and writes the outputs of those
@@ -153,7 +170,10 @@ impl Chain {
         limits: &Channels,
         rng: &mut ChaCha8Rng,
     ) -> Scan {
-        let noise = self.noise.next(rng);
+        let mut noise = self.noise.next(rng);
+        if let Some(flicker) = &mut self.flicker {
+            flicker.add(&mut noise, &mut self.flicker_rng);
+        }
         self.converter.convert(sampled, &noise, limits)
     }
 
@@ -220,7 +240,6 @@ impl FilteredNoise {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::SeedableRng;
 
     fn quiet_bench() -> (Bench, TestErrors) {
         let bench = Bench::named("ideal").unwrap();

@@ -1,7 +1,7 @@
 //! From the outputs of the low-passes to codes: buffers, hum of the mains, multiplexer and converter.
 //!
 //! ```text
-//! low-pass + noise ─▶ rails of the buffer ─▶ zero, drift, mains ─▶ multiplexer's memory ─▶ nonlinearity ─▶ code
+//! low-pass + noise ─▶ rails of the buffer ─▶ zero, drift, wander, mains ─▶ multiplexer's memory ─▶ nonlinearity ─▶ code
 //! ```
 
 use massline_shared::signal::{CHANNELS, Scan};
@@ -14,6 +14,8 @@ use super::errors::{TestErrors, normal};
 use super::faults;
 use super::mains::Mains;
 use super::nonlinearity::Nonlinearity;
+use super::slow::Slow;
+use super::streams::{Branch, branch};
 
 /// Everything between the filters and the codes.
 #[derive(Clone, Debug)]
@@ -26,6 +28,8 @@ pub(super) struct Converter {
     zero: Channels,
     /// V/s.
     drift: Channels,
+    /// V.
+    wander: Option<Slow<CHANNELS>>,
     mains: Mains,
     /// Share of the voltage sampled before.
     memory: f64,
@@ -36,13 +40,14 @@ pub(super) struct Converter {
     nonlinearity: Nonlinearity,
     reference_v: f64,
     volts_per_code: f64,
-    full_scale: f64,
     /// True interval of the scans and of the channels within a scan, s.
     interval: f64,
     channel_delay: f64,
     jitter_s: f64,
     /// Source of the jitter.
     rng: ChaCha8Rng,
+    /// Source of the wander.
+    wander_rng: ChaCha8Rng,
     /// Scans since the restart.
     scans: u64,
 }
@@ -51,6 +56,7 @@ impl Converter {
     pub(super) fn new(bench: &Bench, errors: &TestErrors) -> Self {
         let (sensor, hammer, adc) = (&bench.sensor, &bench.hammer, &bench.adc);
         let nominal = per_channel(hammer.zero_v, sensor.zero_v);
+        let interval = adc.clock_stretch() / adc.rate_hz;
         let per_g = sensor.sensitivity_v_per_g / massline_shared::STANDARD_GRAVITY;
         Self {
             rails: faults::rails(bench),
@@ -58,6 +64,7 @@ impl Converter {
             volts_per_unit: per_channel(hammer.sensitivity_v_per_n, per_g),
             zero: std::array::from_fn(|k| nominal[k] + errors.zero_v[k]),
             drift: per_channel(0.0, sensor.drift_v_per_s),
+            wander: Slow::new(per_channel(0.0, sensor.wander_v), sensor.wander_s, interval),
             mains: Mains::new(bench),
             memory: adc.memory,
             held: 0.0,
@@ -65,17 +72,22 @@ impl Converter {
             nonlinearity: Nonlinearity::new(bench, errors),
             reference_v: adc.reference_v,
             volts_per_code: adc.reference_v / f64::from(1_u32 << adc.bits),
-            full_scale: f64::from((1_u32 << adc.bits) - 1),
-            interval: adc.clock_stretch() / adc.rate_hz,
+            interval,
             channel_delay: adc.clock_stretch() * adc.channel_delay_s,
             jitter_s: adc.jitter_s,
             rng: ChaCha8Rng::seed_from_u64(0),
+            wander_rng: ChaCha8Rng::seed_from_u64(0),
             scans: 0,
         }
     }
 
-    /// Sets the time to zero with all channels at rest. Mains and jitter are drawn from `rng`.
+    /// Sets the time to zero with all channels at rest. Mains and jitter are drawn from `rng`, the wander from
+    /// a branch of it.
     pub(super) fn restart(&mut self, rest: &Channels, mut rng: ChaCha8Rng) {
+        self.wander_rng = branch(&rng, Branch::Wander);
+        if let Some(wander) = &mut self.wander {
+            wander.settle(&mut self.wander_rng);
+        }
         self.mains.draw_phase(&mut rng);
         self.rng = rng;
         self.rest = *rest;
@@ -91,7 +103,7 @@ impl Converter {
         noise: &Channels,
         limits: &Channels,
     ) -> Scan {
-        let late = self.jitter_s * normal(&mut self.rng);
+        let late = if self.jitter_s > 0.0 { self.jitter_s * normal(&mut self.rng) } else { 0.0 };
         let start = self.scans as f64 * self.interval + late;
         let mut held = self.held;
         let volts: Channels = std::array::from_fn(|k| {
@@ -99,23 +111,27 @@ impl Converter {
             let limit = self.rails[k].min(limits[k]);
             let value = value.clamp(self.rest[k] - limit, self.rest[k] + limit);
             let volts = self.voltage(k, value, start + k as f64 * self.channel_delay);
-            held = volts + self.memory * (held - volts);
-            held
+            // Without memory no channel has to wait for the one before.
+            if self.memory > 0.0 {
+                held = volts + self.memory * (held - volts);
+                held
+            } else {
+                volts
+            }
         });
         self.held = volts[self.last];
         self.scans += 1;
-        volts.map(|volts| self.code(volts))
+        if let Some(wander) = &mut self.wander {
+            wander.advance(&mut self.wander_rng);
+        }
+        volts.map(|volts| self.nonlinearity.code(volts / self.volts_per_code))
     }
 
     /// The voltage of a channel at the input of the multiplexer, whose protection ends at the supply.
     fn voltage(&self, channel: usize, value: f64, time: f64) -> f64 {
         let output = self.zero[channel] + self.volts_per_unit[channel] * value;
-        let volts = output + self.drift[channel] * time + self.mains.voltage(time);
+        let wandered = self.wander.as_ref().map_or(0.0, |wander| wander.value()[channel]);
+        let volts = output + self.drift[channel] * time + wandered + self.mains.voltage(time);
         volts.clamp(0.0, self.reference_v)
-    }
-
-    fn code(&self, volts: f64) -> u16 {
-        let ideal = volts / self.volts_per_code;
-        (ideal + self.nonlinearity.at(ideal)).round().clamp(0.0, self.full_scale) as u16
     }
 }

@@ -89,12 +89,12 @@ pub struct Oscillators {
 
 /// The exact step of one oscillator over the grid's interval.
 #[derive(Clone, Copy, Debug)]
-struct Step {
+pub(super) struct Step {
     omega_squared: f64,
     decay: f64,
     /// Factors of displacement, velocity, force before and force after in the new displacement and
     /// velocity.
-    rows: [[f64; 4]; 2],
+    pub(super) rows: [[f64; 4]; 2],
 }
 
 impl Oscillators {
@@ -116,18 +116,24 @@ impl Oscillators {
         &mut self.states
     }
 
-    /// Displacement and velocity of every mode.
-    pub(super) fn states(&self) -> &[[f64; 2]] {
-        &self.states
-    }
-
     /// Advances by one interval with the modal forces at its beginning and end.
     pub fn advance(&mut self, before: &[f64], after: &[f64]) {
         let forces = before.iter().zip(after);
         for ((state, step), (f0, f1)) in self.states.iter_mut().zip(&self.steps).zip(forces) {
-            let input = [state[0], state[1], *f0, *f1];
-            *state = step.rows.map(|row| row.iter().zip(input).map(|(a, x)| a * x).sum());
+            step.advance(state, *f0, *f1);
         }
+    }
+
+    /// Largest displacement and acceleration of every mode from now on without a force.
+    pub(super) fn bounds(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        self.states.iter().zip(&self.steps).map(|(&[q, v], step)| {
+            // The energy falls, and the damping's part of the acceleration is less than twice the spring's.
+            let square = q * q + v * v / step.omega_squared;
+            [
+                square.sqrt(),
+                (1.0 + step.decay / step.omega_squared.sqrt()) * step.omega_squared * square.sqrt(),
+            ]
+        })
     }
 
     /// Displacement, velocity and acceleration of every mode under the modal forces of this instant.
@@ -141,7 +147,8 @@ impl Oscillators {
 }
 
 impl Step {
-    fn new(omega: f64, zeta: f64, h: f64) -> Self {
+    /// The step over `h` seconds of an oscillator of this undamped angular frequency and damping ratio.
+    pub(super) fn new(omega: f64, zeta: f64, h: f64) -> Self {
         let (omega_squared, decay) = (omega * omega, 2.0 * zeta * omega);
         // State, force and rate of force form one autonomous system, whose matrix exponential is the
         // exact step.
@@ -155,6 +162,12 @@ impl Step {
         let e = system.exp();
         let row = |i: usize| [e[(i, 0)], e[(i, 1)], e[(i, 2)] - e[(i, 3)], e[(i, 3)]];
         Self { omega_squared, decay, rows: [row(0), row(1)] }
+    }
+
+    /// Advances displacement and velocity under a modal force that changes linearly.
+    pub(super) fn advance(&self, state: &mut [f64; 2], before: f64, after: f64) {
+        let input = [state[0], state[1], before, after];
+        *state = self.rows.map(|row| row.iter().zip(input).map(|(a, x)| a * x).sum());
     }
 }
 

@@ -33,6 +33,8 @@ pub struct TestErrors {
     pub rc: [f64; CHANNELS],
     /// Phase of the converter's integral nonlinearity at code zero, rad.
     pub inl_phase: f64,
+    /// Determines the widths of the converter's codes.
+    pub dnl_seed: u64,
 }
 
 impl TestErrors {
@@ -67,7 +69,8 @@ impl TestErrors {
             let within = if k == 0 { hammer.rc_within } else { sensor.rc_within };
             *cutoff += within * (2.0 * rng.random::<f64>() - 1.0);
         }
-        Self { sensors, hammer_gain, zero_v, rc, inl_phase }
+        let dnl_seed = rng.random();
+        Self { sensors, hammer_gain, zero_v, rc, inl_phase, dnl_seed }
     }
 }
 

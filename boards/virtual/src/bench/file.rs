@@ -13,8 +13,10 @@ use super::body::BodyTable;
 use super::faults::Fault;
 use super::locate::{BenchFileError, Located};
 use super::settings::{
-    AdcSettings, HammerSettings, MainsSettings, OperatorSettings, SensorSettings, TapSettings,
+    AdcSettings, EnvironmentSettings, HammerSettings, MainsSettings, OperatorSettings,
+    SensorSettings, TapSettings,
 };
+use super::sprung_part::SprungPart;
 use super::suspension::{Cord, Suspension, rigid_modes};
 
 /// The default bench, from which tables missing in a file are taken.
@@ -32,7 +34,7 @@ pub struct Bundled {
 }
 
 /// All bundled benches.
-pub(super) const BUNDLED: [Bundled; 5] = [
+pub(super) const BUNDLED: [Bundled; 6] = [
     Bundled { name: "default", about: "the three-bar frame of the paper", text: DEFAULT },
     Bundled {
         name: "ideal",
@@ -54,6 +56,14 @@ pub(super) const BUNDLED: [Bundled; 5] = [
         about: "a wheel of 17.3 kg with modes up to 7.7 Hz",
         text: include_str!("../../benches/wheel.toml"),
     },
+    Bundled {
+        name: "wheel-with-tyre",
+        about: "the same with 9 kg of it on springs of 50 Hz",
+        text: concat!(
+            include_str!("../../benches/wheel.toml"),
+            include_str!("../../benches/wheel-with-tyre.toml")
+        ),
+    },
 ];
 
 /// Allowed fraction of critical damping: modes have to oscillate.
@@ -62,6 +72,8 @@ const DAMPING: RangeInclusive<f64> = 0.0..=0.4;
 const STIFFNESS: RangeInclusive<f64> = 1e-3..=1e9;
 /// Allowed frequency of a mode, Hz.
 const FREQUENCY: RangeInclusive<f64> = 1e-3..=1e5;
+/// Allowed share of a part on springs of its own: the sensors sit on the rest.
+const SPRUNG_SHARE: RangeInclusive<f64> = 1e-6..=0.99;
 /// Largest allowed acceleration of gravity along an axis, m/s².
 const MOST_GRAVITY: f64 = 100.0;
 
@@ -115,6 +127,7 @@ struct BenchFile {
     mounting: u16,
     body: Option<BodyTable>,
     suspension: Option<SuspensionTable>,
+    sprung_part: Option<SprungPart>,
     node: Option<Vec<Node>>,
     elastic_mode: Option<Vec<ElasticMode>>,
     #[serde(default)]
@@ -125,6 +138,8 @@ struct BenchFile {
     adc: AdcSettings,
     #[serde(default)]
     mains: MainsSettings,
+    #[serde(default)]
+    environment: EnvironmentSettings,
     #[serde(default)]
     tap: TapSettings,
     #[serde(default)]
@@ -166,6 +181,7 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
         ("hammer", file.hammer.problem()),
         ("adc", file.adc.problem()),
         ("mains", file.mains.problem()),
+        ("environment", file.environment.problem()),
         ("tap", file.tap.problem()),
         ("operator", file.operator.problem()),
     ] {
@@ -196,12 +212,14 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
             Some(table) => suspension_of(table, &at)?,
             None => suspension,
         },
+        sprung_part: checked_part(file.sprung_part, &at)?,
         nodes: file.node.unwrap_or(nodes),
         elastic: file.elastic_mode.unwrap_or(elastic),
         sensor: file.sensor,
         hammer: file.hammer,
         adc: file.adc,
         mains: file.mains,
+        environment: file.environment,
         tap: file.tap,
         operator: file.operator,
         mounting: file.mounting,
@@ -244,6 +262,18 @@ fn suspension_of(table: SuspensionTable, at: &Located) -> Result<Suspension, Ben
             Err(at.error("suspension", "give either frequencies_hz or [[suspension.cord]] tables"))
         }
     }
+}
+
+fn checked_part(
+    part: Option<SprungPart>,
+    at: &Located,
+) -> Result<Option<SprungPart>, BenchFileError> {
+    if let Some(part) = &part {
+        at.within(part.share, &SPRUNG_SHARE, "sprung_part.share")?;
+        at.within(part.frequency_hz, &FREQUENCY, "sprung_part.frequency_hz")?;
+        at.within(part.damping_ratio, &DAMPING, "sprung_part.damping_ratio")?;
+    }
+    Ok(part)
 }
 
 fn check_elastic(bench: &Bench, at: &Located) -> Result<(), BenchFileError> {

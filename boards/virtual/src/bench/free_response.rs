@@ -1,13 +1,16 @@
-//! Computes motion without a force one whole scan at a time.
+//! Computes motion without a tap one whole scan at a time.
 //!
-//! Between taps nothing clips and no force acts, so the outputs at the next scan are a linear function of
-//! the present state of the oscillators and low-passes. The factors are found by stepping through one
-//! scan from every unit state; the results equal those of the steps up to rounding.
+//! Between taps nothing clips, and the loads of the environment change linearly over a scan, so the outputs at
+//! the next scan are a linear function of the present state of the oscillators and low-passes and of the loads
+//! at both ends of the scan. The factors are found by stepping through one scan from every unit state and
+//! load; the results equal those of the steps up to rounding.
 
 use massline_shared::signal::CHANNELS;
 
 use super::chain::ChainState;
 use super::channels::{Channels, Sampled};
+use super::dynamics::Step;
+use super::environment::Load;
 
 /// Readings beyond this fraction of a sensor's range are computed by steps, which clip.
 const CERTAINLY_WITHIN: f64 = 0.5;
@@ -15,8 +18,8 @@ const CERTAINLY_WITHIN: f64 = 0.5;
 /// The factors of one scan.
 #[derive(Clone, Debug)]
 pub(super) struct FreeResponse {
-    /// New displacement and velocity of each mode as a function of the present ones.
-    modes: Vec<[[f64; 2]; 2]>,
+    /// The step of every mode over a scan.
+    modes: Vec<Step>,
     /// The rates of change at the samples, when they are asked for.
     slope: Option<Outputs>,
     /// The samples, and the outputs and inputs of the low-passes at the end of the scan.
@@ -30,88 +33,121 @@ pub(super) struct FreeResponse {
 struct Outputs {
     /// Factors of displacement and velocity of each mode.
     by_state: Vec<[Channels; 2]>,
+    /// Factors of the loads at the beginning and at the end of the scan, empty without an environment.
+    by_load: Vec<[Channels; 2]>,
     /// Factors of the output of the channel's low-pass.
     by_held: Channels,
     /// The value at rest.
     constant: Channels,
 }
 
+/// What acts on the object during a scan: the loads at its beginning and end, and their modal forces.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Acting<'a> {
+    pub(super) loads: &'a [Load; 2],
+    pub(super) forces: [&'a [f64]; 2],
+}
+
+/// Where a scan starts from, to find the factors: motion of the modes, outputs of the low-passes, loads.
+#[derive(Clone, Debug)]
+pub(super) struct Start {
+    pub(super) states: Vec<[f64; 2]>,
+    pub(super) output: Channels,
+    pub(super) loads: [Load; 2],
+}
+
 impl FreeResponse {
     /// Determines the factors from scans that never clip: `rest` starts without motion and with low-pass
-    /// outputs of zero; `bare` starts with any motion of the modes and any outputs of the low-passes,
-    /// with sensors that read zero at rest. Rates of change remain zero unless `with_slopes`.
+    /// outputs of zero; `bare` starts anywhere, with sensors that read zero at rest. Rates of change remain zero
+    /// unless `with_slopes`, and loads are left out unless `with_loads`.
     pub(super) fn of(
-        modes: usize,
-        with_slopes: bool,
+        modes: Vec<Step>,
+        [with_slopes, with_loads]: [bool; 2],
         rest: &Scanned,
-        bare: impl Fn(&[[f64; 2]], Channels) -> Scanned,
+        bare: impl Fn(&Start) -> Scanned,
     ) -> Self {
-        let zero = vec![[0.0; 2]; modes];
-        let by_held = bare(&zero, [1.0; CHANNELS]);
+        let zero = Start {
+            states: vec![[0.0; 2]; modes.len()],
+            output: [0.0; CHANNELS],
+            loads: [Load::zeros(); 2],
+        };
+        let by_held = bare(&Start { output: [1.0; CHANNELS], ..zero.clone() });
+        let by_state: Vec<[Scanned; 2]> = (0..modes.len())
+            .map(|mode| {
+                [0, 1].map(|component| {
+                    let mut start = zero.clone();
+                    start.states[mode][component] = 1.0;
+                    bare(&start)
+                })
+            })
+            .collect();
+        let by_load: Vec<[Scanned; 2]> = (0..if with_loads { 6 } else { 0 })
+            .map(|component| {
+                [0, 1].map(|end| {
+                    let mut start = zero.clone();
+                    start.loads[end][component] = 1.0;
+                    bare(&start)
+                })
+            })
+            .collect();
         let outputs = |pick: fn(&Scanned) -> Channels| Outputs {
-            by_state: Vec::new(),
+            by_state: by_state.iter().map(|pair| [0, 1].map(|i| pick(&pair[i]))).collect(),
+            by_load: by_load.iter().map(|pair| [0, 1].map(|i| pick(&pair[i]))).collect(),
             by_held: pick(&by_held),
             constant: pick(rest),
         };
-        let mut free_response = Self {
-            modes: vec![[[0.0; 2]; 2]; modes],
+        Self {
+            modes,
             slope: with_slopes.then(|| outputs(|s| s.sampled.slope)),
             sampled: outputs(|s| s.sampled.value),
             held: outputs(|s| s.held.output),
             input: outputs(|s| s.held.input),
-        };
-        for mode in 0..modes {
-            let responses = [0, 1].map(|component| {
-                let mut state = zero.clone();
-                state[mode][component] = 1.0;
-                let scanned = bare(&state, [0.0; CHANNELS]);
-                for row in 0..2 {
-                    free_response.modes[mode][row][component] = scanned.states[mode][row];
-                }
-                scanned
-            });
-            if let Some(slope) = &mut free_response.slope {
-                slope.by_state.push([0, 1].map(|c| responses[c].sampled.slope));
-            }
-            free_response.sampled.by_state.push([0, 1].map(|c| responses[c].sampled.value));
-            free_response.held.by_state.push([0, 1].map(|c| responses[c].held.output));
-            free_response.input.by_state.push([0, 1].map(|c| responses[c].held.input));
         }
-        free_response
     }
 
     /// True when no reading is near the end of the range in which its channel is linear.
-    pub(super) fn admits(held: &ChainState, range: &Channels) -> bool {
-        held.input.iter().zip(range).all(|(x, range)| x.abs() < CERTAINLY_WITHIN * range)
+    pub(super) fn admits(readings: &Channels, range: &Channels) -> bool {
+        readings.iter().zip(range).all(|(x, range)| x.abs() < CERTAINLY_WITHIN * range)
     }
 
-    /// Advances states and chain by one scan and returns the samples taken in it.
-    pub(super) fn scan(&self, states: &mut [[f64; 2]], held: &mut ChainState) -> Sampled {
-        let slope = self.slope.as_ref().map(|slope| slope.of(states, &held.output));
+    /// Advances states and chain by one scan and returns the samples taken in it. The input of the chain is left as it
+    /// was unless it is wanted.
+    pub(super) fn scan(
+        &self,
+        states: &mut [[f64; 2]],
+        held: &mut ChainState,
+        acting: &Acting,
+        input_wanted: bool,
+    ) -> Sampled {
+        let of = |outputs: &Outputs| outputs.of(states, &held.output, acting.loads);
         let sampled = Sampled {
-            value: self.sampled.of(states, &held.output),
-            slope: slope.unwrap_or([0.0; CHANNELS]),
+            value: of(&self.sampled),
+            slope: self.slope.as_ref().map_or([0.0; CHANNELS], of),
         };
-        *held = ChainState {
-            output: self.held.of(states, &held.output),
-            input: self.input.of(states, &held.output),
-        };
-        for (state, rows) in states.iter_mut().zip(&self.modes) {
-            *state = rows.map(|[of_q, of_v]| of_q * state[0] + of_v * state[1]);
+        let input = if input_wanted { of(&self.input) } else { held.input };
+        *held = ChainState { output: of(&self.held), input };
+        let [before, after] = acting.forces;
+        for ((state, step), (before, after)) in
+            states.iter_mut().zip(&self.modes).zip(before.iter().zip(after))
+        {
+            step.advance(state, *before, *after);
         }
         sampled
     }
 }
 
 impl Outputs {
-    fn of(&self, states: &[[f64; 2]], held: &Channels) -> Channels {
+    fn of(&self, states: &[[f64; 2]], held: &Channels, [before, after]: &[Load; 2]) -> Channels {
         let mut values = self.constant;
         for k in 0..CHANNELS {
             values[k] += self.by_held[k] * held[k];
         }
-        for ([q, v], [by_q, by_v]) in states.iter().zip(&self.by_state) {
+        let loads = before.iter().zip(after).map(|(a, b)| (*a, *b));
+        let states = states.iter().map(|[q, v]| (*q, *v));
+        let all = states.zip(&self.by_state).chain(loads.zip(&self.by_load));
+        for ((a, b), [by_a, by_b]) in all {
             for k in 0..CHANNELS {
-                values[k] += by_q[k] * q + by_v[k] * v;
+                values[k] += by_a[k] * a + by_b[k] * b;
             }
         }
         values
@@ -123,5 +159,4 @@ impl Outputs {
 pub(super) struct Scanned {
     pub(super) sampled: Sampled,
     pub(super) held: ChainState,
-    pub(super) states: Vec<[f64; 2]>,
 }

@@ -10,12 +10,12 @@ use super::errors::TestErrors;
 use super::suspension::{RigidMode, SuspensionError, rigid_modes_with_springs};
 use super::{Bench, faults};
 
-/// The rigid modes of the object with its boards and cables.
+/// The rigid modes of the object with its boards and cables: six, or twelve with a part on springs of its own.
 pub(super) fn loaded_modes(
     bench: &Bench,
     layout: &HostLayout,
     errors: &TestErrors,
-) -> Result<[RigidMode; 6], SuspensionError> {
+) -> Result<Vec<RigidMode>, SuspensionError> {
     let mass = bench.sensor.board_mass_kg + faults::board_mass(bench);
     let body = if mass > 0.0 {
         // What does not sense gravity, such as a laser, stands beside the object.
@@ -28,5 +28,9 @@ pub(super) fn loaded_modes(
         bench.body
     };
     let cables = faults::cables(bench, layout);
-    rigid_modes_with_springs(&body, &bench.suspension, &bench.gravity, &cables)
+    let modes = rigid_modes_with_springs(&body, &bench.suspension, &bench.gravity, &cables)?;
+    match &bench.sprung_part {
+        Some(part) => part.modes(&body.mass_matrix(), &modes, &bench.body.mass_matrix()),
+        None => Ok(modes.to_vec()),
+    }
 }

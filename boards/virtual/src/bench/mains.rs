@@ -55,10 +55,16 @@ impl Mains {
 
     /// The voltage at a time, V.
     pub(super) fn voltage(&self, time: f64) -> f64 {
+        if self.amplitudes.is_empty() {
+            return 0.0;
+        }
         let angle = self.omega * time + self.phase;
         let harmonic =
             |(number, amplitude): (u32, &f64)| amplitude * (f64::from(number) * angle).sin();
         let steady: f64 = (1..).zip(&self.amplitudes).map(harmonic).sum();
+        if self.modulation == 0.0 {
+            return steady;
+        }
         let swing = self.modulation_omega * time + self.modulation_phase;
         steady * (1.0 + self.modulation * swing.sin())
     }

@@ -10,19 +10,27 @@
 //!  └──────────────────────────────────────────────────▶ hammer gain ────────────────────────────▶ RC ─▶ noise ─▶ ADC
 //! ```
 //!
+//! A draught and creaking cords move the object as well. Motion without a tap is computed a whole scan at a time.
+//!
 //! | module | subject |
 //! | --- | --- |
 //! | [`file`](mod@file) | the bench file |
-//! | [`settings`] | its tables about sensors, hammer, converter, mains, taps and operator |
+//! | [`settings`] | its tables about sensors, hammer, converter, mains, environment, taps and operator |
 //! | [`body`] | composes the object from boxes, cylinders and points |
 //! | [`suspension`] | how the object hangs, and its rigid modes |
+//! | [`sprung_part`] | a part of the object on springs of its own, such as a tyre |
 //! | [`dynamics`] | modal superposition |
+//! | `free_response` | motion without a tap, a whole scan at a time |
+//! | `environment` | draught and creaking cords |
 //! | `loads` | what changes the rigid modes unknown to the layout: boards, cables |
 //! | `channels` | values of all channels |
 //! | [`chain`] | clipping, compression, low-pass, noise |
+//! | `flicker` | 1/f noise of the sensors |
+//! | `streams` | streams of random numbers |
+//! | `slow` | random processes that change little from scan to scan: wander, draught |
 //! | `converter` | from filtered signals to codes: rails, drift, memory of the multiplexer |
 //! | `mains` | the hum of the mains |
-//! | `nonlinearity` | integral nonlinearity of the converter |
+//! | `nonlinearity` | integral and differential nonlinearity of the converter |
 //! | [`errors`] | errors that stay constant over a test |
 //! | [`faults`] | gross mistakes: a reversed axis, swapped cables, a hit at the wrong node |
 //! | [`taps`] | good and bad taps |
@@ -40,9 +48,11 @@ pub mod chain;
 mod channels;
 mod converter;
 pub mod dynamics;
+mod environment;
 pub mod errors;
 pub mod faults;
 pub mod file;
+mod flicker;
 mod free_response;
 mod habit;
 mod loads;
@@ -53,6 +63,9 @@ pub mod operator;
 pub mod responses;
 pub mod settings;
 mod simulation;
+mod slow;
+pub mod sprung_part;
+mod streams;
 pub mod suspension;
 pub mod taps;
 pub mod tumble;
@@ -68,8 +81,10 @@ pub use tumble::{TumbleHandle, TumbleSource};
 
 use file::{ElasticMode, Node};
 use settings::{
-    AdcSettings, HammerSettings, MainsSettings, OperatorSettings, SensorSettings, TapSettings,
+    AdcSettings, EnvironmentSettings, HammerSettings, MainsSettings, OperatorSettings,
+    SensorSettings, TapSettings,
 };
+use sprung_part::SprungPart;
 use suspension::{Suspension, SuspensionError};
 
 /// A checked bench.
@@ -83,6 +98,9 @@ pub struct Bench {
     pub body: RigidBody<f64>,
     /// How the object hangs.
     pub suspension: Suspension,
+    /// The part of the object that is on springs of its own, if there is one; the object includes it, and the
+    /// sensors and hits are on the rest.
+    pub sprung_part: Option<SprungPart>,
     /// Nodes at which the motion in the elastic modes is defined.
     pub nodes: Vec<Node>,
     /// Elastic modes of the free object.
@@ -95,6 +113,8 @@ pub struct Bench {
     pub adc: AdcSettings,
     /// The hum of the mains in the channels.
     pub mains: MainsSettings,
+    /// What moves the object besides the hammer.
+    pub environment: EnvironmentSettings,
     /// Properties of good taps.
     pub tap: TapSettings,
     /// Frequency of bad taps, and timing.

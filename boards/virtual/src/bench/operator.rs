@@ -7,7 +7,7 @@ use massline_shared::layout::HostLayout;
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_shared::units::{Hertz, Seconds, Volts};
 use nalgebra::Vector3;
-use rand::{RngExt, SeedableRng};
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::dynamics::check_node;
@@ -15,7 +15,8 @@ use super::errors::TestErrors;
 use super::faults;
 use super::habit::HitHabit;
 use super::simulation::{Drive, Simulation};
-use super::taps::Tap;
+use super::streams::stream;
+use super::taps::{Tap, TapKind};
 use super::{Bench, BenchError};
 use crate::source::ScanSource;
 
@@ -48,6 +49,8 @@ pub struct BenchSource {
     prompt: Prompt,
     /// Taps since the arming.
     taps: u32,
+    /// The object still swings from before the arming.
+    impatient: bool,
 }
 
 /// Makes the operator of a manual bench tap at once, from any thread.
@@ -83,6 +86,8 @@ const TAPS: u64 = 1;
 const DISTURBANCES: u64 = 0x1_0000;
 /// Lost scans.
 const LOSSES: u64 = DISTURBANCES + 1;
+/// Whether the person has waited, and how the object swings if not.
+const IMPATIENCE: u64 = DISTURBANCES + 2;
 /// Stream of the errors of the test; no arming has this number.
 pub(super) const TEST: u64 = u64::MAX;
 /// Streams of the mountings, numbered 1 to 65535.
@@ -121,6 +126,7 @@ impl BenchSource {
             last_tap: None,
             prompt: Prompt::Rig { next: 0.0 },
             taps: 0,
+            impatient: false,
         })
     }
 
@@ -172,13 +178,35 @@ impl BenchSource {
         let mut rng = stream(self.seed, purpose(arming, dof, TAPS + u64::from(self.taps)));
         self.taps += 1;
         let habit = self.habit(dof, &direction);
-        let tap = Tap::draw(&self.bench, dof, (point, direction), &habit, start, &mut rng);
+        let mut tap = Tap::draw(&self.bench, dof, (point, direction), &habit, start, &mut rng);
+        if std::mem::take(&mut self.impatient) && tap.kind == TapKind::Good {
+            tap.kind = TapKind::Impatient;
+        }
         self.last_tap = Some(tap.clone());
         let now = self.simulation.time();
         self.drives.retain(|d| d.tap.end() >= now);
         // Cannot fail: `new` has refused layouts with a node at which the elastic modes are not defined.
         if let Ok(drive) = self.simulation.drive(&self.bench, node, tap) {
             self.drives.push(drive);
+        }
+    }
+
+    /// Decides whether the object still swings from the tap before, and lets it.
+    fn draw_impatience(&mut self, arming: u32, dof: usize) {
+        let operator = &self.bench.operator;
+        let mut rng = stream(self.seed, purpose(arming, dof, IMPATIENCE));
+        self.impatient = rng.random::<f64>() < operator.impatient_rate;
+        let Some((node, point, direction)) =
+            faults::mark(&self.bench, &self.layout, dof).filter(|_| self.impatient)
+        else {
+            return;
+        };
+        let [least, most] = operator.impatient_share;
+        let share = least + (most - least) * rng.random::<f64>();
+        let mean = Tap::mean(&self.bench, dof, (point, direction));
+        // Cannot fail, as in `tap`.
+        if let Ok(drive) = self.simulation.drive(&self.bench, node, mean) {
+            self.simulation.swing(&drive, share, &mut rng);
         }
     }
 
@@ -207,6 +235,7 @@ impl ScanSource for BenchSource {
         self.simulation.reset(&mut self.noise, disturbances);
         self.losses = stream(self.seed, purpose(arming, dof, LOSSES));
         self.taps = 0;
+        self.draw_impatience(arming, dof);
         match &mut self.prompt {
             Prompt::Rig { next } => *next = self.bench.operator.delay_s,
             Prompt::Key { handle, answered } => *answered = handle.presses(),
@@ -217,7 +246,8 @@ impl ScanSource for BenchSource {
         loop {
             self.decide();
             let scan = self.simulation.scan(&self.drives, &mut self.noise);
-            if self.losses.random::<f64>() >= self.bench.adc.lost_rate {
+            let rate = self.bench.adc.lost_rate;
+            if rate == 0.0 || self.losses.random::<f64>() >= rate {
                 return Some(scan);
             }
         }
@@ -249,10 +279,4 @@ pub(super) fn adc_of(bench: &Bench, sensors: usize) -> AdcProperties {
 fn purpose(arming: u32, dof: usize, purpose: u64) -> u64 {
     // 24 bits of arming, 8 of DOF, 32 of purpose: no two share a stream.
     (u64::from(arming) & 0x00ff_ffff) << 40 | (dof as u64 & 0xff) << 32 | (purpose & 0xffff_ffff)
-}
-
-pub(super) fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(stream);
-    rng
 }

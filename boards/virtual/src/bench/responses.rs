@@ -7,28 +7,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use super::Bench;
-use super::suspension::{RigidMode, SuspensionError, rigid_modes};
-
-/// A part of the object on springs of its own, such as the tyre of a wheel. It has this share of the mass and of the
-/// moments of inertia about the object's centre of mass.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SprungPart {
-    /// Share of the mass.
-    pub share: f64,
-    /// Frequency of all six of its modes while the rest of the object is held, Hz.
-    pub frequency_hz: f64,
-    /// Fraction of critical damping of these modes.
-    pub damping_ratio: f64,
-}
-
-impl SprungPart {
-    /// Apparent mass of the part over its mass, at the Laplace variable `s`, 1/s: the transmissibility of its springs.
-    fn transmitted(&self, s: Complex<f64>) -> Complex<f64> {
-        let omega = self.frequency_hz * std::f64::consts::TAU;
-        let springs = s * (2.0 * self.damping_ratio * omega) + omega * omega;
-        springs / (s * s + springs)
-    }
-}
+pub use super::sprung_part::SprungPart;
+use super::suspension::{SuspensionError, of_modes, rigid_modes};
 
 /// A dashpot between a point of the object and the ground, such as a cable that rubs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +22,7 @@ pub struct Dashpot {
 /// What an object has besides mass, springs, and a viscous damping that every mode has as stated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Besides {
-    /// A part on springs of its own.
+    /// A part on springs of its own, in place of the one that the bench has, if any.
     pub part: Option<SprungPart>,
     /// A damper at one point, which makes shapes complex.
     pub dashpot: Option<Dashpot>,
@@ -83,6 +63,7 @@ pub fn frequency_responses(
         let s = Complex::new(0.0, std::f64::consts::TAU * frequency);
         let apparent = besides
             .part
+            .or(bench.sprung_part)
             .map_or(real(1.0), |part| real(1.0 - part.share) + part.transmitted(s) * part.share);
         let springs = stiffness.zip_map(&loss, Complex::new);
         let dynamic = mass.map(|m| apparent * s * s * m) + damping.map(|c| s * c) + springs;
@@ -117,17 +98,6 @@ impl Dashpot {
     }
 }
 
-/// `M (Σ of(mode) φ φᵀ) M`.
-fn of_modes(
-    mass: &Matrix6<f64>,
-    modes: &[RigidMode; 6],
-    of: impl Fn(&RigidMode) -> f64,
-) -> Matrix6<f64> {
-    let sum: Matrix6<f64> =
-        modes.iter().map(|mode| mode.shape * mode.shape.transpose() * of(mode)).sum();
-    mass * sum * mass
-}
-
 fn real(value: f64) -> Complex<f64> {
     Complex::new(value, 0.0)
 }
@@ -144,14 +114,5 @@ mod tests {
             // The paper gives three digits, and the mounts are rounded to a millimetre.
             assert!((mode.omega / std::f64::consts::TAU - hz).abs() < 0.01, "{mode:?}");
         }
-    }
-
-    #[test]
-    fn a_sprung_part_counts_as_a_whole_far_below_its_frequency_and_not_at_all_far_above() {
-        let part = SprungPart { share: 0.5, frequency_hz: 50.0, damping_ratio: 0.03 };
-        let at = |hz: f64| part.transmitted(Complex::new(0.0, std::f64::consts::TAU * hz));
-        // 1/(1 − (1/50)²) and 1/(1 − 100²) but for the damping.
-        assert!((at(1.0) - 1.0004).norm() < 1e-4, "{}", at(1.0));
-        assert!(at(5000.0).norm() < 1e-3, "{}", at(5000.0));
     }
 }

@@ -121,9 +121,18 @@ pub fn rigid_modes_with_springs(
 }
 
 /// Stiffness of a suspension with these six modes: `M (Σ ω² φ φᵀ) M`.
-fn stiffness_of(mass: &Matrix6<f64>, modes: &[RigidMode; 6]) -> Matrix6<f64> {
+pub(super) fn stiffness_of(mass: &Matrix6<f64>, modes: &[RigidMode; 6]) -> Matrix6<f64> {
+    of_modes(mass, modes, |mode| mode.omega * mode.omega)
+}
+
+/// The matrix that is diagonal in these modes: `M (Σ of(mode) φ φᵀ) M`.
+pub(super) fn of_modes(
+    mass: &Matrix6<f64>,
+    modes: &[RigidMode; 6],
+    of: impl Fn(&RigidMode) -> f64,
+) -> Matrix6<f64> {
     let sum: Matrix6<f64> =
-        modes.iter().map(|m| m.shape * m.shape.transpose() * (m.omega * m.omega)).sum();
+        modes.iter().map(|mode| mode.shape * mode.shape.transpose() * of(mode)).sum();
     mass * sum * mass
 }
 

@@ -30,6 +30,8 @@ pub enum TapKind {
     Misplaced,
     /// The strongest response is flat at a share of its peak.
     Flat,
+    /// Comes before the swinging of the tap before has died down.
+    Impatient,
 }
 
 impl TapKind {
@@ -49,8 +51,10 @@ impl TapKind {
 
 /// Force with which a hammer brushes the object, N; it does not trigger.
 const GRAZE_N: f64 = 2.0;
-/// Time from that contact to the strike, s: within the scans before the trigger.
+/// Time from that contact to the strike, s: within the scans before the trigger. The two do not overlap: after a long
+/// contact the time is this multiple of it.
 const GRAZE_S: f64 = 0.012;
+const GRAZE_CONTACTS: f64 = 1.5;
 /// Force of a hammer that stays on the object, as a share of the peak, and its duration, s.
 const SUSTAINED_SHARE: f64 = 0.3;
 const SUSTAINED_S: f64 = 2.0;
@@ -58,6 +62,9 @@ const SUSTAINED_S: f64 = 2.0;
 const SOFT: f64 = 5.0;
 /// Distance of a misplaced tap from its mark, m.
 const MISPLACED_M: f64 = 0.08;
+
+/// Mean of `sin^1.5` over half a period: `Γ(5/4) / (√π Γ(7/4))`.
+const PULSE_AREA: f64 = 0.556_417_894_4;
 
 /// One contact of the hammer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,6 +87,11 @@ impl Contact {
         }
         let sine = (std::f64::consts::PI * phase).sin();
         self.peak * sine * sine.sqrt()
+    }
+
+    /// Impulse of the contact, N s.
+    pub fn impulse(&self) -> f64 {
+        PULSE_AREA * self.peak * self.duration
     }
 
     /// When the contact ends, s after arming.
@@ -123,15 +135,15 @@ impl Tap {
         let turn = habit.turn + across * normal_vector(rng) * tap.direction_sigma_rad;
         let direction = (along + turn).normalize();
         let kind = kind(bench, rng.random());
-        let range = match kind {
-            TapKind::TooWeak => operator.too_weak_n,
-            TapKind::TooHard => operator.too_hard_n,
-            _ => tap.force_n,
+        let (range, time) = match kind {
+            TapKind::TooWeak => (operator.too_weak_n, operator.too_weak_s),
+            TapKind::TooHard => (operator.too_hard_n, operator.too_hard_s),
+            _ => (tap.force_n, None),
         };
         let contact = Contact {
             // A random time within a scan.
             start: start + rng.random::<f64>() / bench.adc.rate_hz,
-            duration: within(tap.duration_s, rng.random()),
+            duration: within(time.unwrap_or(tap.duration_s), rng.random()),
             peak: within(range, rng.random()),
         };
         let bounce = Contact {
@@ -143,7 +155,8 @@ impl Tap {
             TapKind::Double => vec![contact, bounce],
             TapKind::Grazing => {
                 let graze = Contact { peak: GRAZE_N, ..contact };
-                vec![graze, Contact { start: contact.start + GRAZE_S, ..contact }]
+                let strike = contact.start + GRAZE_S.max(GRAZE_CONTACTS * contact.duration);
+                vec![graze, Contact { start: strike, ..contact }]
             }
             TapKind::SustainedContact => {
                 vec![
@@ -163,6 +176,24 @@ impl Tap {
         Self { dof, kind, point, direction, tip: habit.tip, contacts }
     }
 
+    /// A tap on the mark of mean force and contact time, at the arming.
+    pub(super) fn mean(
+        bench: &Bench,
+        dof: usize,
+        (mark, along): (Vector3<f64>, Vector3<f64>),
+    ) -> Self {
+        let middle = |[low, high]: [f64; 2]| 0.5 * (low + high);
+        let (duration, peak) = (middle(bench.tap.duration_s), middle(bench.tap.force_n));
+        Self {
+            dof,
+            kind: TapKind::Good,
+            point: mark,
+            direction: along,
+            tip: Tip::default(),
+            contacts: vec![Contact { start: 0.0, duration, peak }],
+        }
+    }
+
     /// First touch, s after arming.
     pub fn start(&self) -> f64 {
         self.contacts.iter().map(|c| c.start).fold(f64::INFINITY, f64::min)
@@ -176,6 +207,11 @@ impl Tap {
     /// Largest peak force of its contacts, N.
     pub fn peak(&self) -> f64 {
         self.contacts.iter().map(|c| c.peak).fold(0.0, f64::max)
+    }
+
+    /// Impulse of all contacts, N s.
+    pub fn impulse(&self) -> f64 {
+        self.contacts.iter().map(Contact::impulse).sum()
     }
 
     /// Force at a time, N.

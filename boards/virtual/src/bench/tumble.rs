@@ -11,7 +11,8 @@ use rand_chacha::ChaCha8Rng;
 use super::chain::Chain;
 use super::channels::{Channels, UNLIMITED};
 use super::errors::{TestErrors, normal};
-use super::operator::{TEST, adc_of, stream};
+use super::operator::{TEST, adc_of};
+use super::streams::stream;
 use super::{Bench, BenchError};
 use crate::source::ScanSource;
 

@@ -26,6 +26,10 @@ pub struct AdcSettings {
     /// Integral nonlinearity: a parabola over the codes with this value at mid scale and zero at both
     /// ends, LSB.
     pub bow_lsb: f64,
+    /// Differential nonlinearity: largest deviation of the width of a code from one LSB. Each transition
+    /// between two codes is displaced evenly by up to half of this, drawn once per test, so that no code
+    /// is missing and the errors of the widths do not add up.
+    pub dnl_lsb: f64,
     /// Share of the voltage sampled before that each sampled voltage keeps; the hammer, which is sampled
     /// first, keeps it of the last channel of the scan before.
     pub memory: f64,
@@ -41,6 +45,8 @@ pub struct AdcSettings {
 const INL: RangeInclusive<f64> = 0.0..=1000.0;
 /// Allowed bow, LSB.
 const BOW: RangeInclusive<f64> = -1000.0..=1000.0;
+/// Allowed differential nonlinearity, LSB: above one the converter would not be monotone.
+const DNL: RangeInclusive<f64> = 0.0..=1.0;
 /// Allowed share of the voltage sampled before.
 const MEMORY: RangeInclusive<f64> = 0.0..=0.5;
 /// Allowed relative error of the clock.
@@ -60,6 +66,7 @@ impl Default for AdcSettings {
             oversampling: 16,
             inl_lsb: 0.0,
             bow_lsb: 0.0,
+            dnl_lsb: 0.0,
             memory: 0.0,
             clock_error: 0.0,
             jitter_s: 0.0,
@@ -85,6 +92,7 @@ impl AdcSettings {
             (self.oversampling.into(), "oversampling", 1.0..=256.0),
             (self.inl_lsb, "inl_lsb", INL),
             (self.bow_lsb, "bow_lsb", BOW),
+            (self.dnl_lsb, "dnl_lsb", DNL),
             (self.memory, "memory", MEMORY),
             (self.clock_error, "clock_error", CLOCK_ERROR),
             (self.jitter_s, "jitter_s", 0.0..=MOST_JITTER / self.rate_hz.max(100.0)),

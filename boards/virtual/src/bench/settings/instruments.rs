@@ -5,7 +5,9 @@ use std::ops::RangeInclusive;
 use massline_shared::signal::Calibration;
 use serde::Deserialize;
 
-use super::{BOARD_MASS, CUTOFF, SIGMA, SettingProblem, TOLERANCE, VOLTS, out_of_range};
+use super::{
+    BOARD_MASS, CORRELATION, CUTOFF, SIGMA, SettingProblem, TOLERANCE, VOLTS, out_of_range,
+};
 
 /// Cutoff of the output filter of the ADXL326, from 32 kΩ and 10 nF, Hz.
 const RC_CUTOFF_HZ: f64 = Calibration::RC_CUTOFF.0;
@@ -48,10 +50,21 @@ pub struct SensorSettings {
     pub board_mass_kg: f64,
     /// Linear drift of every output since arming, V/s.
     pub drift_v_per_s: f64,
+    /// Frequency at which the 1/f noise has the density of the white noise, Hz; zero is no 1/f noise. Its
+    /// density falls with the root of the frequency, from 0.02 Hz to 50 Hz.
+    pub noise_corner_hz: f64,
+    /// Slow wander of every output, as with the temperature, rms, V; it is independent in each output.
+    pub wander_v: f64,
+    /// Time over which the wander forgets its value: its correlation falls to 1/e, s.
+    pub wander_s: f64,
 }
 
 /// Allowed drift, V/s.
 const DRIFT: RangeInclusive<f64> = -10.0..=10.0;
+/// Allowed corner of the 1/f noise, Hz.
+const NOISE_CORNER: RangeInclusive<f64> = 0.0..=100.0;
+/// Allowed wander, V.
+const WANDER: RangeInclusive<f64> = 0.0..=10.0;
 
 impl Default for SensorSettings {
     fn default() -> Self {
@@ -71,6 +84,9 @@ impl Default for SensorSettings {
             bandwidth_hz: None,
             board_mass_kg: 0.0,
             drift_v_per_s: 0.0,
+            noise_corner_hz: 0.0,
+            wander_v: 0.0,
+            wander_s: 300.0,
         }
     }
 }
@@ -92,6 +108,9 @@ impl SensorSettings {
             (self.rc_within, "rc_within", WITHIN),
             (self.board_mass_kg, "board_mass_kg", BOARD_MASS),
             (self.drift_v_per_s, "drift_v_per_s", DRIFT),
+            (self.noise_corner_hz, "noise_corner_hz", NOISE_CORNER),
+            (self.wander_v, "wander_v", WANDER),
+            (self.wander_s, "wander_s", CORRELATION),
         ])
         .or_else(|| out_of_range(&self.bandwidth_hz?.map(|hz| (hz, "bandwidth_hz", CUTOFF))))
     }

@@ -1,13 +1,15 @@
-//! The tables of a bench file about sensors, hammer, converter, mains, taps and operator, with the
-//! defaults of the default bench.
+//! The tables of a bench file about sensors, hammer, converter, mains, environment, taps and operator, with
+//! the defaults of the default bench.
 
 use std::ops::RangeInclusive;
 
 mod converter;
+mod environment;
 mod instruments;
 mod person;
 
 pub use converter::{AdcSettings, MainsSettings};
+pub use environment::EnvironmentSettings;
 pub use instruments::{HammerSettings, SensorSettings};
 pub use person::{OperatorSettings, TapSettings};
 
@@ -24,6 +26,8 @@ const CUTOFF: RangeInclusive<f64> = 0.1..=1e6;
 const TOLERANCE: RangeInclusive<f64> = 0.0..=0.2;
 /// Allowed peak of a force, N.
 const FORCE: RangeInclusive<f64> = 1e-3..=1e6;
+/// Allowed correlation times, s.
+const CORRELATION: RangeInclusive<f64> = 1e-3..=1e6;
 /// Allowed shares.
 const SHARE: RangeInclusive<f64> = 0.0..=1.0;
 /// Allowed distance of a force from the mark, m.

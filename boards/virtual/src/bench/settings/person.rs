@@ -1,5 +1,7 @@
 //! `[tap]` and `[operator]`.
 
+use std::ops::RangeInclusive;
+
 use serde::Deserialize;
 
 use super::{FORCE, OFFSET, SHARE, SIGMA, SettingProblem, out_of_range, range_problem};
@@ -60,9 +62,12 @@ impl TapSettings {
             (self.lateral, "lateral", SHARE),
         ])
         .or(range_problem(self.force_n, "force_n", FORCE))
-        .or(range_problem(self.duration_s, "duration_s", 1e-5..=1.0))
+        .or(range_problem(self.duration_s, "duration_s", DURATION))
     }
 }
+
+/// Allowed contact time, s.
+const DURATION: RangeInclusive<f64> = 1e-5..=1.0;
 
 /// `[operator]`: the person with the hammer.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -77,10 +82,15 @@ pub struct OperatorSettings {
     pub too_weak_rate: f64,
     /// Peak force of these, from and to, N.
     pub too_weak_n: [f64; 2],
+    /// Contact time of these, from and to, s; that of good taps when it is left out. A tap may also be too
+    /// weak because it is too short.
+    pub too_weak_s: Option<[f64; 2]>,
     /// Share of the taps that are too hard.
     pub too_hard_rate: f64,
     /// Peak force of these, from and to, N; more than the hammer channel can measure.
     pub too_hard_n: [f64; 2],
+    /// Contact time of these, from and to, s; that of good taps when it is left out.
+    pub too_hard_s: Option<[f64; 2]>,
     /// Share of the taps that bounce: a second, weaker one follows.
     pub double_rate: f64,
     /// Time between the two, from and to, s.
@@ -100,6 +110,12 @@ pub struct OperatorSettings {
     /// This share: the response channel of the largest rigid-body accelerance to the tap ends at this
     /// times its rigid response to the peak force.
     pub flat_level: f64,
+    /// Share of the armings at which the object still swings from the tap before, because the person has not
+    /// waited; it counts apart from the other shares.
+    pub impatient_rate: f64,
+    /// How much it still swings: the amplitude of each mode over that which a tap of mean force and contact
+    /// time excites, from and to. The phases are drawn.
+    pub impatient_share: [f64; 2],
     /// Tilt of each position of a tumble test about each of two axes, 1 σ, rad.
     pub tilt_sigma_rad: f64,
 }
@@ -111,8 +127,10 @@ impl Default for OperatorSettings {
             patience_s: 3.0,
             too_weak_rate: 0.03,
             too_weak_n: [4.5, 6.5],
+            too_weak_s: None,
             too_hard_rate: 0.02,
             too_hard_n: [150.0, 200.0],
+            too_hard_s: None,
             double_rate: 0.0,
             double_gap_s: [0.03, 0.08],
             double_share: [0.3, 0.7],
@@ -122,6 +140,8 @@ impl Default for OperatorSettings {
             misplaced_rate: 0.0,
             flat_rate: 0.0,
             flat_level: 0.75,
+            impatient_rate: 0.0,
+            impatient_share: [0.05, 0.3],
             tilt_sigma_rad: 0.003,
         }
     }
@@ -157,12 +177,16 @@ impl OperatorSettings {
             (self.misplaced_rate, "misplaced_rate", SHARE),
             (self.flat_rate, "flat_rate", SHARE),
             (self.flat_level, "flat_level", SHARE),
+            (self.impatient_rate, "impatient_rate", SHARE),
             (self.tilt_sigma_rad, "tilt_sigma_rad", SIGMA),
         ])
         .or(range_problem(self.too_weak_n, "too_weak_n", FORCE))
         .or(range_problem(self.too_hard_n, "too_hard_n", FORCE))
         .or(range_problem(self.double_gap_s, "double_gap_s", 1e-4..=10.0))
         .or(range_problem(self.double_share, "double_share", SHARE))
+        .or(range_problem(self.impatient_share, "impatient_share", SHARE))
+        .or_else(|| range_problem(self.too_weak_s?, "too_weak_s", DURATION))
+        .or_else(|| range_problem(self.too_hard_s?, "too_hard_s", DURATION))
         .or((share > 1.0).then(|| ("too_weak_rate", "the rates add up to more than 1".into())))
     }
 }

@@ -2,13 +2,16 @@
 
 mod calibration;
 mod converter;
+mod environment;
 mod faults;
 mod files;
 mod hits;
 mod loads;
 mod physics;
 mod response_channels;
+mod sensors;
 mod unchanged;
+mod wheel;
 
 use massline_shared::layout::{Dof, Hit, HostLayout, Sensor};
 use massline_shared::signal::{CHANNELS, Scan};

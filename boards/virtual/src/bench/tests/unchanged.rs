@@ -13,7 +13,7 @@ fn fault(bench: &mut Bench, text: &str) {
 }
 
 /// Every disturbance.
-const ALL: [(&str, Change); 26] = [
+const ALL: [(&str, Change); 32] = [
     ("rail:2z", |b| fault(b, "rail:2z:20")),
     ("rail:hammer", |b| fault(b, "rail:hammer:10")),
     ("hammer", |b| fault(b, "hammer:0.9")),
@@ -40,6 +40,12 @@ const ALL: [(&str, Change); 26] = [
     ("clock_error", |b| b.adc.clock_error = 0.01),
     ("rc_error", |b| b.hammer.rc_error = 0.2),
     ("lost_rate", |b| b.adc.lost_rate = 0.01),
+    ("noise_corner_hz", |b| b.sensor.noise_corner_hz = 5.0),
+    ("dnl_lsb", |b| b.adc.dnl_lsb = 1.0),
+    ("wander_v", |b| b.sensor.wander_v = 0.02),
+    ("draught_n", |b| b.environment.draught_n = 0.5),
+    ("creak_n_s", |b| (b.environment.creak_rate_per_s, b.environment.creak_n_s) = (20.0, 0.01)),
+    ("impatient_rate", |b| b.operator.impatient_rate = 1.0),
 ];
 
 /// How many of these, from the first, leave an object at rest without noise alone.
@@ -131,8 +137,17 @@ fn what_is_added_at_conversion_is_the_same_with_and_without_noise() {
         bench
     };
     for (name, change) in ALL.into_iter().skip(QUIET_AT_REST) {
-        // The first three depend on the value, noise included; the noise depends on the others.
-        let excepted = ["inl_lsb", "bow_lsb", "compress", "clock_error", "rc_error", "lost_rate"];
+        // The first four depend on the value, noise included; the noise depends on the others.
+        let excepted = [
+            "inl_lsb",
+            "bow_lsb",
+            "dnl_lsb",
+            "compress",
+            "clock_error",
+            "rc_error",
+            "lost_rate",
+            "noise_corner_hz",
+        ];
         if excepted.contains(&name) {
             continue;
         }
