@@ -41,7 +41,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// What is missing for a campaign with all its progress and its result; `None` when there is room. The current
-    /// campaign does not count: it ends when another one starts.
+    /// campaign does not count, nor, for a campaign with lines, do layouts that are not in use: they give way.
     pub async fn shortage(&mut self, campaign: CampaignSize) -> Option<Shortage> {
         let bytes = self.lacks(campaign, 0).await?;
         for deleted in 1..=self.contents.results.len() {
