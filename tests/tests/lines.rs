@@ -3,9 +3,10 @@
 use embassy_futures::block_on;
 use massline::client::{Client, ClientError};
 use massline_firmware::store::{
-    CampaignSize, DOFS, DofWithLines, MAX_DOF, MAX_LINES, MAX_PROGRESS, MAX_RESULT, RESULTS,
-    Shortage, Source, Store, StoreError,
+    CampaignSize, DOFS, DofWithLines, LAYOUTS, MAX_DOF, MAX_LINES, MAX_PROGRESS, MAX_RESULT,
+    RESULTS, Shortage, Source, Store, StoreError,
 };
+use massline_protocol::LayoutHash;
 use massline_protocol::crc32;
 use massline_protocol::lines::{CURRENT_CAMPAIGN, LinesId, split_dof};
 use massline_protocol::message::{CampaignCommand, GetObjectInfo, ReadObject, Reason};
@@ -18,10 +19,11 @@ use massline_shared::measurement::campaign::Phase;
 use massline_shared::nalgebra::Complex;
 use massline_shared::signal::{CompactLines, RESPONSES, expand_response};
 use massline_tests::campaign::{phase, scans, start, three_bar, wait_for};
-use massline_virtual::VirtualRig;
 use massline_virtual::bench::Bench;
-use massline_virtual::flash::{Chip, ChipFlash, F411, FlashBacking, FlashMemory, G474, W25q};
-use massline_virtual::{VirtualRigOptions, flash::VirtualChip};
+use massline_virtual::flash::{
+    Chip, ChipFlash, Cut, F411, FlashBacking, FlashMemory, G474, VirtualChip, W25q,
+};
+use massline_virtual::{VirtualRig, VirtualRigOptions};
 
 type ChipStore<C> = Store<ChipFlash<C>>;
 
@@ -266,6 +268,64 @@ fn a_store_without_room_says_how_many_results_to_delete() {
     let (_, mut store) = prepared::<F411>(12);
     let shortage = block_on(store.shortage(with_lines(12))).unwrap();
     assert!(shortage.bytes > 20_000 && shortage.results.is_none(), "{shortage:?}");
+}
+
+/// The flash of an F411 that is full of layouts, and its contents: a campaign of four DOFs with lines.
+fn full_of_layouts() -> FlashMemory {
+    let (memory, mut store) = prepared::<F411>(5);
+    for dofs in [10, 11, 12, 5] {
+        block_on(store.put_layout(&postcard::to_stdvec(&layout(dofs)).unwrap())).unwrap();
+    }
+    assert_eq!(store.layouts().len(), LAYOUTS);
+    assert!(!block_on(store.is_full(with_lines(5))), "the layouts give way");
+    for index in 0..4 {
+        block_on(store.put_dof(index, &vec![index; MAX_DOF + MAX_LINES][..])).unwrap();
+        block_on(store.put_progress(&[index; MAX_PROGRESS])).unwrap();
+    }
+    memory
+}
+
+/// Hash of the layout in use.
+fn in_use<C: Chip>(store: &ChipStore<C>) -> Option<u32> {
+    store.layouts().iter().find(|layout| layout.in_use).map(|layout| layout.hash)
+}
+
+#[test]
+fn layouts_that_are_not_in_use_give_way_to_a_campaign_with_lines_at_any_cut_of_power() {
+    let memory = full_of_layouts();
+    let last = vec![4; MAX_DOF + MAX_LINES];
+    let finish = |store: &mut ChipStore<F411>| {
+        block_on(async {
+            store.reopen_dof(4).await?;
+            store.put_dof(4, &last[..]).await?;
+            store.put_progress(&[4; MAX_PROGRESS]).await?;
+            store.put_result(&vec![7; longest_result(5)][..], 0, None).await
+        })
+    };
+    let whole = memory.copied();
+    let mut store = open::<F411>(&whole);
+    assert_eq!(finish(&mut store), Ok(1));
+    assert!(store.layouts().len() < LAYOUTS);
+    let expected = (Some(layout(5).hash()), 0);
+    assert_eq!((in_use(&store), store.failures()), expected);
+    // Every twentieth step: `power_cut` cuts at every one of such writes.
+    for step in (0..whole.steps() - memory.steps()).step_by(20) {
+        let memory = memory.copied();
+        let mut store = open::<F411>(&memory);
+        memory.cut_power(Cut { after: step, seed: step });
+        assert!(finish(&mut store).is_err(), "step {step}");
+        drop(store);
+        let mut store = open::<F411>(&memory);
+        assert_eq!((in_use(&store), store.failures()), expected, "step {step}");
+        for index in 0..4 {
+            let bytes = vec![index; MAX_DOF + MAX_LINES];
+            let mut room = vec![0; bytes.len()];
+            let stored = store.dof_of_campaign(index).expect("no cut removes it");
+            assert_eq!(block_on(store.read_dof(&stored, 0, &mut room)), Ok(bytes.len()));
+            assert!(room == bytes, "DOF {index}, step {step}");
+        }
+        assert_eq!(finish(&mut store), Ok(1), "step {step}");
+    }
 }
 
 #[test]

@@ -11,7 +11,7 @@ impl<F: NorFlash> Store<F> {
     ///
     /// A DOF without lines has at most [`MAX_DOF`](super::MAX_DOF) bytes and is deleted with the end of its
     /// campaign. One with lines ([`DofWithLines`](super::DofWithLines)) is longer, and stays with the result of its
-    /// campaign.
+    /// campaign. When there is too little room, layouts that are not in use give way.
     ///
     /// # Errors
     /// [`StoreError::Full`], or [`StoreError::Failed`] when the write fails.
@@ -23,6 +23,7 @@ impl<F: NorFlash> Store<F> {
         if !self.contents.has_place_for_dof(self.contents.campaign.serial, index) {
             return Err(StoreError::Full);
         }
+        self.evict_layouts_for(dof.length()).await?;
         let campaign = self.campaign();
         self.keep(dof, |object| Change::Dof { object, campaign, index }).await
     }
@@ -47,6 +48,7 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`StoreError::Full`], or [`StoreError::Failed`] when the write fails.
     pub async fn put_progress(&mut self, bytes: &[u8]) -> Result<(), StoreError> {
+        self.evict_layouts_for(bytes.len()).await?;
         let campaign = self.campaign();
         self.keep(bytes, |object| Change::Progress { object, campaign }).await
     }

@@ -134,6 +134,10 @@ pub(super) enum Change {
         campaign: u32,
         index: u8,
     },
+    /// A layout that is not in use was removed to make room.
+    Evicted {
+        hash: u32,
+    },
 }
 
 impl Change {
@@ -238,6 +242,10 @@ impl Contents {
                 }
             }
             Change::Ended { campaign } => self.end(campaign),
+            Change::Evicted { hash } => {
+                self.layouts.retain(|stored| stored.hash != hash || stored.used > serial);
+                self.mark_layout_in_use();
+            }
         }
     }
 
@@ -318,6 +326,18 @@ impl Contents {
     /// The object of the layout in use.
     pub fn layout_in_use(&self) -> Option<Object> {
         self.layouts.iter().find(|stored| stored.in_use).map(|stored| stored.object)
+    }
+
+    /// Hash of the least recently used layout that is not in use.
+    pub fn unused_layout(&self) -> Option<u32> {
+        let unused = self.layouts.iter().filter(|stored| !stored.in_use);
+        unused.min_by_key(|stored| stored.used).map(|stored| stored.hash)
+    }
+
+    /// True for the serial of a layout that is not in use.
+    pub fn is_of_unused_layout(&self, serial: u32) -> bool {
+        let mut unused = self.layouts.iter().filter(|stored| !stored.in_use);
+        unused.any(|stored| [stored.used, stored.object.serial].contains(&serial))
     }
 
     /// Hash of the layout to be removed for a new one; `None` while there is room.

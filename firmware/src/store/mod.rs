@@ -205,6 +205,7 @@ impl<F: NorFlash> Store<F> {
         if self.contents.results.is_full() || result.length() > MAX_RESULT {
             return Err(StoreError::Full);
         }
+        self.evict_layouts_for(result.length()).await?;
         let (number, campaign, crc) =
             (self.next_number(), self.contents.campaign.serial, result.checksum());
         let change = |object| Change::Result { object, number, layout, mass, crc, campaign };

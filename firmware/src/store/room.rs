@@ -1,13 +1,15 @@
 //! Room in the store: what an object takes, and what a campaign needs.
+//!
+//! In the smallest flash a campaign with lines needs almost all of it, so layouts that are not in use give way to it.
 
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_shared::layout::RIG_HITS;
 
-use super::contents::{Contents, DOFS, MAX_CHANGE, MAX_SHORT_CHANGE};
+use super::contents::{Change, Contents, DOFS, MAX_CHANGE, MAX_SHORT_CHANGE};
 use super::log::Log;
 use super::record::Kind;
 use super::writing::{MAX_PIECE, MIN_PIECE};
-use super::{MAX_DOF, MAX_LINES, MAX_PROGRESS, MAX_RESULT, RESULTS, Store};
+use super::{MAX_DOF, MAX_LINES, MAX_PROGRESS, MAX_RESULT, RESULTS, Store, StoreError};
 
 /// Changes without an object, such as deletions, for which a full store still has room.
 const SMALL_CHANGES: u32 = 4;
@@ -39,7 +41,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// What is missing for a campaign with all its progress and its result; `None` when there is room. The current
-    /// campaign does not count: it ends when another one starts.
+    /// campaign does not count, nor, for a campaign with lines, do layouts that are not in use: they give way.
     pub async fn shortage(&mut self, campaign: CampaignSize) -> Option<Shortage> {
         let bytes = self.lacks(campaign, 0).await?;
         for deleted in 1..=self.contents.results.len() {
@@ -54,7 +56,10 @@ impl<F: NorFlash> Store<F> {
     /// too many results or DOFs; `None` when there is room.
     async fn lacks(&mut self, campaign: CampaignSize, deleted: usize) -> Option<u32> {
         let dofs = campaign.dofs.min(RIG_HITS);
-        let live = |contents: &Contents, serial| contents.is_live_without(deleted, serial);
+        let live = |contents: &Contents, serial| {
+            contents.is_live_without(deleted, serial)
+                && (campaign.lines == 0 || !contents.is_of_unused_layout(serial))
+        };
         let needed = self.taken(live).await + self.needed(dofs, campaign.lines.min(MAX_LINES));
         let bytes = needed.saturating_sub(self.bytes());
         let places = self.contents.results.len() - deleted < RESULTS
@@ -75,6 +80,18 @@ impl<F: NorFlash> Store<F> {
     fn cost(&self, length: usize, change: usize) -> u32 {
         let pieces = most_pieces(length, self.log.pages() as usize) as u32;
         Log::<F>::size(length) + pieces * Log::<F>::size(1) + Log::<F>::size(change)
+    }
+
+    /// Removes layouts that are not in use, the least recently used first, until an object of this length fits or only
+    /// the layout in use is left.
+    pub(super) async fn evict_layouts_for(&mut self, length: usize) -> Result<(), StoreError> {
+        while self.usable
+            && !self.has_room(length).await
+            && let Some(hash) = self.contents.unused_layout()
+        {
+            self.note(Change::Evicted { hash }).await?;
+        }
+        Ok(())
     }
 
     /// True when an object of this length fits beside everything that is stored.

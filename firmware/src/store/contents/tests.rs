@@ -78,6 +78,20 @@ fn a_layout_that_was_evicted_and_stored_again_stays_when_the_other_change_was_mo
 }
 
 #[test]
+fn the_layout_that_gives_way_is_the_one_used_longest_ago_and_never_the_one_in_use() {
+    let mut contents = after([layout(7, 10, None), layout(9, 20, None), layout(5, 30, None)]);
+    for (serial, hash) in [(40, 7), (41, 9)] {
+        assert_eq!(contents.unused_layout(), Some(hash));
+        assert!(contents.is_of_unused_layout(10 * (serial - 39)));
+        contents.apply(serial, Change::Evicted { hash });
+    }
+    assert_eq!((contents.unused_layout(), contents.layout_in_use()), (None, Some(object(30))));
+    // Stored again, and then found before the change that had removed it.
+    let moved = [layout(7, 50, None), (40, Change::Evicted { hash: 7 })];
+    assert_eq!(restarted(&moved).layout_in_use(), Some(object(50)));
+}
+
+#[test]
 fn what_lies_about_of_a_campaign_that_has_ended_begins_none() {
     let mut contents = Contents::default();
     contents.apply(5, Change::Dof { object: object(5), campaign: 4, index: 0 });
@@ -219,6 +233,7 @@ fn the_longest_change_fits_its_room() {
         Change::Dof { object: all, campaign, index },
         Change::Ended { campaign },
         Change::Reopened { campaign, index },
+        Change::Evicted { hash },
     ];
     for change in others {
         postcard::to_slice(&change, &mut [0; MAX_SHORT_CHANGE]).expect("fits");
