@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn settings_keep_their_numbers() {
         let raw: Vec<u8> = Setting::ALL.iter().map(|&setting| setting.into()).collect();
-        assert_eq!(raw, [0, 1, 2, 3, 4, 5, 6]);
+        assert_eq!(raw, [0, 1, 2, 3, 4, 5, 6, 7, 8]);
         assert!(Setting::ALL.iter().all(|&s| Setting::try_from(u8::from(s)) == Ok(s)));
     }
 
@@ -161,7 +161,7 @@ mod tests {
         assert_eq!((found.subject, found.value), (Subject::Whole, 0.0));
         assert_eq!(WireDiagnostic::from(&found).code, 999, "passed on");
         // An index that no subject can have, and an unknown setting.
-        for (subject, first) in [(1, 300), (5, 7)] {
+        for (subject, first) in [(1, 300), (5, 9)] {
             let found = Diagnostic::from(WireDiagnostic { subject, first, ..newer });
             assert_eq!(found.subject, Subject::Whole);
         }
