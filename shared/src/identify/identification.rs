@@ -40,10 +40,10 @@
 
 use heapless::Vec;
 
-use super::method::{Observable, Progress};
+use super::method::Observable;
 use super::observations::{Observations, SpectrumBins};
 use super::{Estimate, IdentifySettings, METHODS, Method, Running};
-use crate::Real;
+use crate::{Progress, Real};
 use crate::diagnosis::Diagnostics;
 
 /// Methods, best first.

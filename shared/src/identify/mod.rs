@@ -38,7 +38,8 @@ pub use mass_lines::{
     DofMassLines, ForceTrend, MassLines, ScatterAccumulator, lower_triangle, symmetric,
 };
 pub(crate) use mass_lines::{by_reference, check_mass_lines};
-pub use method::{Entry, Observable, Progress};
+pub use crate::Progress;
+pub use method::{Entry, Observable};
 pub use observations::{NoSpectrumBins, Observations, SpectrumBins};
 pub use perturbation::{Perturbation, random_signs};
 pub use reciprocity::check_reciprocity;

@@ -5,8 +5,9 @@ use nalgebra::{Complex, Vector6};
 
 use super::MOST_FORCES;
 use super::origin_responses::OriginResponses;
+use super::residues::{Residues, residues_of_forces};
 use super::shapes::{best_force, shape_of_force, shape_of_forces};
-use super::vector_fitting::{MOST_PAIRS, Poles, Residues, find_poles, residues_of_force};
+use super::vector_fitting::{MOST_PAIRS, Poles, find_poles};
 use crate::Real;
 use crate::layout::balanced_motion;
 
@@ -52,16 +53,21 @@ impl<R: Real> Modes<R> {
         responses: &OriginResponses<'_, R>,
         poles: &Poles<R>,
     ) -> Option<(Self, Vec<usize, MOST_PAIRS>)> {
-        let mut of_forces = Vec::<Residues<R>, MOST_FORCES>::new();
-        for force in 0..responses.forces.len() {
-            of_forces.push(residues_of_force(responses, poles, force)?).ok()?;
-        }
+        Self::of_residues(responses, poles, &residues_of_forces(responses, poles)?)
+    }
+
+    /// The same from their residues under every force.
+    pub fn of_residues(
+        responses: &OriginResponses<'_, R>,
+        poles: &Poles<R>,
+        of_forces: &[Residues<R>],
+    ) -> Option<(Self, Vec<usize, MOST_PAIRS>)> {
         let rigid = of_forces.iter().map(|of| of.constant).collect();
         let residual = of_forces.iter().fold(R::zero(), |sum, of| sum + of.left);
         let mut found = Self { modes: Vec::new(), poles: Vec::new(), rigid, residual };
         let mut places = Vec::new();
         for (place, pole) in poles.iter().enumerate() {
-            if let Some(mode) = Mode::new(responses, &of_forces, place, *pole) {
+            if let Some(mode) = Mode::new(responses, of_forces, place, *pole) {
                 found.modes.push(mode).ok()?;
                 found.poles.push(*pole).ok()?;
                 places.push(place).ok()?;

@@ -4,6 +4,7 @@ use heapless::Vec;
 use nalgebra::{Complex, Vector3, Vector6};
 
 use super::force_mixing::ForceMixing;
+use super::motions::Motions;
 use super::{MOST_FORCES, MOST_LINES};
 use crate::Real;
 use crate::frequency_responses::FrequencyResponses;
@@ -18,8 +19,8 @@ use crate::linalg::ComplexLeastSquares;
 pub struct OriginResponses<'a, R> {
     /// Laplace variable of each line, `s = σ + iω`, 1/s.
     pub s: &'a [Complex<R>],
-    /// `[a; α]` per newton, line by line, force by force, (m/s²)/N and (rad/s²)/N.
-    pub motions: &'a [Vector6<Complex<R>>],
+    /// `[a; α]` per newton, (m/s²)/N and (rad/s²)/N.
+    pub motions: Motions<'a, R>,
     /// Standard deviation of each component of the motions, line by line, for a noise of one in every reading, in
     /// balanced variables: gravity makes the motion uncertain at low frequencies, where a tilt looks like a shift.
     pub sigma: &'a [Vector6<R>],
@@ -34,19 +35,23 @@ impl<R: Real> OriginResponses<'_, R> {
     pub fn is_sound(&self) -> bool {
         let finite = |z: &Complex<R>| z.re.finite() && z.im.finite();
         let positive = |v: &R| v.finite() && *v > R::zero();
-        self.motions.len() == self.s.len() * self.forces.len()
+        self.motions.are_sound(self.s.len(), self.forces.len())
             && self.sigma.len() == self.s.len()
             && self.sigma.iter().flatten().all(positive)
             && self.s.iter().all(finite)
-            && self.motions.iter().flatten().all(finite)
             && self.forces.iter().flatten().all(|v| v.finite())
             && self.length.finite()
+    }
+
+    /// The motion under a force at a line.
+    pub fn motion(&self, line: usize, force: usize) -> Vector6<Complex<R>> {
+        Vector6::from_fn(|k, _| self.motions.component(line, force, k, self.forces.len()))
     }
 
     /// One accelerance and the factor that gives it a noise of one: component 0 to 5 of the motion under a force, in
     /// balanced variables.
     pub(super) fn weighted(&self, line: usize, force: usize, component: usize) -> (Complex<R>, R) {
-        let value = self.motions[line * self.forces.len() + force][component];
+        let value = self.motions.component(line, force, component, self.forces.len());
         let value = if component < 3 { value } else { value.scale(self.length) };
         (value, self.sigma[line][component].recip())
     }
@@ -65,7 +70,7 @@ impl<R: Real> OriginResponses<'_, R> {
 /// let reading = |_line: usize, channel: usize, _hit: usize| Complex::new(f64::from(channel % 3 == 0), 0.0);
 /// let mixing = ForceMixing::of(&layout, &Vector3::zeros());
 /// reduction.fill(&layout, &Vector3::zeros(), &mixing, &s, reading).unwrap();
-/// assert!((reduction.responses().motions[0][0].re - 1.0).abs() < 0.01);
+/// assert!((reduction.responses().motion(0, 0)[0].re - 1.0).abs() < 0.01);
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Reduction<R> {
@@ -119,6 +124,7 @@ impl<R: Real> Reduction<R> {
     /// The motions.
     pub fn responses(&self) -> OriginResponses<'_, R> {
         let Self { s, motions, sigma, forces, length } = self;
+        let motions = Motions::Full(motions);
         OriginResponses { s, motions, sigma, forces, length: *length }
     }
 }

@@ -79,6 +79,7 @@ impl Hung {
 
     fn responses<'a>(&'a self, motions: &'a [Vector6<Complex<f64>>]) -> OriginResponses<'a, f64> {
         let Self { s, sigma, forces, length, .. } = self;
+        let motions = Motions::Full(motions);
         OriginResponses { s, motions, sigma: &sigma[..s.len()], forces, length: *length }
     }
 }

@@ -4,7 +4,7 @@ use heapless::Vec;
 use nalgebra::{SMatrix, SVector};
 
 use super::difference::{Difference, MOST_PAIRS, differences, outliers};
-use super::{MOST_METHODS, Propagation};
+use super::{JointCovariances, MOST_METHODS};
 use crate::Real;
 use crate::linalg::cholesky;
 
@@ -33,11 +33,11 @@ pub struct Agreement<R> {
 impl<R: Real> Agreement<R> {
     /// Compares and combines these answers, of which the places are those of the propagation. `None` with fewer than two
     /// answers, or when a covariance is singular.
-    pub fn of<const M: usize>(
-        answers: &[Option<SVector<R, 10>>; M],
-        propagation: &Propagation<R, M>,
+    pub fn of(
+        answers: &[Option<SVector<R, 10>>],
+        propagation: &impl JointCovariances<R>,
     ) -> Option<Self> {
-        let mut seen: Vec<usize, M> = (0..M)
+        let mut seen: Vec<usize, MOST_METHODS> = (0..answers.len().min(MOST_METHODS))
             .filter(|m| answers[*m].is_some() && propagation.unstable(*m).is_none())
             .collect();
         if seen.len() < 2 {
@@ -64,10 +64,10 @@ impl<R: Real> Agreement<R> {
 
 /// Generalised least squares, property by property, with these standard deviations between the methods: `theta` and its
 /// covariance.
-fn combined<R: Real, const M: usize>(
+fn combined<R: Real>(
     seen: &[usize],
-    answers: &[Option<SVector<R, 10>>; M],
-    propagation: &Propagation<R, M>,
+    answers: &[Option<SVector<R, 10>>],
+    propagation: &impl JointCovariances<R>,
     between: &SVector<R, 10>,
 ) -> Option<(SVector<R, 10>, SMatrix<R, 10, 10>)> {
     let count = seen.len();
@@ -88,10 +88,9 @@ fn combined<R: Real, const M: usize>(
     let mut covariance = SMatrix::<R, 10, 10>::zeros();
     for (i, &a) in seen.iter().enumerate() {
         for (j, &b) in seen.iter().enumerate() {
-            let of_pair = propagation.covariance(a, b);
             for k in 0..10 {
                 for l in 0..10 {
-                    covariance[(k, l)] += weights[i][k] * weights[j][l] * of_pair[(k, l)];
+                    covariance[(k, l)] += weights[i][k] * weights[j][l] * propagation.element([a, b], [k, l]);
                 }
             }
         }
@@ -110,11 +109,11 @@ fn combined<R: Real, const M: usize>(
 /// The standard deviation between methods with which the scatter of their answers about their mean is what it should be, and
 /// no method has a negative weight, so that the mean lies among the answers (Paule and Mandel 1982, for answers with
 /// covariances).
-fn between_methods<R: Real, const M: usize>(
+fn between_methods<R: Real>(
     seen: &[usize],
     property: usize,
-    answers: &[Option<SVector<R, 10>>; M],
-    propagation: &Propagation<R, M>,
+    answers: &[Option<SVector<R, 10>>],
+    propagation: &impl JointCovariances<R>,
 ) -> Option<R> {
     let mut values = [R::zero(); MOST_METHODS];
     for (to, &m) in values.iter_mut().zip(seen) {
@@ -135,7 +134,7 @@ fn between_methods<R: Real, const M: usize>(
     let least = values.iter().fold(values[0], |least, v| least.min(*v));
     let most = values.iter().fold(values[0], |most, v| most.max(*v));
     let largest = seen.iter().fold(most - least, |sum, &m| {
-        sum + propagation.covariance(m, m)[(property, property)].sqrt()
+        sum + propagation.element([m, m], [property; 2]).sqrt()
     });
     let (mut low, mut high) = (R::zero(), largest);
     // A large enough spread explains any finite answers.
@@ -164,22 +163,22 @@ struct Joint<R> {
 
 impl<R: Real> Joint<R> {
     /// With this standard deviation between the methods.
-    fn of<const M: usize>(
+    fn of(
         seen: &[usize],
         property: usize,
-        propagation: &Propagation<R, M>,
+        propagation: &impl JointCovariances<R>,
         between: R,
     ) -> Option<Self> {
         // Methods that are not there are independent, with weight zero.
         let mut covariance = SMatrix::<R, MOST_METHODS, MOST_METHODS>::identity();
         let mut scales = [R::one(); MOST_METHODS];
         for (scale, &m) in scales.iter_mut().zip(seen) {
-            let own = propagation.covariance(m, m)[(property, property)];
+            let own = propagation.element([m, m], [property; 2]);
             *scale = (own + between * between).sqrt();
         }
         for (i, &a) in seen.iter().enumerate().take(MOST_METHODS) {
             for (j, &b) in seen.iter().enumerate().take(i) {
-                let joint = propagation.covariance(a, b)[(property, property)];
+                let joint = propagation.element([a, b], [property; 2]);
                 let correlation = joint / (scales[i] * scales[j]);
                 covariance[(i, j)] = correlation;
                 covariance[(j, i)] = correlation;

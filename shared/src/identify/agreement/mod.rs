@@ -7,6 +7,7 @@
 
 mod combination;
 mod difference;
+mod packed;
 mod propagation;
 #[cfg(test)]
 mod tests;
@@ -15,7 +16,8 @@ use super::METHODS;
 
 pub use combination::Agreement;
 pub use difference::{Difference, MOST_PAIRS};
-pub use propagation::{Answers, NOISE_DRAWS, Propagation, ask, changes};
+pub use packed::PackedPropagation;
+pub use propagation::{Answers, JointCovariances, NOISE_DRAWS, Propagation, ask, changes};
 
 /// Most methods that are compared: all of them.
 pub const MOST_METHODS: usize = METHODS;

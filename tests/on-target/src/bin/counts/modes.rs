@@ -7,7 +7,7 @@ use massline_shared::identify::Method;
 use massline_shared::identify::suspension::Suspension;
 use massline_shared::layout::RigLayout;
 use massline_shared::modes::{
-    LinesPerSide, MOST_LINES, Modes, Orders, OriginResponses, Peak, SUSPENSION_MODES, choose_lines,
+    LinesPerSide, MOST_LINES, Modes, Motions, Orders, OriginResponses, Peak, SUSPENSION_MODES, choose_lines,
     norm_indicator,
 };
 use nalgebra::{Complex, Matrix3x6, Matrix6, Vector3, Vector6};
@@ -31,7 +31,7 @@ pub fn measure_modes(layout: &RigLayout, body: &RigidBody<f32>) {
     let motions = motions(&s, &forces, &body.shifted_to(&reference), &reference);
     let sigma = [Vector6::repeat(1.0); MOST_LINES];
     let responses =
-        OriginResponses { s: &s, motions: &motions, sigma: &sigma, forces: &forces, length };
+        OriginResponses { s: &s, motions: Motions::Full(&motions), sigma: &sigma, forces: &forces, length };
     let (orders, cost) = measured(|| Orders::up_to(&responses, SUSPENSION_MODES + 1));
     report("modes_orders", cost);
     let order = orders.sufficient().expect("the modes show");
