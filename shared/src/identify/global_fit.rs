@@ -324,4 +324,4 @@ fn check<R: Real, const S: usize, const H: usize>(
 }
 
 #[cfg(test)]
-mod tests;
+pub(in crate::identify) mod tests;

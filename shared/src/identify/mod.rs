@@ -33,7 +33,9 @@ mod weighting;
 
 pub use applicability::{Applicability, information_spectrum};
 pub use estimate::{Consistency, Estimate, HALF_WIDTH_95, REJECTION_Z};
-pub use identification::{Identification, MASS_LINE_METHODS, Methods, identify, workspace};
+pub use identification::{
+    Identification, MASS_LINE_METHODS, Methods, SUSPENSION_METHODS, identify, workspace,
+};
 pub use mass_lines::{
     DofMassLines, ForceTrend, MassLines, ScatterAccumulator, lower_triangle, symmetric,
 };

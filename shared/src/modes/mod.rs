@@ -13,6 +13,7 @@
 //! | `identification` | the modes |
 //! | `lines` | the lines about the modes |
 //! | `order` | how many modes there are |
+//! | `order_search` | the same with few fits, in steps |
 //! | `shapes` | shapes from the residues of one or of all forces, and the Norm Indicator |
 
 mod force_mixing;
@@ -20,6 +21,7 @@ mod identification;
 mod lines;
 mod motions;
 mod order;
+mod order_search;
 mod origin_responses;
 mod residues;
 mod shapes;
@@ -30,6 +32,8 @@ pub use identification::{Mode, Modes, identify_modes, modal_assurance};
 pub use lines::{LINES_OF_A_SIDE, Lines, LinesPerSide, MOST_OF_A_SET, Peak, choose_lines};
 pub use motions::{CompactMotions, Motions, Units};
 pub use order::{Order, OrderFit, Orders};
+pub use order_search::OrderSearch;
+pub(crate) use origin_responses::{reduce, reduce_determined};
 pub use origin_responses::{OriginResponses, Reduction, reduce_line};
 pub use residues::{ResidueFit, Residues, ResiduesOfForces, residues_of_forces};
 pub use shapes::{best_force, norm_indicator, shape_of_force, shape_of_forces};

@@ -13,6 +13,8 @@ use crate::Real;
 const LARGEST: f64 = 32_767.0;
 /// Smallest exponent of a unit, so that its inverse is a number in single precision as well.
 const SMALLEST_EXPONENT: i32 = -120;
+/// Room above the largest number, for motions that are changed a little.
+const HEADROOM: f64 = 1.25;
 /// Integers of one component under one force: real and imaginary part of every line.
 const BLOCK: usize = 2 * MOST_LINES;
 
@@ -73,6 +75,11 @@ impl<'a, R: Real> CompactMotions<'a, R> {
         (codes.len() >= Self::CODES).then_some(Self { codes, units })
     }
 
+    /// The motion under a force at a line.
+    pub(crate) fn motion(&self, line: usize, force: usize) -> Vector6<Complex<R>> {
+        Vector6::from_fn(|component, _| self.component(line, force, component))
+    }
+
     fn component(&self, line: usize, force: usize, component: usize) -> Complex<R> {
         let at = (force * 6 + component) * BLOCK + 2 * line;
         let unit = self.units[force][component];
@@ -98,14 +105,42 @@ impl<'a, R: Real> CompactMotions<'a, R> {
         let block = codes.get_mut(start..start + BLOCK);
         let unit = units.get_mut(force).and_then(|of_force| of_force.get_mut(component));
         let Some((block, unit)) = block.zip(unit).filter(|_| largest.finite()) else { return false };
-        *unit = unit_of(largest);
-        let inverse = unit.recip();
+        *unit = unit_of(largest * R::of(HEADROOM));
         for (to, z) in block.chunks_exact_mut(2).zip(values) {
-            let code = |part: R| ((part * inverse).round().to_f32() as i16).cast_unsigned();
-            to.copy_from_slice(&[code(z.re), code(z.im)]);
+            to.copy_from_slice(&codes_of(z, *unit));
         }
         true
     }
+
+    /// Stores a motion under a force at one line, with units that are known; what is beyond the integers is cut off. The
+    /// place exists.
+    pub(crate) fn store_line(
+        codes: &mut [u16],
+        units: &Units<R>,
+        (line, force): (usize, usize),
+        motion: &Vector6<Complex<R>>,
+    ) {
+        for (component, z) in motion.iter().enumerate() {
+            let at = (force * 6 + component) * BLOCK + 2 * line;
+            codes[at..at + 2].copy_from_slice(&codes_of(*z, units[force][component]));
+        }
+    }
+
+    /// The unit with which there is room for this much more than a unit that was stored with leaves.
+    pub(crate) fn unit_with_room(unit: R, more: R) -> R {
+        let most = unit * R::of((LARGEST + 1.0) / HEADROOM) + more;
+        let mut unit = unit;
+        // A unit of zero belongs to no motion.
+        while unit > R::zero() && unit * R::of(LARGEST + 1.0) < most {
+            unit *= R::of(2.0);
+        }
+        unit
+    }
+}
+
+fn codes_of<R: Real>(z: Complex<R>, unit: R) -> [u16; 2] {
+    // The conversion keeps what is beyond the integers at their end.
+    [z.re, z.im].map(|part| ((part / unit).round().to_f32() as i16).cast_unsigned())
 }
 
 /// The smallest power of two with which this number is within the integers.
@@ -141,8 +176,8 @@ mod tests {
                 .collect();
             for (value, read) in values.iter().zip(read(&values)) {
                 let error = (value.re - read.re).abs().max((value.im - read.im).abs());
-                // Half a unit, which is at most the largest number over 2^14.
-                assert!(error <= size * 0.5_f32.powi(15), "{value} {read}");
+                // Half a unit, which is at most 1.25 times the largest number over 2^14, and the rounding of the numbers.
+                assert!(error <= 1.251 * size * 0.5_f32.powi(15), "{value} {read}");
             }
         }
     }

@@ -23,7 +23,7 @@ pub struct OriginResponses<'a, R> {
     pub motions: Motions<'a, R>,
     /// Standard deviation of each component of the motions, line by line, for a noise of one in every reading, in
     /// balanced variables: gravity makes the motion uncertain at low frequencies, where a tilt looks like a shift.
-    pub sigma: &'a [Vector6<R>],
+    pub sigma: &'a [[R; 6]],
     /// Force and torque `[F; T]` about the reference point of 1 N at each hit DOF.
     pub forces: &'a [Vector6<R>],
     /// Characteristic length L, m.
@@ -76,7 +76,7 @@ impl<R: Real> OriginResponses<'_, R> {
 pub struct Reduction<R> {
     s: Vec<Complex<R>, MOST_LINES>,
     motions: Vec<Vector6<Complex<R>>, { MOST_LINES * MOST_FORCES }>,
-    sigma: Vec<Vector6<R>, MOST_LINES>,
+    sigma: Vec<[R; 6], MOST_LINES>,
     forces: Vec<Vector6<R>, MOST_FORCES>,
     length: R,
 }
@@ -138,7 +138,7 @@ pub fn reduce_line<R: Real, const S: usize, const H: usize>(
     reference: &Vector3<R>,
     line: usize,
     motions: &mut [Vector6<Complex<R>>],
-) -> Option<Vector6<R>> {
+) -> Option<[R; 6]> {
     let reading = |channel: usize, force: usize| responses.at(line, channel, force);
     let mut sigma = None;
     for (chunk, motions) in motions.chunks_mut(MOST_FORCES).enumerate() {
@@ -150,13 +150,54 @@ pub fn reduce_line<R: Real, const S: usize, const H: usize>(
 
 /// The motions under as many forces as `motions` has room for, at most [`MOST_FORCES`], from the readings of all
 /// channels at one line.
-fn reduce<R: Real, const S: usize, const H: usize>(
+pub(crate) fn reduce<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     s: Complex<R>,
     reference: &Vector3<R>,
     reading: impl Fn(usize, usize) -> Complex<R>,
     motions: &mut [Vector6<Complex<R>>],
-) -> Option<Vector6<R>> {
+) -> Option<[R; 6]> {
+    let equations = equations_of_line(layout, s, reference, reading, motions.len());
+    let determined = equations.spectrum::<12>().is_some_and(|spectrum| spectrum.rank == 6);
+    if !determined {
+        return None;
+    }
+    solve_line(&equations, layout.characteristic_length(), motions)
+}
+
+/// The same for a layout that is known to determine the motion, which takes half as long.
+pub(crate) fn reduce_determined<R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    s: Complex<R>,
+    reference: &Vector3<R>,
+    reading: impl Fn(usize, usize) -> Complex<R>,
+    motions: &mut [Vector6<Complex<R>>],
+) -> Option<[R; 6]> {
+    let equations = equations_of_line(layout, s, reference, reading, motions.len());
+    solve_line(&equations, layout.characteristic_length(), motions)
+}
+
+/// The motions and their standard deviations from the equations of a line.
+fn solve_line<R: Real>(
+    equations: &ComplexLeastSquares<R, 6, MOST_FORCES>,
+    length: R,
+    motions: &mut [Vector6<Complex<R>>],
+) -> Option<[R; 6]> {
+    let solved = equations.solve()?;
+    for (motion, column) in motions.iter_mut().zip(solved.column_iter()) {
+        *motion = balanced_force(&column.into_owned(), length);
+    }
+    Some(equations.variances()?.map(|variance| variance.sqrt()))
+}
+
+/// The readings of all channels under some forces as equations for the motions in balanced variables.
+fn equations_of_line<R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    s: Complex<R>,
+    reference: &Vector3<R>,
+    reading: impl Fn(usize, usize) -> Complex<R>,
+    forces: usize,
+) -> ComplexLeastSquares<R, 6, MOST_FORCES> {
     let length = layout.characteristic_length();
     let matrix = layout.response_matrix_at(reference, s);
     let mut equations = ComplexLeastSquares::<R, 6, MOST_FORCES>::new();
@@ -164,15 +205,10 @@ fn reduce<R: Real, const S: usize, const H: usize>(
         let mut row = matrix.row(channel);
         row.iter_mut().skip(3).for_each(|value| *value = value.unscale(length));
         let mut readings = [Complex::new(R::zero(), R::zero()); MOST_FORCES];
-        for (force, to) in readings.iter_mut().enumerate().take(motions.len()) {
+        for (force, to) in readings.iter_mut().enumerate().take(forces) {
             *to = reading(channel, force);
         }
         equations.push(row, readings);
     }
-    let determined = equations.spectrum::<12>().is_some_and(|spectrum| spectrum.rank == 6);
-    let solved = equations.solve().filter(|_| determined)?;
-    for (motion, column) in motions.iter_mut().zip(solved.column_iter()) {
-        *motion = balanced_force(&column.into_owned(), length);
-    }
-    Some(Vector6::from(equations.variances()?.map(|variance| variance.sqrt())))
+    equations
 }

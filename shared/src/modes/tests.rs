@@ -13,7 +13,7 @@ struct Hung {
     damping_ratio: f64,
     forces: Vec<Vector6<f64>>,
     s: Vec<Complex<f64>>,
-    sigma: Vec<Vector6<f64>>,
+    sigma: Vec<[f64; 6]>,
     length: f64,
 }
 
@@ -54,7 +54,7 @@ impl Hung {
             s: (4..=120)
                 .map(|k| Complex::new(0.0, core::f64::consts::TAU * 0.125 * f64::from(k)))
                 .collect(),
-            sigma: std::vec![Vector6::repeat(1.0); 117],
+            sigma: std::vec![[1.0; 6]; 117],
             length: layout.characteristic_length(),
         }
     }

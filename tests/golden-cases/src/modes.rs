@@ -105,7 +105,7 @@ pub(crate) fn run_identification<R: Real>(check: &mut Check<'_, '_, R>) -> Optio
     let zero = Vector6::from_element(Complex::new(R::zero(), R::zero()));
     let mut motions = [zero; LINES * MOST_FORCES];
     let motions = motions.get_mut(..LINES * count)?;
-    let mut sigma = [Vector6::zeros(); LINES];
+    let mut sigma = [[R::zero(); 6]; LINES];
     for (line, motions) in motions.chunks_exact_mut(count).enumerate() {
         sigma[line] = reduce_line(&layout, &responses, &origin, line, motions)?;
     }

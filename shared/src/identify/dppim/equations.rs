@@ -188,11 +188,6 @@ impl<R: Real> DirectSolver<R> {
         Self { form, equations: Equations::new(length), next, start: 0, eliminated }
     }
 
-    /// Part of the work that is done.
-    pub fn progress(&self, second: &(impl Excitations<R> + ?Sized)) -> f32 {
-        self.start as f32 / second.count().max(1) as f32
-    }
-
     /// Runs one step. The excitations must be the same in every step. `None` when the motions of the first do not determine
     /// six directions.
     pub fn step(

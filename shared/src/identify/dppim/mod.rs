@@ -15,6 +15,7 @@ use super::suspension::{Answer, Suspension, is_blocked};
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::layout::balanced_motion;
 use crate::linalg::ComplexLeastSquares;
+use crate::modes::{Lines, OriginResponses};
 use crate::{Progress, Real};
 
 pub use equations::{
@@ -45,9 +46,22 @@ fn answer_of_form<R: Real>(
     form: Form,
     of: &Suspension<'_, R>,
 ) -> Result<Answer<R>, Diagnostics> {
-    let mut solver = FormSolver::new(form, of)?;
-    while solver.step(of)? == Progress::Going {}
+    let Suspension { responses, lines, noise, .. } = *of;
+    let near = NearModes { responses, lines, noise };
+    let mut solver = FormSolver::new(form, &near)?;
+    while solver.step(&near)? == Progress::Going {}
     solver.answer()
+}
+
+/// What the direct method uses.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NearModes<'a, R> {
+    /// The motions.
+    pub(super) responses: &'a OriginResponses<'a, R>,
+    /// The lines about the modes.
+    pub(super) lines: &'a Lines,
+    /// Standard deviation of the noise of a reading, (m/s²)/N, of a complex number.
+    pub(super) noise: R,
 }
 
 /// One form on what the methods of the suspension share, in steps between which other work can be done. A step is at most a
@@ -58,7 +72,7 @@ pub(super) struct FormSolver<R>(DirectSolver<R>);
 impl<R: Real> FormSolver<R> {
     /// # Errors
     /// `responses_do_not_span_six` for the viscous form.
-    pub(super) fn new(form: Form, of: &Suspension<'_, R>) -> Result<Self, Diagnostics> {
+    pub(super) fn new(form: Form, of: &NearModes<'_, R>) -> Result<Self, Diagnostics> {
         let length = of.responses.length;
         if form == Form::Viscous {
             let [below, _] = sides(of);
@@ -74,15 +88,9 @@ impl<R: Real> FormSolver<R> {
     ///
     /// # Errors
     /// `data_not_finite`.
-    pub(super) fn step(&mut self, of: &Suspension<'_, R>) -> Result<Progress, Diagnostics> {
+    pub(super) fn step(&mut self, of: &NearModes<'_, R>) -> Result<Progress, Diagnostics> {
         let [below, above] = sides(of);
         self.0.step(&below, &above).ok_or_else(|| fatal(Code::DataNotFinite, R::zero()))
-    }
-
-    /// Part of the work that is done.
-    pub(super) fn progress(&self, of: &Suspension<'_, R>) -> f32 {
-        let [_, above] = sides(of);
-        self.0.progress(&above)
     }
 
     /// The answer when the work is done.
@@ -116,12 +124,12 @@ pub fn worse_form<R: Real>(viscous: R, structural: R) -> Option<(Method, Code, R
 const ABOVE_NOISE: f64 = 3.0;
 
 /// Number of independent motions below the modes that stand out of the noise.
-fn span_above_noise<R: Real>(of: &Suspension<'_, R>) -> usize {
+fn span_above_noise<R: Real>(of: &NearModes<'_, R>) -> usize {
     let responses = of.responses;
     let mut motions = ComplexLeastSquares::<R, 6, 0>::new();
     let forces = responses.forces.len();
     for line in &of.lines.below {
-        let sigma = responses.sigma[*line].max() * of.noise;
+        let sigma = responses.sigma[*line].iter().fold(R::zero(), |top, v| top.max(*v)) * of.noise;
         for force in 0..forces {
             let motion = balanced_motion(&responses.motion(*line, force), responses.length);
             motions.push(motion.unscale(sigma).into(), []);
@@ -140,13 +148,13 @@ fn accepted<R: Real>(solution: Option<Solution<R>>) -> Result<Answer<R>, Diagnos
 }
 
 /// The excitations below and above the modes.
-fn sides<'a, R: Real>(of: &'a Suspension<'a, R>) -> [Side<'a, R>; 2] {
+fn sides<'a, R: Real>(of: &'a NearModes<'a, R>) -> [Side<'a, R>; 2] {
     [&of.lines.below, &of.lines.above].map(|lines| Side { of, lines })
 }
 
 /// The excitations at the lines on one side of the modes: line by line, force by force.
 struct Side<'a, R> {
-    of: &'a Suspension<'a, R>,
+    of: &'a NearModes<'a, R>,
     lines: &'a [usize],
 }
 

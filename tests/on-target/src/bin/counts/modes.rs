@@ -29,7 +29,7 @@ pub fn measure_modes(layout: &RigLayout, body: &RigidBody<f32>) {
     let frequencies: [f32; MOST_LINES] = core::array::from_fn(|line| 0.5 + 0.1 * line as f32);
     let s = frequencies.map(|f| Complex::new(0.0, core::f32::consts::TAU * f));
     let motions = motions(&s, &forces, &body.shifted_to(&reference), &reference);
-    let sigma = [Vector6::repeat(1.0); MOST_LINES];
+    let sigma = [[1.0; 6]; MOST_LINES];
     let responses =
         OriginResponses { s: &s, motions: Motions::Full(&motions), sigma: &sigma, forces: &forces, length };
     let (orders, cost) = measured(|| Orders::up_to(&responses, SUSPENSION_MODES + 1));

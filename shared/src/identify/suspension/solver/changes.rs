@@ -1,0 +1,339 @@
+//! What small changes of the data and of the layout do to modes and answers, one change after the other.
+
+use nalgebra::{Complex, SVector, Vector6};
+
+use super::super::answers::{Observed, answer, found_again, noise_in_draw, of_object};
+use super::answering::{Forms, place_of};
+use super::modal_fit::{modes_of, of_modes_alone};
+use super::{RigLayout, SolverMemory, Stage, Stored, SuspensionSolver};
+use crate::identify::agreement::{NOISE_DRAWS, ask, changes};
+use crate::identify::dppim::NearModes;
+use crate::identify::{Perturbation, SUSPENSION_METHODS};
+use crate::layout::{RIG_HITS, RIG_SENSORS, UncertainQuantity};
+use crate::modes::{
+    CompactMotions, MOST_FORCES, PoleSearch, Poles, ResidueFit, reduce_determined,
+};
+use crate::{Progress, Real};
+
+/// Lines that one step reduces.
+const LINES_OF_A_STEP: usize = 16;
+/// Cost of a change of the motions, and of one of the forces alone, in the same unit.
+const COST_OF_MOTIONS: u32 = 3;
+const COST_OF_FORCES: u32 = 1;
+/// Standard deviations of noise for which there is room in the motions.
+const ROOM: f64 = 6.0;
+
+/// A change under a rig's layout.
+type RigChange<'a, R> = Perturbation<'a, R, RIG_SENSORS, RIG_HITS>;
+
+/// The change in hand.
+#[derive(Clone, Debug)]
+pub(super) struct Change<R> {
+    number: u32,
+    work: Work<R>,
+    answers: [Option<SVector<R, 10>>; SUSPENSION_METHODS],
+    /// The standard deviations of the motions in memory are not those of the layout.
+    weights_changed: bool,
+    /// Cost of the changes before this one, and of all.
+    cost: [u32; 2],
+}
+
+/// What is done next about a change.
+#[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "one at a time, without an allocator")]
+enum Work<R> {
+    Begin,
+    /// The motions are changed, from this line on.
+    Motions(usize),
+    Poles(PoleSearch<R>),
+    Residues(Poles<R>, ResidueFit),
+    Forms(Forms<R>),
+}
+
+/// What a change acts on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ChangeKind {
+    /// Nothing.
+    None,
+    /// The readings: a draw of noise.
+    Noise(u32),
+    /// The sensors or gravity, and with them the motions.
+    Motions,
+    /// The forces or what is known of the object.
+    Forces,
+}
+
+impl ChangeKind {
+    fn of<R: Real>(layout: &RigLayout<R>, number: u32) -> Self {
+        let Some(draw) = number.checked_sub(1) else { return Self::None };
+        let Some(place) = draw.checked_sub(NOISE_DRAWS) else { return Self::Noise(draw) };
+        match layout.uncertain_quantities().nth(place as usize) {
+            Some(UncertainQuantity::Sensor { .. } | UncertainQuantity::Gravity(_)) => Self::Motions,
+            _ => Self::Forces,
+        }
+    }
+
+    fn changes_motions(self) -> bool {
+        matches!(self, Self::Noise(_) | Self::Motions)
+    }
+
+    fn cost(self) -> u32 {
+        if self == Self::Forces { COST_OF_FORCES } else { COST_OF_MOTIONS }
+    }
+}
+
+impl<R: Real> Change<R> {
+    /// The first one, which changes nothing.
+    pub(super) fn first(layout: &RigLayout<R>) -> Self {
+        let of_all = |number| ChangeKind::of(layout, number).cost();
+        let all = (0..changes(layout)).map(of_all).sum();
+        let answers = [None; SUSPENSION_METHODS];
+        Self { number: 0, work: Work::Begin, answers, weights_changed: false, cost: [0, all] }
+    }
+
+    /// Part of all changes that is done.
+    pub(super) fn progress(&self) -> f32 {
+        self.cost[0] as f32 / self.cost[1].max(1) as f32
+    }
+}
+
+impl<R: Real> SuspensionSolver<R> {
+    /// Runs one step of the change in hand.
+    pub(super) fn step_change(
+        &mut self,
+        layout: &RigLayout<R>,
+        memory: &mut SolverMemory<'_, R>,
+    ) -> Progress {
+        let Stage::Changes(change) = &self.stage else { return Progress::Going };
+        let number = change.number;
+        if number == changes(layout) {
+            self.stage = Stage::Done;
+            return Progress::Done;
+        }
+        let asked = ask(layout, number, |perturbation| {
+            self.go_on(layout, perturbation, ChangeKind::of(layout, number), memory);
+        });
+        if asked.is_none() {
+            // The layout has no such error.
+            self.next_change(layout, memory);
+        }
+        Progress::Going
+    }
+
+    fn go_on(
+        &mut self,
+        layout: &RigLayout<R>,
+        changed: &RigChange<'_, R>,
+        kind: ChangeKind,
+        memory: &mut SolverMemory<'_, R>,
+    ) {
+        let Stage::Changes(change) = &self.stage else { return };
+        match change.work {
+            Work::Begin => self.begin_change(layout, kind, memory),
+            Work::Motions(start) => self.change_motions(layout, changed, kind, start, memory),
+            _ => self.answer_change(changed, kind, memory),
+        }
+    }
+
+    fn set_work(&mut self, work: Work<R>) {
+        if let Stage::Changes(change) = &mut self.stage {
+            change.work = work;
+        }
+    }
+
+    /// Prepares the units, and chooses where to begin.
+    fn begin_change(
+        &mut self,
+        layout: &RigLayout<R>,
+        kind: ChangeKind,
+        memory: &SolverMemory<'_, R>,
+    ) {
+        self.units[1] = self.units[0];
+        if matches!(kind, ChangeKind::Noise(_)) {
+            self.make_room_for_noise(layout.characteristic_length(), memory);
+        }
+        let Stage::Changes(change) = &mut self.stage else { return };
+        change.answers = [None; SUSPENSION_METHODS];
+        // The standard deviations of the motions have to be those of the layout again.
+        let begins_with_motions = kind.changes_motions() || change.weights_changed;
+        change.work = match kind {
+            _ if begins_with_motions => Work::Motions(0),
+            ChangeKind::Forces => {
+                Work::Residues(self.fit.relocated.clone(), ResidueFit::default())
+            }
+            _ => Work::Poles(PoleSearch::once(self.fit.poles.clone())),
+        };
+    }
+
+    /// Units with which there is room for noise in the motions.
+    fn make_room_for_noise(&mut self, length: R, memory: &SolverMemory<'_, R>) {
+        let largest = |component: usize| {
+            let weights = memory.weights.iter().skip(component).step_by(6).take(self.grid.count());
+            weights.fold(R::zero(), |top, v| top.max(*v))
+        };
+        let noise = self.fit.noise * self.grid.correlation * R::of(ROOM);
+        for component in 0..6 {
+            let balance = if component < 3 { R::one() } else { length };
+            let more = largest(component) * noise / balance;
+            for units in self.units[1].iter_mut().take(self.mixing.count()) {
+                let unit = units[component];
+                units[component] = CompactMotions::unit_with_room(unit, more);
+            }
+        }
+    }
+
+    /// Changes the motions at some lines: readings that are predicted from the motions are reduced again.
+    fn change_motions(
+        &mut self,
+        layout: &RigLayout<R>,
+        changed: &RigChange<'_, R>,
+        kind: ChangeKind,
+        start: usize,
+        memory: &mut SolverMemory<'_, R>,
+    ) {
+        let (count, forces) = (self.grid.count(), self.mixing.count());
+        let end = (start + LINES_OF_A_STEP).min(count);
+        let channels = 3 * layout.sensors.len();
+        if let Stage::Changes(change) = &mut self.stage {
+            change.weights_changed = kind == ChangeKind::Motions;
+        }
+        let sigma = self.fit.noise * self.grid.correlation;
+        let (base, work) = memory.codes.split_at_mut(CompactMotions::<R>::CODES);
+        let Some(motions) = CompactMotions::new(base, &self.units[0]) else { return };
+        let zero = Vector6::from_element(Complex::new(R::zero(), R::zero()));
+        for line in start..end {
+            let s = self.grid.s(line);
+            let rows = layout.response_matrix_at(&self.reference, s);
+            let mut of_forces = [zero; MOST_FORCES];
+            for (force, motion) in of_forces.iter_mut().enumerate().take(forces) {
+                *motion = motions.motion(line, force);
+            }
+            let reading = |channel: usize, force: usize| {
+                let predicted = rows
+                    .row(channel)
+                    .iter()
+                    .zip(of_forces[force].iter())
+                    .fold(zero[0], |sum, (row, motion)| sum + row * motion);
+                let ChangeKind::Noise(draw) = kind else { return predicted };
+                let place = (line * channels + channel) * forces + force;
+                predicted + noise_in_draw(sigma, draw, place)
+            };
+            let mut reduced = [zero; MOST_FORCES];
+            let reduced = &mut reduced[..forces];
+            let of = if kind.changes_motions() { changed.layout } else { layout };
+            let Some(sigma) = reduce_determined(of, s, &self.reference, reading, reduced) else {
+                // No method has an answer to this change.
+                return self.end_change(layout, memory);
+            };
+            memory.weights[6 * line..][..6].copy_from_slice(&sigma);
+            if kind.changes_motions() {
+                for (force, motion) in reduced.iter().enumerate() {
+                    CompactMotions::store_line(work, &self.units[1], (line, force), motion);
+                }
+            }
+        }
+        if end < count {
+            return self.set_work(Work::Motions(end));
+        }
+        let Stage::Changes(change) = &mut self.stage else { return };
+        change.work = if kind.changes_motions() {
+            Work::Poles(PoleSearch::once(self.fit.poles.clone()))
+        } else {
+            Work::Residues(self.fit.relocated.clone(), ResidueFit::default())
+        };
+    }
+
+    /// Finds the poles, the residues and the answers to the changed motions.
+    fn answer_change(
+        &mut self,
+        changed: &RigChange<'_, R>,
+        kind: ChangeKind,
+        memory: &mut SolverMemory<'_, R>,
+    ) {
+        let forces = self.mixing.forces(changed.layout, &self.reference);
+        let length = changed.layout.characteristic_length();
+        let Self { grid, units, stage, fit, answers, reference, deviations, .. } = self;
+        let Stage::Changes(change) = stage else { return };
+        let SolverMemory { codes, scratch, weights, lines, .. } = memory;
+        let region = usize::from(kind.changes_motions());
+        let codes = &codes[region * CompactMotions::<R>::CODES..];
+        let stored = Stored { codes, units: &units[region], lines, weights };
+        let Some(responses) = stored.responses(grid.count(), &forces, length) else { return };
+        let is_answered = |place: usize| answers[place].answer().is_some();
+        match &mut change.work {
+            Work::Begin | Work::Motions(_) => {}
+            Work::Poles(search) => match search.step(&responses, scratch) {
+                Some(Progress::Going) => {}
+                Some(Progress::Done) => {
+                    let poles = search.found().poles.clone();
+                    if kind == ChangeKind::None {
+                        fit.relocated = poles.clone();
+                    }
+                    change.work = Work::Residues(poles, ResidueFit::default());
+                }
+                None => self.end_change(changed.layout, memory),
+            },
+            Work::Residues(poles, residues) => match residues.step(&responses, poles, scratch) {
+                Some(Progress::Going) => {}
+                Some(Progress::Done) => {
+                    let modes = modes_of(&responses, poles, scratch).and_then(|(all, _)| {
+                        let places = found_again(&all.poles, &fit.poles, &fit.kept)?;
+                        Some(all.only(&places))
+                    });
+                    let Some(modes) = modes else { return self.end_change(changed.layout, memory) };
+                    deviations.add(&modes.modes, matches!(kind, ChangeKind::Noise(_)));
+                    let noise = fit.noise;
+                    let observed =
+                        Observed { responses: &responses, modes: &modes, lines: &fit.lines, noise };
+                    for (method, to) in of_modes_alone(&mut change.answers) {
+                        if is_answered(place_of(method)) {
+                            let found = answer(method, changed.layout, reference, &observed);
+                            *to = found.ok().map(|answer| answer.body.theta());
+                        }
+                    }
+                    change.work = Work::Forms(Forms::default());
+                }
+                None => self.end_change(changed.layout, memory),
+            },
+            Work::Forms(forms) => {
+                let near = NearModes { responses: &responses, lines: &fit.lines, noise: fit.noise };
+                let wanted = |method| is_answered(place_of(method));
+                let answered = &mut change.answers;
+                let progress = forms.step(&near, wanted, |method, answer| {
+                    let found = answer.and_then(|a| of_object(changed.layout, reference, &a));
+                    answered[place_of(method)] = found.ok().map(|answer| answer.body.theta());
+                });
+                if progress == Progress::Done {
+                    self.end_change(changed.layout, memory);
+                }
+            }
+        }
+    }
+
+    /// Takes the answers to a change.
+    fn end_change(&mut self, layout: &RigLayout<R>, memory: &mut SolverMemory<'_, R>) {
+        let Stage::Changes(change) = &self.stage else { return };
+        let (now, before) = (&change.answers, &self.unchanged);
+        let moved = core::array::from_fn(|m| now[m].zip(before[m]).map(|(new, old)| new - old));
+        let readings = &mut *memory.readings;
+        match (ChangeKind::of(layout, change.number), &mut self.propagation) {
+            (ChangeKind::None, _) => self.unchanged = *now,
+            (ChangeKind::Noise(_), Some(sums)) => sums.add_draw(readings, &moved),
+            (_, Some(sums)) => sums.add_shift(readings, &moved),
+            (_, None) => {}
+        }
+        self.next_change(layout, memory);
+    }
+
+    fn next_change(&mut self, layout: &RigLayout<R>, memory: &mut SolverMemory<'_, R>) {
+        let Stage::Changes(change) = &mut self.stage else { return };
+        if change.number == NOISE_DRAWS
+            && let Some(sums) = &self.propagation
+        {
+            sums.end_draws(memory.readings);
+        }
+        change.cost[0] += ChangeKind::of(layout, change.number).cost();
+        change.number += 1;
+        change.work = Work::Begin;
+    }
+}

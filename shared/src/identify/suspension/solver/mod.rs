@@ -1,0 +1,331 @@
+//! The same computation on a rig: in single precision, with little memory, in steps of at most a million instructions.
+//!
+//! ```text
+//! wants ─▶ take ─▶ motions ─▶ order ─▶ modes ─▶ answers ─▶ changes, one after the other ─▶ estimates, agreement
+//! ```
+//! The mathematics is that of [`SuspensionFit`](super::SuspensionFit), in the same functions. Three things differ:
+//!
+//! * The responses are reduced to the motions of the reference point as they come, and the motions are kept in
+//!   [16 bits](crate::modes::CompactMotions).
+//! * A change of the data or of the layout acts on readings, which are no longer there. They are predicted from the motions,
+//!   `x = G(s) a`, so what the sensors have measured besides a motion of a rigid body, noise above all, is not changed with the
+//!   layout. The draws of noise are the same as with all readings.
+//! * [`OrderSearch`] fits as few orders as it takes.
+
+mod answering;
+mod changes;
+mod intake;
+mod modal_fit;
+mod outcome;
+#[cfg(test)]
+mod tests;
+
+use heapless::Vec;
+use nalgebra::{Complex, Vector3, Vector6};
+
+use self::answering::Forms;
+use self::changes::Change;
+use super::{Answer, ModeDeviations};
+use crate::diagnosis::{Diagnostic, Diagnostics};
+use crate::identify::SUSPENSION_METHODS;
+use crate::identify::agreement::PackedPropagation;
+use crate::layout::{Layout, RIG_HITS, RIG_SENSORS};
+use crate::modes::{
+    CompactMotions, ForceMixing, Lines, MOST_FORCES, MOST_LINES, MOST_PAIRS, Motions, OrderSearch,
+    OriginResponses, Poles, ResidueFit, SEARCH_MEMORY, Units,
+};
+use crate::{Progress, Real};
+
+pub use self::outcome::SuspensionMode;
+
+/// A layout with the capacity of a rig.
+type RigLayout<R> = Layout<R, RIG_SENSORS, RIG_HITS>;
+
+/// The lines of the responses: those of a transform, from zero on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineGrid<R> {
+    /// Distance of the lines, Hz.
+    pub resolution_hz: R,
+    /// First and last frequency that is used, Hz.
+    pub band_hz: [R; 2],
+    /// σ of the exponential window on the records, 1/s.
+    pub decay: R,
+    /// Factor on standard deviations because the window correlates neighbouring lines:
+    /// [`window_correlation`](crate::mass_line::window_correlation).
+    pub correlation: R,
+}
+
+impl<R: Real> LineGrid<R> {
+    /// The first line that is used. The line at zero is not, since an accelerance vanishes there.
+    fn first(&self) -> usize {
+        let line = (self.band_hz[0] / self.resolution_hz).ceil().to_f32();
+        // The conversion keeps what is not a number of lines at the end of its range.
+        (line as usize).max(1)
+    }
+
+    /// Number of lines that are used, of those that there are.
+    fn count(&self) -> usize {
+        let end = (self.band_hz[1] / self.resolution_hz).floor().to_f32() as usize;
+        end.saturating_add(1).min(MOST_LINES).saturating_sub(self.first())
+    }
+
+    /// Laplace variable of a line that is used.
+    fn s(&self, line: usize) -> Complex<R> {
+        let frequency = self.resolution_hz * R::of((self.first() + line) as f64);
+        Complex::new(self.decay, frequency * R::two_pi())
+    }
+}
+
+/// Memory that is lent to every step, always the same.
+#[derive(Debug)]
+pub struct SolverMemory<'m, R> {
+    /// The motions, and those of a change: twice [`CompactMotions::CODES`].
+    pub codes: &'m mut [u16],
+    /// Equations: [`SEARCH_MEMORY`] numbers.
+    pub scratch: &'m mut [R],
+    /// The readings of a hit, [`READINGS`] numbers; afterwards the covariances.
+    pub readings: &'m mut [Complex<R>],
+    /// Standard deviations of the motions at every line: [`WEIGHTS`] numbers.
+    pub weights: &'m mut [R],
+    /// Laplace variables: [`MOST_LINES`] numbers.
+    pub lines: &'m mut [Complex<R>],
+}
+
+/// Readings of a hit: all channels at all lines.
+pub const READINGS: usize = 3 * RIG_SENSORS * MOST_LINES;
+/// Standard deviations of the motions at all lines.
+pub const WEIGHTS: usize = 6 * MOST_LINES;
+
+const _: () = assert!(PackedPropagation::<SUSPENSION_METHODS>::MEMORY <= READINGS);
+
+impl<R: Real> SolverMemory<'_, R> {
+    fn is_large_enough(&self) -> bool {
+        self.codes.len() >= 2 * CompactMotions::<R>::CODES
+            && self.scratch.len() >= SEARCH_MEMORY
+            && self.readings.len() >= READINGS
+            && self.weights.len() >= WEIGHTS
+            && self.lines.len() >= MOST_LINES
+    }
+}
+
+/// The computation, between its steps.
+///
+/// The caller gives what [`wants`](Self::wants) asks for to [`take`](Self::take); when it asks for nothing, the caller
+/// runs [`step`](Self::step), until that is done. Layout and memory must be the same every time.
+#[derive(Clone, Debug)]
+pub struct SuspensionSolver<R> {
+    grid: LineGrid<R>,
+    /// Hit DOFs that have been measured, as places in the layout.
+    dofs: Vec<u8, RIG_HITS>,
+    reference: Vector3<R>,
+    mixing: ForceMixing<R, RIG_HITS>,
+    /// Units of the motions and of those of a change.
+    units: [Units<R>; 2],
+    stage: Stage<R>,
+    fit: ModalFit<R>,
+    deviations: ModeDeviations<R>,
+    answers: [MethodAnswer<R>; SUSPENSION_METHODS],
+    /// Answers without a change, as far as the changes go: those of the first of them.
+    unchanged: [Option<nalgebra::SVector<R, 10>>; SUSPENSION_METHODS],
+    propagation: Option<PackedPropagation<SUSPENSION_METHODS>>,
+    /// Findings about the modes, or why there are none.
+    diagnostics: Diagnostics,
+}
+
+/// What is done next.
+#[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "one at a time, without an allocator")]
+enum Stage<R> {
+    /// A response is wanted.
+    Wanting(Wanted),
+    /// The readings of a hit are reduced, from this line on.
+    Reducing(Wanted, usize),
+    /// The order is searched for.
+    Orders(OrderSearch<R>),
+    /// The residues at the poles of that order.
+    Residues(ResidueFit),
+    /// The direct method.
+    Forms(Forms<R>),
+    /// What changes do.
+    Changes(Change<R>),
+    /// There are results.
+    Done,
+    /// There is no answer.
+    Failed,
+}
+
+/// A response that is wanted next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Wanted {
+    force: usize,
+    /// The place among the measured DOFs.
+    hit: usize,
+    channel: usize,
+}
+
+/// The modal fit, as far as changes need it.
+#[derive(Clone, Debug)]
+struct ModalFit<R> {
+    /// Poles of all modes that were fitted, and the places of the suspension modes among them.
+    poles: Poles<R>,
+    kept: Vec<usize, MOST_PAIRS>,
+    /// These poles after one relocation under the unchanged data.
+    relocated: Poles<R>,
+    lines: Lines,
+    noise: R,
+    modes: Vec<SuspensionMode<R>, MOST_PAIRS>,
+}
+
+/// What a method has answered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum MethodAnswer<R> {
+    Answer(Answer<R>),
+    Refused(Diagnostic),
+    None,
+}
+
+impl<R: Real> SuspensionSolver<R> {
+    /// Begins with the measured hit DOFs, as places in the layout.
+    ///
+    /// # Errors
+    /// `layout_not_finite`, `frf_missing` without DOFs or with one that the layout does not have, and
+    /// `response_rank_deficient` when the sensors do not determine the motion.
+    pub fn new(
+        layout: &RigLayout<R>,
+        grid: LineGrid<R>,
+        dofs: &[usize],
+    ) -> Result<Self, Diagnostics> {
+        intake::check(layout, &grid, dofs)?;
+        let dofs: Vec<u8, RIG_HITS> =
+            dofs.iter().filter_map(|dof| u8::try_from(*dof).ok()).collect();
+        let reference = layout.sensor_centroid();
+        let mixing = ForceMixing::of(&*measured(layout, &dofs), &reference);
+        let zero = [[R::zero(); 6]; MOST_FORCES];
+        let mut solver = Self {
+            grid,
+            dofs,
+            reference,
+            mixing,
+            units: [zero; 2],
+            stage: Stage::Wanting(Wanted::default()),
+            fit: ModalFit {
+                poles: Poles::new(),
+                kept: Vec::new(),
+                relocated: Poles::new(),
+                lines: Lines::default(),
+                noise: R::zero(),
+                modes: Vec::new(),
+            },
+            deviations: ModeDeviations::new(reference),
+            answers: [MethodAnswer::None; SUSPENSION_METHODS],
+            unchanged: [None; SUSPENSION_METHODS],
+            propagation: None,
+            diagnostics: Diagnostics::new(),
+        };
+        solver.skip_shares_of_zero();
+        Ok(solver)
+    }
+
+    /// The response that is needed next: the hit DOF and the channel. `None` when a step is needed instead.
+    pub fn wants(&self) -> Option<(usize, usize)> {
+        let Stage::Wanting(Wanted { hit, channel, .. }) = self.stage else { return None };
+        Some((usize::from(*self.dofs.get(hit)?), channel))
+    }
+
+    /// Runs one step, at most a million instructions on a rig.
+    pub fn step(&mut self, layout: &RigLayout<R>, memory: &mut SolverMemory<'_, R>) -> Progress {
+        if !memory.is_large_enough() {
+            return self.fail(crate::diagnosis::fatal(crate::diagnosis::Code::DataNotFinite, 0.0));
+        }
+        let layout = &*measured(layout, &self.dofs);
+        match &self.stage {
+            Stage::Wanting(_) => Progress::Going,
+            Stage::Reducing(..) => self.step_reducing(layout, memory),
+            Stage::Orders(_) => self.step_orders(layout, memory),
+            Stage::Residues(_) => self.step_residues(layout, memory),
+            Stage::Forms(_) => self.step_forms(layout, memory),
+            Stage::Changes(_) => self.step_change(layout, memory),
+            Stage::Done | Stage::Failed => Progress::Done,
+        }
+    }
+
+    /// Ends without an answer, for these reasons.
+    fn fail(&mut self, reasons: Diagnostics) -> Progress {
+        self.diagnostics = reasons;
+        self.stage = Stage::Failed;
+        Progress::Done
+    }
+
+    /// Part of the work after all responses that is done, from zero to one.
+    pub fn progress(&self) -> f32 {
+        match &self.stage {
+            Stage::Wanting(_) | Stage::Reducing(..) => 0.0,
+            Stage::Orders(search) => SEARCH_SHARE * search.progress(),
+            Stage::Residues(_) | Stage::Forms(_) => SEARCH_SHARE,
+            Stage::Changes(change) => SEARCH_SHARE + (1.0 - SEARCH_SHARE) * change.progress(),
+            Stage::Done | Stage::Failed => 1.0,
+        }
+    }
+
+    /// Part of the responses that are taken, from zero to one.
+    pub fn taken(&self) -> f32 {
+        let (Stage::Wanting(wanted) | Stage::Reducing(wanted, _)) = self.stage else { return 1.0 };
+        let forces = self.mixing.count().max(1) as f32;
+        if self.mixing.count() == self.dofs.len() {
+            return wanted.force as f32 / forces;
+        }
+        (wanted.force as f32 + wanted.hit as f32 / self.dofs.len() as f32) / forces
+    }
+}
+
+/// Share of the search for the order in all work after the responses.
+const SEARCH_SHARE: f32 = 0.07;
+
+/// The layout with only the measured hit DOFs; the layout itself where all are.
+fn measured<'l, R: Real>(layout: &'l RigLayout<R>, dofs: &[u8]) -> MeasuredLayout<'l, R> {
+    if dofs.len() == layout.hits.len() {
+        return MeasuredLayout::Whole(layout);
+    }
+    let mut part = layout.clone();
+    part.hits = dofs.iter().filter_map(|dof| layout.hits.get(usize::from(*dof)).copied()).collect();
+    MeasuredLayout::Part(part)
+}
+
+#[expect(clippy::large_enum_variant, reason = "on the stack, without an allocator")]
+enum MeasuredLayout<'l, R> {
+    Whole(&'l RigLayout<R>),
+    Part(RigLayout<R>),
+}
+
+impl<R> core::ops::Deref for MeasuredLayout<'_, R> {
+    type Target = RigLayout<R>;
+
+    fn deref(&self) -> &RigLayout<R> {
+        match self {
+            Self::Whole(layout) => layout,
+            Self::Part(layout) => layout,
+        }
+    }
+}
+
+/// The parts of the memory that describe the motions.
+struct Stored<'a, R> {
+    codes: &'a [u16],
+    units: &'a Units<R>,
+    lines: &'a [Complex<R>],
+    weights: &'a [R],
+}
+
+impl<'a, R: Real> Stored<'a, R> {
+    /// The motions under these forces; `None` when the memory is too small.
+    fn responses(
+        &self,
+        count: usize,
+        forces: &'a [Vector6<R>],
+        length: R,
+    ) -> Option<OriginResponses<'a, R>> {
+        let motions = Motions::Compact(CompactMotions::new(self.codes, self.units)?);
+        let sigma = self.weights.as_chunks::<6>().0.get(..count)?;
+        Some(OriginResponses { s: self.lines.get(..count)?, motions, sigma, forces, length })
+    }
+}

@@ -1,0 +1,160 @@
+//! From motions to the suspension modes, and what they show.
+
+use heapless::Vec;
+use nalgebra::{Complex, Vector6};
+
+use super::super::answers::{Observed, answer, lines_about};
+use super::super::checks::mode_findings;
+use super::super::points::suspects;
+use super::super::selection::{Selection, select};
+use super::answering::Forms;
+use super::{
+    MethodAnswer, RigLayout, SolverMemory, Stage, Stored, SuspensionMode, SuspensionSolver,
+};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
+use crate::identify::Method;
+use crate::identify::driving_points::points_at_lines;
+use crate::modes::{
+    LinesPerSide, MOST_FORCES, MOST_PAIRS, Modes, OriginResponses, Poles, ResidueFit,
+};
+use crate::{Progress, Real};
+
+impl<R: Real> SuspensionSolver<R> {
+    /// Runs one step of the search for the order.
+    pub(super) fn step_orders(
+        &mut self,
+        layout: &RigLayout<R>,
+        memory: &mut SolverMemory<'_, R>,
+    ) -> Progress {
+        let forces = self.mixing.forces(layout, &self.reference);
+        let Self { grid, units, stage, fit, .. } = self;
+        let Stage::Orders(search) = stage else { return Progress::Going };
+        let SolverMemory { codes, scratch, weights, lines, .. } = memory;
+        let stored = Stored { codes, units: &units[0], lines, weights };
+        let length = layout.characteristic_length();
+        let Some(responses) = stored.responses(grid.count(), &forces, length) else {
+            return self.fail(missing());
+        };
+        if search.step(&responses, scratch) == Progress::Going {
+            return Progress::Going;
+        }
+        let Some(order) = search.sufficient() else { return self.fail(missing()) };
+        fit.noise = order.noise_variance().sqrt();
+        fit.poles = order.poles.clone();
+        *stage = Stage::Residues(ResidueFit::default());
+        Progress::Going
+    }
+
+    /// Runs one step of the residues of these poles.
+    pub(super) fn step_residues(
+        &mut self,
+        layout: &RigLayout<R>,
+        memory: &mut SolverMemory<'_, R>,
+    ) -> Progress {
+        let forces = self.mixing.forces(layout, &self.reference);
+        let units = self.units[0];
+        let Self { grid, stage, fit, .. } = self;
+        let Stage::Residues(residues) = stage else { return Progress::Going };
+        let SolverMemory { codes, scratch, weights, lines, .. } = memory;
+        let stored = Stored { codes, units: &units, lines, weights };
+        let length = layout.characteristic_length();
+        let Some(responses) = stored.responses(grid.count(), &forces, length) else {
+            return self.fail(missing());
+        };
+        match residues.step(&responses, &fit.poles, scratch) {
+            Some(Progress::Going) => return Progress::Going,
+            None => return self.fail(missing()),
+            Some(Progress::Done) => (),
+        }
+        let Some((modes, places)) = modes_of(&responses, &fit.poles, scratch) else {
+            return self.fail(missing());
+        };
+        self.found(layout, &responses, &modes, &places)
+    }
+
+    /// Takes the modes, and asks the methods that need nothing else.
+    #[inline(never)]
+    fn found(
+        &mut self,
+        layout: &RigLayout<R>,
+        responses: &OriginResponses<'_, R>,
+        all: &Modes<R>,
+        places: &[usize],
+    ) -> Progress {
+        let Selection { kept, one_more } = select(all, responses.s, responses.length);
+        if places.len() < self.fit.poles.len() || kept.is_empty() {
+            let lines = lines_about(&self.fit.poles, responses.s, LinesPerSide::Width);
+            let near = lines.below.iter().chain(&lines.above).copied();
+            let points = points_at_lines(layout, &self.reference, near, |line, of_hits| {
+                *of_hits = (0..layout.hits.len())
+                    .map(|hit| self.motion_of_hit(responses, line, hit))
+                    .collect();
+                Some(())
+            });
+            let suspect = points.map_or_else(Diagnostics::new, |points| suspects(&points));
+            if !suspect.is_empty() {
+                return self.fail(suspect);
+            }
+        }
+        if kept.is_empty() {
+            return self.fail(missing());
+        }
+        if let Some(error) = one_more.filter(Diagnostic::is_error) {
+            return self.fail(Diagnostics::from_array([error]));
+        }
+        let modes = all.clone().only(&kept);
+        self.fit.kept = kept.iter().map(|kept| places[*kept]).collect();
+        self.fit.lines = lines_about(&modes.poles, responses.s, LinesPerSide::Width);
+        self.fit.modes = modes.modes.iter().map(SuspensionMode::of).collect();
+        self.diagnostics = mode_findings(&modes, responses);
+        self.diagnostics.extend(one_more);
+        if layout.lacks_gravity() && !self.diagnostics.is_full() {
+            let finding = Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0);
+            self.diagnostics.extend([finding]);
+        }
+        let Self { fit, reference, answers, .. } = self;
+        let (lines, noise) = (&fit.lines, fit.noise);
+        let observed = Observed { responses, modes: &modes, lines, noise };
+        for (method, to) in of_modes_alone(answers) {
+            *to = MethodAnswer::of(answer(method, layout, reference, &observed));
+        }
+        self.stage = Stage::Forms(Forms::default());
+        Progress::Going
+    }
+
+    /// The motion of the reference point under a hit of the layout: the body moves under six mixed forces as under all.
+    fn motion_of_hit(
+        &self,
+        responses: &OriginResponses<'_, R>,
+        line: usize,
+        hit: usize,
+    ) -> Vector6<Complex<R>> {
+        let zero = Vector6::from_element(Complex::new(R::zero(), R::zero()));
+        (0..self.mixing.count()).fold(zero, |sum, force| {
+            let share = self.mixing.share(force, hit);
+            if share == R::zero() { sum } else { sum + responses.motion(line, force) * Complex::new(share, R::zero()) }
+        })
+    }
+}
+
+/// The methods that need the modes alone, and what belongs to each.
+pub(super) fn of_modes_alone<T>(all: &mut [T]) -> impl Iterator<Item = (Method, &mut T)> {
+    let is_direct = |method: &Method| matches!(method, Method::Dppim | Method::DppimStructural);
+    Method::of_modes().zip(all).filter(move |(method, _)| !is_direct(method))
+}
+
+/// The modes of these poles from the memory of the fit of their residues, and their places.
+// Not inlined, which keeps the residues off the stack afterwards.
+#[inline(never)]
+pub(super) fn modes_of<R: Real>(
+    responses: &OriginResponses<'_, R>,
+    poles: &Poles<R>,
+    scratch: &[R],
+) -> Option<(Modes<R>, Vec<usize, MOST_PAIRS>)> {
+    let residues: Vec<_, MOST_FORCES> = ResidueFit::residues(responses, poles, scratch);
+    Modes::of_residues(responses, poles, &residues)
+}
+
+fn missing() -> Diagnostics {
+    fatal(Code::SuspensionModesMissing, 0.0)
+}

@@ -1,0 +1,151 @@
+//! What the computation has found.
+
+use nalgebra::{SVector, Vector3, Vector6};
+
+use super::answering::place_of;
+use super::super::judgement::{add_doubts, judged_estimate};
+use super::{MethodAnswer, RigLayout, SolverMemory, Stage, SuspensionSolver};
+use crate::Real;
+use crate::diagnosis::{Diagnostic, Diagnostics};
+use crate::identify::agreement::Agreement;
+use crate::identify::{Estimate, Method, SUSPENSION_METHODS};
+use crate::layout::motion_at;
+use crate::modes::{Mode, norm_indicator};
+
+/// A suspension mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SuspensionMode<R> {
+    /// Natural frequency, Hz.
+    pub frequency_hz: R,
+    /// Damping ratio.
+    pub damping_ratio: R,
+    /// Mass-normalised shape at the [reference point](SuspensionSolver::reference), `[x; θ]`, 1/√kg and 1/(m √kg).
+    pub shape: Vector6<R>,
+    /// Imaginary over real part of the residues.
+    pub complexity: R,
+}
+
+impl<R: Real> SuspensionMode<R> {
+    pub(super) fn of(mode: &Mode<R>) -> Self {
+        let Mode { frequency_hz, damping_ratio, shape, complexity, .. } = *mode;
+        Self { frequency_hz, damping_ratio, shape, complexity }
+    }
+
+    /// Its shape at the origin of the body frame.
+    pub fn shape_at_origin(&self, reference: &Vector3<R>) -> Vector6<R> {
+        motion_at(&self.shape, &-*reference)
+    }
+}
+
+impl<R: Real> SuspensionSolver<R> {
+    /// True when there is no answer of any method, for the reasons in [`Self::diagnostics`].
+    pub fn has_failed(&self) -> bool {
+        matches!(self.stage, Stage::Failed)
+    }
+
+    /// Findings about the modes; errors when there is no answer.
+    pub fn diagnostics(&self) -> &Diagnostics {
+        &self.diagnostics
+    }
+
+    /// The point that shapes refer to, in the body frame, m.
+    pub fn reference(&self) -> Vector3<R> {
+        self.reference
+    }
+
+    /// Standard deviation of the noise of a reading, (m/s²)/N, of a complex number.
+    pub fn noise(&self) -> R {
+        self.fit.noise
+    }
+
+    /// The suspension modes, in the order of their frequencies.
+    pub fn modes(&self) -> &[SuspensionMode<R>] {
+        &self.fit.modes
+    }
+
+    /// Standard deviations of frequency (Hz), damping ratio and shape at the origin of the body frame of a mode; not a number
+    /// before the changes are done.
+    pub fn mode_sigma(&self, mode: usize) -> [R; 8] {
+        self.deviations.sigma(mode)
+    }
+
+    /// [Norm Indicator](norm_indicator) of a mode under every hit of the layout, measured or not: how much of the mode the hit
+    /// shows. Nothing for a mode that there is not.
+    pub fn norm_indicators<'a>(
+        &'a self,
+        layout: &'a RigLayout<R>,
+        mode: usize,
+    ) -> impl Iterator<Item = R> + 'a {
+        let length = layout.characteristic_length();
+        self.fit.modes.get(mode).into_iter().flat_map(move |mode| {
+            layout.hits.iter().map(move |hit| {
+                let force = hit.unit_force(&self.reference);
+                norm_indicator(&(mode.shape * mode.shape.dot(&force)), length)
+            })
+        })
+    }
+
+    /// The hit of the layout that shows a mode best, and its Norm Indicator: where it has not been measured yet, it is the
+    /// remedy of a mode that the measured hits excite poorly.
+    pub fn best_hit(&self, layout: &RigLayout<R>, mode: usize) -> Option<(usize, R)> {
+        let all = self.norm_indicators(layout, mode).enumerate();
+        all.reduce(|best, next| if next.1 > best.1 { next } else { best })
+    }
+
+    /// The hit DOFs that were measured, as places in the layout.
+    pub fn measured(&self) -> impl Iterator<Item = usize> + '_ {
+        self.dofs.iter().map(|dof| usize::from(*dof))
+    }
+
+    /// The answer of a method with its covariance, or why it has none; `None` for a method that does not use the modes, and
+    /// before the changes are done.
+    pub fn estimate(
+        &self,
+        method: Method,
+        layout: &RigLayout<R>,
+        memory: &SolverMemory<'_, R>,
+    ) -> Option<Result<Estimate<R>, Diagnostics>> {
+        let (Stage::Done, Some(sums)) = (&self.stage, &self.propagation) else { return None };
+        let place = place_of(method);
+        Method::of_modes().nth(place).filter(|of_place| *of_place == method)?;
+        let covariances = sums.covariances(memory.readings);
+        let length = layout.characteristic_length();
+        match &self.answers[place] {
+            MethodAnswer::Answer(answer) => {
+                let judged = judged_estimate(method, answer, place, &covariances, length);
+                Some(judged.map(|mut estimate| {
+                    add_doubts(&mut estimate, &self.diagnostics);
+                    estimate
+                }))
+            }
+            MethodAnswer::Refused(reason) => {
+                Some(Err(Diagnostics::from_array::<1>([*reason])))
+            }
+            MethodAnswer::None => None,
+        }
+    }
+
+    /// How the answers agree, and the combined estimate. The places are those in [`Method::of_modes`]. `None` with fewer than two
+    /// answers, or before the changes are done.
+    pub fn agreement(
+        &self,
+        layout: &RigLayout<R>,
+        memory: &SolverMemory<'_, R>,
+    ) -> Option<Agreement<R>> {
+        let (Stage::Done, Some(sums)) = (&self.stage, &self.propagation) else { return None };
+        let mut answers: [Option<SVector<R, 10>>; SUSPENSION_METHODS] = [None; SUSPENSION_METHODS];
+        for (method, to) in Method::of_modes().zip(&mut answers) {
+            let estimate = self.estimate(method, layout, memory);
+            *to = estimate.and_then(Result::ok).map(|estimate| estimate.theta());
+        }
+        Agreement::of(&answers, &sums.covariances(memory.readings))
+    }
+
+    /// The refusals of the methods, best method first.
+    pub fn refusals(&self) -> impl Iterator<Item = (Method, Diagnostic)> + '_ {
+        Method::of_modes().zip(&self.answers).filter_map(|(method, answer)| match answer {
+            MethodAnswer::Refused(reason) => Some((method, *reason)),
+            _ => None,
+        })
+    }
+}
