@@ -65,7 +65,10 @@ impl Changed {
 impl Survey {
     /// A survey of nothing: no covariance is known.
     pub(super) fn none() -> Self {
-        Self { propagation: Propagation::empty(), deviations: ModeDeviations::new(Vector3::zeros()) }
+        Self {
+            propagation: Propagation::empty(),
+            deviations: ModeDeviations::new(Vector3::zeros()),
+        }
     }
 
     /// Puts the changes through these methods, at most [`METHODS`] of them. Without a modal fit, only those that use mass

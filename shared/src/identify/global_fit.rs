@@ -48,13 +48,13 @@ use super::method::{self, Entry, Observable};
 use super::observations::{Observations, SpectrumBins};
 use super::suspension::is_blocked;
 use super::{Estimate, inertia_restraint};
-use crate::{Progress, Real};
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::estimated::Estimated;
 use crate::frequency_responses::FrequencyResponses;
 use crate::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES, HOST_HITS, Layout};
 use crate::mass_line::Terms;
+use crate::{Progress, Real};
 
 pub use memory::workspace;
 pub use unknowns::MOST_EXTRA_TERMS;

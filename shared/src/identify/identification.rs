@@ -43,8 +43,8 @@ use heapless::Vec;
 use super::method::Observable;
 use super::observations::{Observations, SpectrumBins};
 use super::{Estimate, IdentifySettings, METHODS, Method, Running};
-use crate::{Progress, Real};
 use crate::diagnosis::Diagnostics;
+use crate::{Progress, Real};
 
 /// Methods, best first.
 pub type Methods = Vec<Method, METHODS>;

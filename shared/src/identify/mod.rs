@@ -31,6 +31,7 @@ mod response_inverse;
 mod rigidity;
 mod weighting;
 
+pub use crate::Progress;
 pub use applicability::{Applicability, information_spectrum};
 pub use estimate::{Consistency, Estimate, HALF_WIDTH_95, REJECTION_Z};
 pub use identification::{
@@ -40,7 +41,6 @@ pub use mass_lines::{
     DofMassLines, ForceTrend, MassLines, ScatterAccumulator, lower_triangle, symmetric,
 };
 pub(crate) use mass_lines::{by_reference, check_mass_lines};
-pub use crate::Progress;
 pub use method::{Entry, Observable};
 pub use observations::{NoSpectrumBins, Observations, SpectrumBins};
 pub use perturbation::{Perturbation, random_signs};

@@ -30,12 +30,12 @@ mod vector_fitting;
 pub use force_mixing::ForceMixing;
 pub use identification::{Mode, Modes, identify_modes, modal_assurance};
 pub use lines::{LINES_OF_A_SIDE, Lines, LinesPerSide, MOST_OF_A_SET, Peak, choose_lines};
-pub use motions::{CompactMotions, Motions, Units};
+pub use motions::{CompactMotions, Exponents, Motions};
 pub use order::{Order, OrderFit, Orders};
 pub use order_search::OrderSearch;
-pub(crate) use origin_responses::{reduce, reduce_determined};
 pub use origin_responses::{OriginResponses, Reduction, reduce_line};
-pub use residues::{ResidueFit, Residues, ResiduesOfForces, residues_of_forces};
+pub(crate) use origin_responses::{reduce, reduce_determined};
+pub use residues::{ResidueFit, Residues, fit_residues};
 pub use shapes::{best_force, norm_indicator, shape_of_force, shape_of_forces};
 pub use vector_fitting::{
     MOST_PAIRS, PoleSearch, Poles, SEARCH_MEMORY, SUSPENSION_MODES, VectorFit, find_poles,

@@ -35,9 +35,7 @@ impl<R: Real> Motions<'_, R> {
                 let finite = |z: &Complex<R>| z.re.finite() && z.im.finite();
                 all.len() == lines * forces && all.iter().flatten().all(finite)
             }
-            Self::Compact(compact) => {
-                lines <= MOST_LINES && forces <= MOST_FORCES && compact.units.len() >= forces
-            }
+            Self::Compact(_) => lines <= MOST_LINES && forces <= MOST_FORCES,
         }
     }
 
@@ -56,14 +54,15 @@ impl<R: Real> Motions<'_, R> {
     }
 }
 
-/// The units of the integers of each component under each force: powers of two, in the units of the motions.
-pub type Units<R> = [[R; 6]; MOST_FORCES];
+/// The exponents of the units of the integers of each component under each force: the unit is this power of two, in the unit
+/// of the motions.
+pub type Exponents = [[i8; 6]; MOST_FORCES];
 
 /// Motions in 16 bits: force by force, component by component, line by line.
 #[derive(Clone, Copy, Debug)]
 pub struct CompactMotions<'a, R> {
     codes: &'a [u16],
-    units: &'a Units<R>,
+    units: [[R; 6]; MOST_FORCES],
 }
 
 impl<'a, R: Real> CompactMotions<'a, R> {
@@ -71,7 +70,8 @@ impl<'a, R: Real> CompactMotions<'a, R> {
     pub const CODES: usize = MOST_FORCES * 6 * BLOCK;
 
     /// The motions that [`store`](Self::store) has written; `None` when there are fewer than [`CODES`](Self::CODES).
-    pub fn new(codes: &'a [u16], units: &'a Units<R>) -> Option<Self> {
+    pub fn new(codes: &'a [u16], exponents: &Exponents) -> Option<Self> {
+        let units = exponents.map(|of_force| of_force.map(unit));
         (codes.len() >= Self::CODES).then_some(Self { codes, units })
     }
 
@@ -91,7 +91,7 @@ impl<'a, R: Real> CompactMotions<'a, R> {
     /// for a place that does not exist.
     pub fn store(
         codes: &mut [u16],
-        units: &mut Units<R>,
+        exponents: &mut Exponents,
         place: (usize, usize),
         values: impl Iterator<Item = Complex<R>> + Clone,
     ) -> bool {
@@ -103,11 +103,13 @@ impl<'a, R: Real> CompactMotions<'a, R> {
         });
         let start = (force * 6 + component) * BLOCK;
         let block = codes.get_mut(start..start + BLOCK);
-        let unit = units.get_mut(force).and_then(|of_force| of_force.get_mut(component));
-        let Some((block, unit)) = block.zip(unit).filter(|_| largest.finite()) else { return false };
-        *unit = unit_of(largest * R::of(HEADROOM));
+        let exponent = exponents.get_mut(force).and_then(|of_force| of_force.get_mut(component));
+        let both = block.zip(exponent).filter(|_| largest.finite());
+        let Some((block, exponent)) = both else { return false };
+        *exponent = exponent_of(largest.to_f64() * HEADROOM);
+        let per_unit = unit::<R>(*exponent).recip();
         for (to, z) in block.chunks_exact_mut(2).zip(values) {
-            to.copy_from_slice(&codes_of(z, *unit));
+            to.copy_from_slice(&codes_of(z, per_unit));
         }
         true
     }
@@ -116,39 +118,40 @@ impl<'a, R: Real> CompactMotions<'a, R> {
     /// place exists.
     pub(crate) fn store_line(
         codes: &mut [u16],
-        units: &Units<R>,
+        exponents: &Exponents,
         (line, force): (usize, usize),
         motion: &Vector6<Complex<R>>,
     ) {
         for (component, z) in motion.iter().enumerate() {
             let at = (force * 6 + component) * BLOCK + 2 * line;
-            codes[at..at + 2].copy_from_slice(&codes_of(*z, units[force][component]));
+            let per_unit = unit::<R>(exponents[force][component]).recip();
+            codes[at..at + 2].copy_from_slice(&codes_of(*z, per_unit));
         }
     }
 
-    /// The unit with which there is room for this much more than a unit that was stored with leaves.
-    pub(crate) fn unit_with_room(unit: R, more: R) -> R {
-        let most = unit * R::of((LARGEST + 1.0) / HEADROOM) + more;
-        let mut unit = unit;
-        // A unit of zero belongs to no motion.
-        while unit > R::zero() && unit * R::of(LARGEST + 1.0) < most {
-            unit *= R::of(2.0);
-        }
-        unit
+    /// The exponent with which there is room for this much more than one that was stored with leaves.
+    pub(crate) fn exponent_with_room(exponent: i8, more: R) -> i8 {
+        let most = libm::ldexp((LARGEST + 1.0) / HEADROOM, i32::from(exponent)) + more.to_f64();
+        exponent_of(most).max(exponent)
     }
 }
 
-fn codes_of<R: Real>(z: Complex<R>, unit: R) -> [u16; 2] {
+/// The unit of an exponent.
+fn unit<R: Real>(exponent: i8) -> R {
+    R::of(libm::ldexp(1.0, i32::from(exponent)))
+}
+
+fn codes_of<R: Real>(z: Complex<R>, per_unit: R) -> [u16; 2] {
     // The conversion keeps what is beyond the integers at their end.
-    [z.re, z.im].map(|part| ((part / unit).round().to_f32() as i16).cast_unsigned())
+    [z.re, z.im].map(|part| ((part * per_unit).round().to_f32() as i16).cast_unsigned())
 }
 
-/// The smallest power of two with which this number is within the integers.
-fn unit_of<R: Real>(largest: R) -> R {
-    let (fraction, exponent) = libm::frexp(largest.to_f64());
+/// The smallest exponent with whose unit this number is within the integers; no number of single precision needs more.
+fn exponent_of(largest: f64) -> i8 {
+    let (fraction, exponent) = libm::frexp(largest);
     // The fraction is below one, so the exponent less 15 gives integers below 32 768, which may be rounded to that.
     let exponent = exponent - 15 + i32::from(fraction * (LARGEST + 1.0) > LARGEST);
-    R::of(libm::ldexp(1.0, exponent.max(SMALLEST_EXPONENT)))
+    exponent.clamp(SMALLEST_EXPONENT, i32::from(i8::MAX)) as i8
 }
 
 #[cfg(test)]
@@ -160,9 +163,8 @@ mod tests {
     /// What is read of these values, at a place between others.
     fn read<R: Real>(values: &[Complex<R>]) -> Vec<Complex<R>> {
         let mut codes = vec![0; CompactMotions::<R>::CODES];
-        let mut units = [[R::zero(); 6]; MOST_FORCES];
-        let stored =
-            CompactMotions::store(&mut codes, &mut units, (2, 3), values.iter().copied());
+        let mut units = [[0; 6]; MOST_FORCES];
+        let stored = CompactMotions::store(&mut codes, &mut units, (2, 3), values.iter().copied());
         assert!(stored);
         let compact = CompactMotions::new(&codes, &units).unwrap();
         (0..values.len()).map(|line| compact.component(line, 2, 3)).collect()
@@ -189,12 +191,12 @@ mod tests {
         let tiny = Complex::new(f32::MIN_POSITIVE, 0.0);
         assert!(read(&[tiny])[0].re.abs() <= f32::MIN_POSITIVE * 2.0);
         let mut codes = vec![0; CompactMotions::<f32>::CODES];
-        let mut units = [[0.0; 6]; MOST_FORCES];
+        let mut units = [[0; 6]; MOST_FORCES];
         for bad in [f32::NAN, f32::INFINITY] {
             let values = [Complex::new(1.0, 0.0), Complex::new(0.0, bad), Complex::new(2.0, 0.0)];
             assert!(!CompactMotions::store(&mut codes, &mut units, (0, 0), values.into_iter()));
         }
         assert!(!CompactMotions::store(&mut codes, &mut units, (6, 0), [zero].into_iter()));
-        assert!(CompactMotions::new(&codes[1..], &units).is_none());
+        assert!(CompactMotions::<f32>::new(&codes[1..], &units).is_none());
     }
 }

@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use super::origin_responses::OriginResponses;
-use super::residues::ResidueFit;
+use super::residues::{ResidueFit, Residues};
 use super::vector_fitting::{MOST_PAIRS, PoleSearch, Poles, SEARCH_MEMORY};
 use crate::{Progress, Real};
 
@@ -126,9 +126,10 @@ impl<R: Real> OrderFit<R> {
             }
             return Some(Progress::Going);
         };
-        let progress = residues.step(responses, &self.poles.found().poles, memory)?;
+        let poles = &self.poles.found().poles;
+        let progress = residues.step(responses, poles, memory)?;
         if progress == Progress::Done {
-            self.left = ResidueFit::left(memory);
+            self.left = Residues::new(responses, poles, memory)?.left();
         }
         Some(progress)
     }

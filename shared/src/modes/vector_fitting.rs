@@ -202,6 +202,8 @@ impl<R: Real> PoleSearch<R> {
     }
 
     /// The end of a relocation: the zeros of σ.
+    // Not inlined, since its working memory is not needed in the other steps.
+    #[inline(never)]
     fn relocate(
         &mut self,
         responses: &OriginResponses<'_, R>,

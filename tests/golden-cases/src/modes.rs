@@ -5,8 +5,8 @@ use massline_shared::identify::conti_bretl::body_from_shapes;
 use massline_shared::identify::suspension::FEWEST_MODES;
 use massline_shared::identify::toivola_nuutila::solve_orthogonality;
 use massline_shared::modes::{
-    Mode, Motions, OriginResponses, best_force, identify_modes, norm_indicator, reduce_line, shape_of_force,
-    shape_of_forces,
+    Mode, Motions, OriginResponses, best_force, identify_modes, norm_indicator, reduce_line,
+    shape_of_force, shape_of_forces,
 };
 use massline_shared::{FrequencyResponses, Real};
 use nalgebra::{Complex, Matrix6, Vector3, Vector6};

@@ -90,7 +90,8 @@ fn combined<R: Real>(
         for (j, &b) in seen.iter().enumerate() {
             for k in 0..10 {
                 for l in 0..10 {
-                    covariance[(k, l)] += weights[i][k] * weights[j][l] * propagation.element([a, b], [k, l]);
+                    covariance[(k, l)] +=
+                        weights[i][k] * weights[j][l] * propagation.element([a, b], [k, l]);
                 }
             }
         }
@@ -133,9 +134,9 @@ fn between_methods<R: Real>(
     }
     let least = values.iter().fold(values[0], |least, v| least.min(*v));
     let most = values.iter().fold(values[0], |most, v| most.max(*v));
-    let largest = seen.iter().fold(most - least, |sum, &m| {
-        sum + propagation.element([m, m], [property; 2]).sqrt()
-    });
+    let largest = seen
+        .iter()
+        .fold(most - least, |sum, &m| sum + propagation.element([m, m], [property; 2]).sqrt());
     let (mut low, mut high) = (R::zero(), largest);
     // A large enough spread explains any finite answers.
     for _ in 0..BISECTIONS {

@@ -17,7 +17,7 @@ use super::METHODS;
 pub use combination::Agreement;
 pub use difference::{Difference, MOST_PAIRS};
 pub use packed::PackedPropagation;
-pub use propagation::{Answers, JointCovariances, NOISE_DRAWS, Propagation, ask, changes};
+pub use propagation::{Answers, JointCovariances, NOISE_DRAWS, Propagation, ask, changes, shift};
 
 /// Most methods that are compared: all of them.
 pub const MOST_METHODS: usize = METHODS;

@@ -137,9 +137,8 @@ mod tests {
         };
         let changes = 1 + NOISE_DRAWS + 3;
         let whole = Propagation::of((0..changes).map(|change| Some(answer(change))));
-        let mut memory: Vec<Complex<f64>> = (0..PackedPropagation::<3>::MEMORY)
-            .map(|_| Complex::new(1.0, 1.0))
-            .collect();
+        let mut memory: Vec<Complex<f64>> =
+            (0..PackedPropagation::<3>::MEMORY).map(|_| Complex::new(1.0, 1.0)).collect();
         let mut packed = PackedPropagation::<3>::new(&mut memory).unwrap();
         let unchanged = answer(0);
         for change in 1..changes {

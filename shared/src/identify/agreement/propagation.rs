@@ -139,14 +139,22 @@ pub fn ask<T, R: Real, const S: usize, const H: usize>(
     change: u32,
     answers: impl FnOnce(&Perturbation<'_, R, S, H>) -> T,
 ) -> Option<T> {
-    let unchanged = Perturbation { layout, quantity: None, draw: None };
-    let Some(draw) = change.checked_sub(1) else { return Some(answers(&unchanged)) };
-    let Some(place) = draw.checked_sub(NOISE_DRAWS) else {
-        return Some(answers(&Perturbation { draw: Some(draw), ..unchanged }));
-    };
-    let place = place as usize;
+    if change <= NOISE_DRAWS {
+        let draw = change.checked_sub(1);
+        return Some(answers(&Perturbation { layout, quantity: None, draw }));
+    }
     let mut shifted = layout.clone();
-    let is_shifted = shifted.shift(layout.uncertain_quantities().nth(place)?);
-    let quantity = Some(place);
-    is_shifted.then(|| answers(&Perturbation { layout: &shifted, quantity, draw: None }))
+    let quantity = Some(shift(&mut shifted, change)?);
+    Some(answers(&Perturbation { layout: &shifted, quantity, draw: None }))
+}
+
+/// Shifts a layout by the change of this number, and returns the place of the quantity that has changed; `None` for a change
+/// of the data alone, and for an error that the layout does not have.
+pub fn shift<R: Real, const S: usize, const H: usize>(
+    layout: &mut Layout<R, S, H>,
+    change: u32,
+) -> Option<usize> {
+    let place = change.checked_sub(1)?.checked_sub(NOISE_DRAWS)? as usize;
+    let quantity = layout.uncertain_quantities().nth(place)?;
+    layout.shift(quantity).then_some(place)
 }

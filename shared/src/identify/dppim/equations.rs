@@ -265,7 +265,8 @@ fn structural_row<R: Real>(
     others: &[Excitation<R>],
 ) -> (Vector6<Complex<R>>, [Complex<R>; CHUNK]) {
     let right = of_each(others, |other| {
-        let difference = along(&other.receptance, &one.force) - along(&one.receptance, &other.force);
+        let difference =
+            along(&other.receptance, &one.force) - along(&one.receptance, &other.force);
         // −s² is ω².
         difference / (one.s * one.s - other.s * other.s)
     });

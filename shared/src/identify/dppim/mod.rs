@@ -42,10 +42,7 @@ pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagn
     answer_of_form(Form::Viscous, of)
 }
 
-fn answer_of_form<R: Real>(
-    form: Form,
-    of: &Suspension<'_, R>,
-) -> Result<Answer<R>, Diagnostics> {
+fn answer_of_form<R: Real>(form: Form, of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
     let Suspension { responses, lines, noise, .. } = *of;
     let near = NearModes { responses, lines, noise };
     let mut solver = FormSolver::new(form, &near)?;

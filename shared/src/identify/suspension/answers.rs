@@ -79,14 +79,14 @@ pub(super) fn noise_in_draw<R: Real>(sigma: R, draw: u32, place: usize) -> Compl
 pub(super) fn found_again<R: Real>(
     found: &Poles<R>,
     poles: &Poles<R>,
-    kept: &[usize],
+    kept: impl Iterator<Item = usize>,
 ) -> Option<Vec<usize, MOST_PAIRS>> {
-    let nearest = |kept: &usize| {
-        let distance = |place: &usize| (found[*place] - poles[*kept]).norm_sqr();
+    let nearest = |kept: usize| {
+        let distance = |place: &usize| (found[*place] - poles[kept]).norm_sqr();
         let nearer = |a: usize, b: usize| if distance(&b) < distance(&a) { b } else { a };
         (0..found.len()).reduce(nearer)
     };
-    let places: Vec<usize, MOST_PAIRS> = kept.iter().map(nearest).collect::<Option<_>>()?;
+    let places: Vec<usize, MOST_PAIRS> = kept.map(nearest).collect::<Option<_>>()?;
     let twice = places.iter().enumerate().any(|(k, place)| places[..k].contains(place));
     (!twice).then_some(places)
 }

@@ -4,7 +4,7 @@ use nalgebra::{Vector3, Vector6};
 
 use crate::Real;
 use crate::layout::motion_at;
-use crate::modes::{MOST_PAIRS, Mode};
+use crate::modes::{Mode, SUSPENSION_MODES};
 
 /// Numbers of a mode: frequency, damping ratio, shape.
 const FIGURES: usize = 8;
@@ -14,24 +14,24 @@ const FIGURES: usize = 8;
 pub struct ModeDeviations<R> {
     /// The point that the shapes of the fit refer to, m.
     reference: Vector3<R>,
-    unchanged: Option<[[R; FIGURES]; MOST_PAIRS]>,
+    unchanged: Option<[[R; FIGURES]; SUSPENSION_MODES]>,
     /// Sums of squares under noise and under errors of the layout.
-    noise: [[R; FIGURES]; MOST_PAIRS],
-    layout: [[R; FIGURES]; MOST_PAIRS],
+    noise: [[R; FIGURES]; SUSPENSION_MODES],
+    layout: [[R; FIGURES]; SUSPENSION_MODES],
     draws: u32,
 }
 
 impl<R: Real> ModeDeviations<R> {
     /// Nothing is known; `reference` is the point that the shapes of the fit refer to, in the body frame, m.
     pub fn new(reference: Vector3<R>) -> Self {
-        let zero = [[R::zero(); FIGURES]; MOST_PAIRS];
+        let zero = [[R::zero(); FIGURES]; SUSPENSION_MODES];
         Self { reference, unchanged: None, noise: zero, layout: zero, draws: 0 }
     }
 
     /// Adds changed modes; the first ones are the unchanged ones. `noise` tells a draw of noise from an error of the layout.
     pub fn add(&mut self, changed: &[Mode<R>], noise: bool) {
         let Some(unchanged) = &self.unchanged else {
-            let mut unchanged = [[R::zero(); FIGURES]; MOST_PAIRS];
+            let mut unchanged = [[R::zero(); FIGURES]; SUSPENSION_MODES];
             unchanged.iter_mut().zip(changed).for_each(|(to, mode)| *to = figures(mode));
             self.unchanged = Some(unchanged);
             return;
@@ -52,10 +52,12 @@ impl<R: Real> ModeDeviations<R> {
     }
 
     /// Standard deviations of frequency (Hz), damping ratio and shape at the origin of the body frame of the mode at this
-    /// place; not a number when nothing was changed.
+    /// place; not a number when nothing was changed, and for a mode that there is not.
     pub fn sigma(&self, place: usize) -> [R; FIGURES] {
         let draws = R::of(f64::from(self.draws));
-        core::array::from_fn(|k| (self.noise[place][k] / draws + self.layout[place][k]).sqrt())
+        let sums = self.noise.get(place).zip(self.layout.get(place));
+        let [noise, layout] = sums.map_or([[R::zero() / R::zero(); FIGURES]; 2], |(n, l)| [*n, *l]);
+        core::array::from_fn(|k| (noise[k] / draws + layout[k]).sqrt())
     }
 }
 

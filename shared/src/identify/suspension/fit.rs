@@ -167,7 +167,7 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
         memory.fill(changed.layout, reference, mixing, s, reading)?;
         let responses = memory.responses();
         let (all, _) = Modes::of_poles(&responses, &relocate_once(&responses, poles)?)?;
-        let places = found_again(&all.poles, poles, &self.kept)?;
+        let places = found_again(&all.poles, poles, self.kept.iter().copied())?;
         Some(all.only(&places))
     }
 

@@ -25,9 +25,7 @@ pub use deviations::ModeDeviations;
 pub use fit::SuspensionFit;
 pub use judgement::{add_doubts, judged_estimate, refusal_of_property};
 pub use known::KnownProperty;
-pub use solver::{
-    LineGrid, READINGS, SolverMemory, SuspensionMode, SuspensionSolver, WEIGHTS,
-};
+pub use solver::{LineGrid, READINGS, SolverMemory, SuspensionMode, SuspensionSolver, WEIGHTS};
 
 /// Fewest modes that can determine the ten properties: what is known of fewer leaves one of them open.
 pub const FEWEST_MODES: usize = 5;

@@ -1,9 +1,9 @@
 //! The answers of the methods to the motions as they are.
 
-use super::{MethodAnswer, RigLayout, SolverMemory, Stage, Stored, SuspensionSolver};
-use super::super::answers::of_object;
 use super::super::Answer;
+use super::super::answers::of_object;
 use super::changes::Change;
+use super::{MethodAnswer, RigLayout, SolverMemory, Stage, Stored, SuspensionSolver};
 use crate::diagnosis::{Diagnostic, Diagnostics, Severity};
 use crate::identify::Method;
 use crate::identify::agreement::PackedPropagation;
@@ -87,7 +87,7 @@ impl<R: Real> SuspensionSolver<R> {
         layout: &RigLayout<R>,
         memory: &mut SolverMemory<'_, R>,
     ) -> Progress {
-        let forces = self.mixing.forces(layout, &self.reference);
+        let forces = self.mixing(layout).forces(layout, &self.reference);
         let Self { grid, units, stage, fit, answers, reference, .. } = self;
         let Stage::Forms(forms) = stage else { return Progress::Going };
         let SolverMemory { codes, weights, lines, .. } = memory;
@@ -96,11 +96,16 @@ impl<R: Real> SuspensionSolver<R> {
         let Some(responses) = stored.responses(grid.count(), &forces, length) else {
             return Progress::Going;
         };
-        let near = NearModes { responses: &responses, lines: &fit.lines, noise: fit.noise };
-        let progress = forms.step(&near, |_| true, |method, answer| {
-            let of_object = answer.and_then(|answer| of_object(layout, reference, &answer));
-            answers[place_of(method)] = MethodAnswer::of(of_object);
-        });
+        let of_modes = fit.lines(responses.s);
+        let near = NearModes { responses: &responses, lines: &of_modes, noise: fit.noise };
+        let progress = forms.step(
+            &near,
+            |_| true,
+            |method, answer| {
+                let of_object = answer.and_then(|answer| of_object(layout, reference, &answer));
+                answers[place_of(method)] = MethodAnswer::of(of_object);
+            },
+        );
         if progress == Progress::Done {
             self.refuse_worse_form();
             self.propagation = PackedPropagation::new(memory.readings);

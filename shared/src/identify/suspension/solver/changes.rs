@@ -4,14 +4,15 @@ use nalgebra::{Complex, SVector, Vector6};
 
 use super::super::answers::{Observed, answer, found_again, noise_in_draw, of_object};
 use super::answering::{Forms, place_of};
-use super::modal_fit::{modes_of, of_modes_alone};
-use super::{RigLayout, SolverMemory, Stage, Stored, SuspensionSolver};
-use crate::identify::agreement::{NOISE_DRAWS, ask, changes};
+use super::modal_fit::of_modes_alone;
+use super::{RigLayout, SolverMemory, Stage, Stored, SuspensionSolver, measured};
+use crate::identify::SUSPENSION_METHODS;
+use crate::identify::agreement::{NOISE_DRAWS, changes, shift};
 use crate::identify::dppim::NearModes;
-use crate::identify::{Perturbation, SUSPENSION_METHODS};
-use crate::layout::{RIG_HITS, RIG_SENSORS, UncertainQuantity};
+use crate::layout::{RIG_HITS, UncertainQuantity};
 use crate::modes::{
-    CompactMotions, MOST_FORCES, PoleSearch, Poles, ResidueFit, reduce_determined,
+    CompactMotions, Exponents, ForceMixing, MOST_FORCES, Modes, PoleSearch, Poles, ResidueFit,
+    Residues, reduce_determined,
 };
 use crate::{Progress, Real};
 
@@ -22,9 +23,6 @@ const COST_OF_MOTIONS: u32 = 3;
 const COST_OF_FORCES: u32 = 1;
 /// Standard deviations of noise for which there is room in the motions.
 const ROOM: f64 = 6.0;
-
-/// A change under a rig's layout.
-type RigChange<'a, R> = Perturbation<'a, R, RIG_SENSORS, RIG_HITS>;
 
 /// The change in hand.
 #[derive(Clone, Debug)]
@@ -91,6 +89,11 @@ impl<R: Real> Change<R> {
         Self { number: 0, work: Work::Begin, answers, weights_changed: false, cost: [0, all] }
     }
 
+    /// Number of the change: so many are done.
+    pub(super) fn number(&self) -> u32 {
+        self.number
+    }
+
     /// Part of all changes that is done.
     pub(super) fn progress(&self) -> f32 {
         self.cost[0] as f32 / self.cost[1].max(1) as f32
@@ -104,35 +107,30 @@ impl<R: Real> SuspensionSolver<R> {
         layout: &RigLayout<R>,
         memory: &mut SolverMemory<'_, R>,
     ) -> Progress {
-        let Stage::Changes(change) = &self.stage else { return Progress::Going };
-        let number = change.number;
-        if number == changes(layout) {
+        let Stage::Changes(Change { number, work, .. }) = &self.stage else {
+            return Progress::Going;
+        };
+        let number = *number;
+        let mut of = measured(layout, &self.dofs);
+        if number == changes(&of) {
             self.stage = Stage::Done;
             return Progress::Done;
         }
-        let asked = ask(layout, number, |perturbation| {
-            self.go_on(layout, perturbation, ChangeKind::of(layout, number), memory);
-        });
-        if asked.is_none() {
+        let kind = ChangeKind::of(&of, number);
+        let mixing = self.mixing(&of);
+        if number > NOISE_DRAWS && shift(&mut of, number).is_none() {
             // The layout has no such error.
-            self.next_change(layout, memory);
+            self.next_change(kind, memory);
+            return Progress::Going;
+        }
+        match work {
+            Work::Begin => self.begin_change(&of, kind, memory),
+            Work::Motions(start) => self.change_motions(layout, &of, kind, *start, memory),
+            Work::Poles(_) => self.poles_of_change(&mixing, &of, kind, memory),
+            Work::Residues(..) => self.modes_of_change(&mixing, &of, kind, memory),
+            Work::Forms(_) => self.forms_of_change(&mixing, &of, kind, memory),
         }
         Progress::Going
-    }
-
-    fn go_on(
-        &mut self,
-        layout: &RigLayout<R>,
-        changed: &RigChange<'_, R>,
-        kind: ChangeKind,
-        memory: &mut SolverMemory<'_, R>,
-    ) {
-        let Stage::Changes(change) = &self.stage else { return };
-        match change.work {
-            Work::Begin => self.begin_change(layout, kind, memory),
-            Work::Motions(start) => self.change_motions(layout, changed, kind, start, memory),
-            _ => self.answer_change(changed, kind, memory),
-        }
     }
 
     fn set_work(&mut self, work: Work<R>) {
@@ -158,9 +156,7 @@ impl<R: Real> SuspensionSolver<R> {
         let begins_with_motions = kind.changes_motions() || change.weights_changed;
         change.work = match kind {
             _ if begins_with_motions => Work::Motions(0),
-            ChangeKind::Forces => {
-                Work::Residues(self.fit.relocated.clone(), ResidueFit::default())
-            }
+            ChangeKind::Forces => Work::Residues(self.fit.relocated.clone(), ResidueFit::default()),
             _ => Work::Poles(PoleSearch::once(self.fit.poles.clone())),
         };
     }
@@ -175,9 +171,8 @@ impl<R: Real> SuspensionSolver<R> {
         for component in 0..6 {
             let balance = if component < 3 { R::one() } else { length };
             let more = largest(component) * noise / balance;
-            for units in self.units[1].iter_mut().take(self.mixing.count()) {
-                let unit = units[component];
-                units[component] = CompactMotions::unit_with_room(unit, more);
+            for units in self.units[1].iter_mut().take(usize::from(self.forces)) {
+                units[component] = CompactMotions::exponent_with_room(units[component], more);
             }
         }
     }
@@ -186,12 +181,12 @@ impl<R: Real> SuspensionSolver<R> {
     fn change_motions(
         &mut self,
         layout: &RigLayout<R>,
-        changed: &RigChange<'_, R>,
+        changed: &RigLayout<R>,
         kind: ChangeKind,
         start: usize,
         memory: &mut SolverMemory<'_, R>,
     ) {
-        let (count, forces) = (self.grid.count(), self.mixing.count());
+        let (count, forces) = (self.grid.count(), usize::from(self.forces));
         let end = (start + LINES_OF_A_STEP).min(count);
         let channels = 3 * layout.sensors.len();
         if let Stage::Changes(change) = &mut self.stage {
@@ -220,10 +215,10 @@ impl<R: Real> SuspensionSolver<R> {
             };
             let mut reduced = [zero; MOST_FORCES];
             let reduced = &mut reduced[..forces];
-            let of = if kind.changes_motions() { changed.layout } else { layout };
+            let of = if kind.changes_motions() { changed } else { layout };
             let Some(sigma) = reduce_determined(of, s, &self.reference, reading, reduced) else {
                 // No method has an answer to this change.
-                return self.end_change(layout, memory);
+                return self.end_change(kind, memory);
             };
             memory.weights[6 * line..][..6].copy_from_slice(&sigma);
             if kind.changes_motions() {
@@ -243,97 +238,142 @@ impl<R: Real> SuspensionSolver<R> {
         };
     }
 
-    /// Finds the poles, the residues and the answers to the changed motions.
-    fn answer_change(
+    /// Moves the poles to those of the changed motions.
+    #[inline(never)]
+    fn poles_of_change(
         &mut self,
-        changed: &RigChange<'_, R>,
+        mixing: &ForceMixing<R, RIG_HITS>,
+        changed: &RigLayout<R>,
         kind: ChangeKind,
         memory: &mut SolverMemory<'_, R>,
     ) {
-        let forces = self.mixing.forces(changed.layout, &self.reference);
-        let length = changed.layout.characteristic_length();
+        let forces = mixing.forces(changed, &self.reference);
+        let Self { grid, units, stage, fit, .. } = self;
+        let Stage::Changes(Change { work: Work::Poles(search), .. }) = stage else { return };
+        let (stored, scratch) = changed_motions(units, kind, memory);
+        let length = changed.characteristic_length();
+        let found = stored
+            .responses(grid.count(), &forces, length)
+            .and_then(|responses| search.step(&responses, scratch));
+        match found {
+            Some(Progress::Going) => {}
+            Some(Progress::Done) => {
+                let poles = search.found().poles.clone();
+                if kind == ChangeKind::None {
+                    fit.relocated = poles.clone();
+                }
+                self.set_work(Work::Residues(poles, ResidueFit::default()));
+            }
+            None => self.end_change(kind, memory),
+        }
+    }
+
+    /// Fits the residues, and then asks the methods that need the modes alone.
+    #[inline(never)]
+    fn modes_of_change(
+        &mut self,
+        mixing: &ForceMixing<R, RIG_HITS>,
+        changed: &RigLayout<R>,
+        kind: ChangeKind,
+        memory: &mut SolverMemory<'_, R>,
+    ) {
+        let forces = mixing.forces(changed, &self.reference);
         let Self { grid, units, stage, fit, answers, reference, deviations, .. } = self;
         let Stage::Changes(change) = stage else { return };
-        let SolverMemory { codes, scratch, weights, lines, .. } = memory;
-        let region = usize::from(kind.changes_motions());
-        let codes = &codes[region * CompactMotions::<R>::CODES..];
-        let stored = Stored { codes, units: &units[region], lines, weights };
+        let Work::Residues(poles, residues) = &mut change.work else { return };
+        let (stored, scratch) = changed_motions(units, kind, memory);
+        let length = changed.characteristic_length();
         let Some(responses) = stored.responses(grid.count(), &forces, length) else { return };
-        let is_answered = |place: usize| answers[place].answer().is_some();
-        match &mut change.work {
-            Work::Begin | Work::Motions(_) => {}
-            Work::Poles(search) => match search.step(&responses, scratch) {
-                Some(Progress::Going) => {}
-                Some(Progress::Done) => {
-                    let poles = search.found().poles.clone();
-                    if kind == ChangeKind::None {
-                        fit.relocated = poles.clone();
-                    }
-                    change.work = Work::Residues(poles, ResidueFit::default());
-                }
-                None => self.end_change(changed.layout, memory),
-            },
-            Work::Residues(poles, residues) => match residues.step(&responses, poles, scratch) {
-                Some(Progress::Going) => {}
-                Some(Progress::Done) => {
-                    let modes = modes_of(&responses, poles, scratch).and_then(|(all, _)| {
-                        let places = found_again(&all.poles, &fit.poles, &fit.kept)?;
-                        Some(all.only(&places))
-                    });
-                    let Some(modes) = modes else { return self.end_change(changed.layout, memory) };
-                    deviations.add(&modes.modes, matches!(kind, ChangeKind::Noise(_)));
-                    let noise = fit.noise;
-                    let observed =
-                        Observed { responses: &responses, modes: &modes, lines: &fit.lines, noise };
-                    for (method, to) in of_modes_alone(&mut change.answers) {
-                        if is_answered(place_of(method)) {
-                            let found = answer(method, changed.layout, reference, &observed);
-                            *to = found.ok().map(|answer| answer.body.theta());
-                        }
-                    }
-                    change.work = Work::Forms(Forms::default());
-                }
-                None => self.end_change(changed.layout, memory),
-            },
-            Work::Forms(forms) => {
-                let near = NearModes { responses: &responses, lines: &fit.lines, noise: fit.noise };
-                let wanted = |method| is_answered(place_of(method));
-                let answered = &mut change.answers;
-                let progress = forms.step(&near, wanted, |method, answer| {
-                    let found = answer.and_then(|a| of_object(changed.layout, reference, &a));
-                    answered[place_of(method)] = found.ok().map(|answer| answer.body.theta());
-                });
-                if progress == Progress::Done {
-                    self.end_change(changed.layout, memory);
-                }
+        match residues.step(&responses, poles, scratch) {
+            Some(Progress::Going) => return,
+            Some(Progress::Done) => {}
+            None => return self.end_change(kind, memory),
+        }
+        let residues = Residues::new(&responses, poles, scratch);
+        let modes = residues.and_then(|residues| Modes::of_residues(&responses, &residues));
+        let Some((mut modes, _)) = modes else { return self.end_change(kind, memory) };
+        let kept = fit.kept.iter().map(|place| usize::from(*place));
+        let Some(places) = found_again(&modes.poles, &fit.poles, kept) else {
+            return self.end_change(kind, memory);
+        };
+        modes.keep(&places);
+        deviations.add(&modes.modes, matches!(kind, ChangeKind::Noise(_)));
+        let (of_modes, noise) = (fit.lines(responses.s), fit.noise);
+        let observed = Observed { responses: &responses, modes: &modes, lines: &of_modes, noise };
+        for (method, to) in of_modes_alone(&mut change.answers) {
+            if answers[place_of(method)].answer().is_some() {
+                let found = answer(method, changed, reference, &observed);
+                *to = found.ok().map(|answer| answer.body.theta());
             }
+        }
+        change.work = Work::Forms(Forms::default());
+    }
+
+    /// Asks the direct method.
+    #[inline(never)]
+    fn forms_of_change(
+        &mut self,
+        mixing: &ForceMixing<R, RIG_HITS>,
+        changed: &RigLayout<R>,
+        kind: ChangeKind,
+        memory: &mut SolverMemory<'_, R>,
+    ) {
+        let forces = mixing.forces(changed, &self.reference);
+        let Self { grid, units, stage, fit, answers, reference, .. } = self;
+        let Stage::Changes(change) = stage else { return };
+        let Work::Forms(forms) = &mut change.work else { return };
+        let (stored, _) = changed_motions(units, kind, memory);
+        let length = changed.characteristic_length();
+        let Some(responses) = stored.responses(grid.count(), &forces, length) else { return };
+        let of_modes = fit.lines(responses.s);
+        let near = NearModes { responses: &responses, lines: &of_modes, noise: fit.noise };
+        let wanted = |method| answers[place_of(method)].answer().is_some();
+        let answered = &mut change.answers;
+        let progress = forms.step(&near, wanted, |method, answer| {
+            let found = answer.and_then(|answer| of_object(changed, reference, &answer));
+            answered[place_of(method)] = found.ok().map(|answer| answer.body.theta());
+        });
+        if progress == Progress::Done {
+            self.end_change(kind, memory);
         }
     }
 
     /// Takes the answers to a change.
-    fn end_change(&mut self, layout: &RigLayout<R>, memory: &mut SolverMemory<'_, R>) {
+    fn end_change(&mut self, kind: ChangeKind, memory: &mut SolverMemory<'_, R>) {
         let Stage::Changes(change) = &self.stage else { return };
         let (now, before) = (&change.answers, &self.unchanged);
         let moved = core::array::from_fn(|m| now[m].zip(before[m]).map(|(new, old)| new - old));
         let readings = &mut *memory.readings;
-        match (ChangeKind::of(layout, change.number), &mut self.propagation) {
+        match (kind, &mut self.propagation) {
             (ChangeKind::None, _) => self.unchanged = *now,
             (ChangeKind::Noise(_), Some(sums)) => sums.add_draw(readings, &moved),
             (_, Some(sums)) => sums.add_shift(readings, &moved),
             (_, None) => {}
         }
-        self.next_change(layout, memory);
+        self.next_change(kind, memory);
     }
 
-    fn next_change(&mut self, layout: &RigLayout<R>, memory: &mut SolverMemory<'_, R>) {
+    fn next_change(&mut self, kind: ChangeKind, memory: &mut SolverMemory<'_, R>) {
         let Stage::Changes(change) = &mut self.stage else { return };
         if change.number == NOISE_DRAWS
             && let Some(sums) = &self.propagation
         {
             sums.end_draws(memory.readings);
         }
-        change.cost[0] += ChangeKind::of(layout, change.number).cost();
+        change.cost[0] += kind.cost();
         change.number += 1;
         change.work = Work::Begin;
     }
+}
+
+/// The motions of a change, and the memory for equations.
+fn changed_motions<'a, R: Real>(
+    units: &'a [Exponents; 2],
+    kind: ChangeKind,
+    memory: &'a mut SolverMemory<'_, R>,
+) -> (Stored<'a, R>, &'a mut [R]) {
+    let SolverMemory { codes, scratch, weights, lines, .. } = memory;
+    let region = usize::from(kind.changes_motions());
+    let codes = codes.get(region * CompactMotions::<R>::CODES..).unwrap_or(&[]);
+    (Stored { codes, units: &units[region], lines, weights }, scratch)
 }

@@ -4,8 +4,8 @@ use nalgebra::{Complex, Vector6};
 
 use super::{LineGrid, RigLayout, SolverMemory, Stage, SuspensionSolver, Wanted};
 use crate::diagnosis::{Code, Diagnostics, fatal};
-use crate::layout::is_finite;
-use crate::modes::{CompactMotions, MOST_LINES, OrderSearch, reduce};
+use crate::layout::{RIG_HITS, is_finite};
+use crate::modes::{CompactMotions, ForceMixing, MOST_LINES, OrderSearch, reduce};
 use crate::{Progress, Real};
 
 /// Lines that one step reduces.
@@ -60,13 +60,12 @@ impl<R: Real> SuspensionSolver<R> {
         };
     }
 
-    /// Goes on to the next hit that has a share in the force.
-    pub(super) fn skip_shares_of_zero(&mut self) {
-        let Stage::Wanting(wanted) = &mut self.stage else { return };
-        let none = |hit: usize| self.mixing.share(wanted.force, hit) == R::zero();
-        while wanted.hit < self.dofs.len() && none(wanted.hit) {
-            wanted.hit += 1;
-        }
+    /// Wants this response, or the first of a later hit when this one has no share in the force. False when no hit is left.
+    pub(super) fn want(&mut self, from: Wanted, mixing: &ForceMixing<R, RIG_HITS>) -> bool {
+        let shares = |hit: &usize| mixing.share(from.force, *hit) != R::zero();
+        let Some(hit) = (from.hit..self.dofs.len()).find(shares) else { return false };
+        self.stage = Stage::Wanting(Wanted { hit, ..from });
+        true
     }
 
     /// Reduces the readings of a hit at some lines, and adds their share in the force.
@@ -77,16 +76,18 @@ impl<R: Real> SuspensionSolver<R> {
     ) -> Progress {
         let Stage::Reducing(wanted, start) = self.stage else { return Progress::Going };
         let count = self.grid.count();
-        let is_first = (0..wanted.hit)
-            .all(|hit| self.mixing.share(wanted.force, hit) == R::zero());
+        let mixing = self.mixing(layout);
+        let share = |hit: usize| mixing.share(wanted.force, hit);
+        let is_first = (0..wanted.hit).all(|hit| share(hit) == R::zero());
         if is_first && start == 0 {
             memory.scratch.fill(R::zero());
         }
-        let share = self.mixing.share(wanted.force, wanted.hit);
+        let share = share(wanted.hit);
         let end = (start + LINES_OF_A_STEP).min(count);
         for line in start..end {
             let s = self.grid.s(line);
-            let reading = |channel: usize, _force: usize| memory.readings[channel * MOST_LINES + line];
+            let reading =
+                |channel: usize, _force: usize| memory.readings[channel * MOST_LINES + line];
             let mut motion = [Vector6::zeros()];
             let Some(sigma) = reduce(layout, s, &self.reference, reading, &mut motion) else {
                 return self.fail(fatal(Code::ResponseRankDeficient, R::zero()));
@@ -103,20 +104,14 @@ impl<R: Real> SuspensionSolver<R> {
             self.stage = Stage::Reducing(wanted, end);
             return Progress::Going;
         }
-        self.stage = Stage::Wanting(Wanted { hit: wanted.hit + 1, ..wanted });
-        self.skip_shares_of_zero();
-        let Stage::Wanting(next) = self.stage else { return Progress::Going };
-        if next.hit < self.dofs.len() {
+        if self.want(Wanted { hit: wanted.hit + 1, ..wanted }, &mixing) {
             return Progress::Going;
         }
         if !self.store_force(wanted.force, memory) {
             return self.fail(fatal(Code::DataNotFinite, R::zero()));
         }
-        let force = wanted.force + 1;
-        if force < self.mixing.count() {
-            self.stage = Stage::Wanting(Wanted { force, ..Wanted::default() });
-            self.skip_shares_of_zero();
-        } else {
+        let next = Wanted { force: wanted.force + 1, ..Wanted::default() };
+        if next.force == usize::from(self.forces) || !self.want(next, &mixing) {
             self.stage = Stage::Orders(OrderSearch::default());
         }
         Progress::Going
@@ -130,7 +125,7 @@ impl<R: Real> SuspensionSolver<R> {
                 let at = place(component, line);
                 Complex::new(scratch[at], scratch[at + 1])
             });
-            CompactMotions::store(memory.codes, &mut self.units[0], (force, component), values)
+            CompactMotions::<R>::store(memory.codes, &mut self.units[0], (force, component), values)
         })
     }
 }

@@ -25,14 +25,15 @@ use nalgebra::{Complex, Vector3, Vector6};
 
 use self::answering::Forms;
 use self::changes::Change;
+use super::answers::lines_about;
 use super::{Answer, ModeDeviations};
 use crate::diagnosis::{Diagnostic, Diagnostics};
 use crate::identify::SUSPENSION_METHODS;
 use crate::identify::agreement::PackedPropagation;
 use crate::layout::{Layout, RIG_HITS, RIG_SENSORS};
 use crate::modes::{
-    CompactMotions, ForceMixing, Lines, MOST_FORCES, MOST_LINES, MOST_PAIRS, Motions, OrderSearch,
-    OriginResponses, Poles, ResidueFit, SEARCH_MEMORY, Units,
+    CompactMotions, Exponents, ForceMixing, Lines, LinesPerSide, MOST_FORCES, MOST_LINES, Motions,
+    OrderSearch, OriginResponses, Poles, ResidueFit, SEARCH_MEMORY, SUSPENSION_MODES,
 };
 use crate::{Progress, Real};
 
@@ -118,9 +119,10 @@ pub struct SuspensionSolver<R> {
     /// Hit DOFs that have been measured, as places in the layout.
     dofs: Vec<u8, RIG_HITS>,
     reference: Vector3<R>,
-    mixing: ForceMixing<R, RIG_HITS>,
+    /// Number of forces: the hits, or at most six combinations of them.
+    forces: u8,
     /// Units of the motions and of those of a change.
-    units: [Units<R>; 2],
+    units: [Exponents; 2],
     stage: Stage<R>,
     fit: ModalFit<R>,
     deviations: ModeDeviations<R>,
@@ -168,12 +170,20 @@ struct Wanted {
 struct ModalFit<R> {
     /// Poles of all modes that were fitted, and the places of the suspension modes among them.
     poles: Poles<R>,
-    kept: Vec<usize, MOST_PAIRS>,
+    kept: Vec<u8, SUSPENSION_MODES>,
     /// These poles after one relocation under the unchanged data.
     relocated: Poles<R>,
-    lines: Lines,
     noise: R,
-    modes: Vec<SuspensionMode<R>, MOST_PAIRS>,
+    modes: Vec<SuspensionMode<R>, SUSPENSION_MODES>,
+}
+
+impl<R: Real> ModalFit<R> {
+    /// The lines about the suspension modes.
+    fn lines(&self, s: &[Complex<R>]) -> Lines {
+        let pole = |place: &u8| self.poles.get(usize::from(*place)).copied();
+        let poles: Poles<R> = self.kept.iter().filter_map(pole).collect();
+        lines_about(&poles, s, LinesPerSide::Width)
+    }
 }
 
 /// What a method has answered.
@@ -196,23 +206,22 @@ impl<R: Real> SuspensionSolver<R> {
         dofs: &[usize],
     ) -> Result<Self, Diagnostics> {
         intake::check(layout, &grid, dofs)?;
+        let all = 0..layout.hits.len();
         let dofs: Vec<u8, RIG_HITS> =
-            dofs.iter().filter_map(|dof| u8::try_from(*dof).ok()).collect();
+            all.filter(|dof| dofs.contains(dof)).map(|dof| dof as u8).collect();
         let reference = layout.sensor_centroid();
-        let mixing = ForceMixing::of(&*measured(layout, &dofs), &reference);
-        let zero = [[R::zero(); 6]; MOST_FORCES];
+        let mixing = ForceMixing::of(&measured(layout, &dofs), &reference);
         let mut solver = Self {
             grid,
             dofs,
             reference,
-            mixing,
-            units: [zero; 2],
+            forces: mixing.count() as u8,
+            units: [[[0; 6]; MOST_FORCES]; 2],
             stage: Stage::Wanting(Wanted::default()),
             fit: ModalFit {
                 poles: Poles::new(),
                 kept: Vec::new(),
                 relocated: Poles::new(),
-                lines: Lines::default(),
                 noise: R::zero(),
                 modes: Vec::new(),
             },
@@ -222,7 +231,7 @@ impl<R: Real> SuspensionSolver<R> {
             propagation: None,
             diagnostics: Diagnostics::new(),
         };
-        solver.skip_shares_of_zero();
+        solver.want(Wanted::default(), &mixing);
         Ok(solver)
     }
 
@@ -237,16 +246,36 @@ impl<R: Real> SuspensionSolver<R> {
         if !memory.is_large_enough() {
             return self.fail(crate::diagnosis::fatal(crate::diagnosis::Code::DataNotFinite, 0.0));
         }
-        let layout = &*measured(layout, &self.dofs);
         match &self.stage {
             Stage::Wanting(_) => Progress::Going,
+            Stage::Changes(_) => self.step_change(layout, memory),
+            Stage::Done | Stage::Failed => Progress::Done,
+            _ => self.step_unchanged(layout, memory),
+        }
+    }
+
+    /// Runs one step under the layout as it is.
+    // Not inlined, since a change has a layout of its own.
+    #[inline(never)]
+    fn step_unchanged(
+        &mut self,
+        layout: &RigLayout<R>,
+        memory: &mut SolverMemory<'_, R>,
+    ) -> Progress {
+        let layout = &measured(layout, &self.dofs);
+        match &self.stage {
             Stage::Reducing(..) => self.step_reducing(layout, memory),
             Stage::Orders(_) => self.step_orders(layout, memory),
             Stage::Residues(_) => self.step_residues(layout, memory),
             Stage::Forms(_) => self.step_forms(layout, memory),
-            Stage::Changes(_) => self.step_change(layout, memory),
-            Stage::Done | Stage::Failed => Progress::Done,
+            _ => Progress::Going,
         }
+    }
+
+    /// The forces that the hits of this layout are mixed to. They are computed when they are needed, because that takes less
+    /// than a step and the columns would be a tenth of the state.
+    fn mixing(&self, layout: &RigLayout<R>) -> ForceMixing<R, RIG_HITS> {
+        ForceMixing::of(layout, &self.reference)
     }
 
     /// Ends without an answer, for these reasons.
@@ -270,8 +299,8 @@ impl<R: Real> SuspensionSolver<R> {
     /// Part of the responses that are taken, from zero to one.
     pub fn taken(&self) -> f32 {
         let (Stage::Wanting(wanted) | Stage::Reducing(wanted, _)) = self.stage else { return 1.0 };
-        let forces = self.mixing.count().max(1) as f32;
-        if self.mixing.count() == self.dofs.len() {
+        let forces = f32::from(self.forces.max(1));
+        if usize::from(self.forces) == self.dofs.len() {
             return wanted.force as f32 / forces;
         }
         (wanted.force as f32 + wanted.hit as f32 / self.dofs.len() as f32) / forces
@@ -281,37 +310,21 @@ impl<R: Real> SuspensionSolver<R> {
 /// Share of the search for the order in all work after the responses.
 const SEARCH_SHARE: f32 = 0.07;
 
-/// The layout with only the measured hit DOFs; the layout itself where all are.
-fn measured<'l, R: Real>(layout: &'l RigLayout<R>, dofs: &[u8]) -> MeasuredLayout<'l, R> {
-    if dofs.len() == layout.hits.len() {
-        return MeasuredLayout::Whole(layout);
-    }
+/// The layout with only the measured hit DOFs.
+fn measured<R: Real>(layout: &RigLayout<R>, dofs: &[u8]) -> RigLayout<R> {
     let mut part = layout.clone();
-    part.hits = dofs.iter().filter_map(|dof| layout.hits.get(usize::from(*dof)).copied()).collect();
-    MeasuredLayout::Part(part)
-}
-
-#[expect(clippy::large_enum_variant, reason = "on the stack, without an allocator")]
-enum MeasuredLayout<'l, R> {
-    Whole(&'l RigLayout<R>),
-    Part(RigLayout<R>),
-}
-
-impl<R> core::ops::Deref for MeasuredLayout<'_, R> {
-    type Target = RigLayout<R>;
-
-    fn deref(&self) -> &RigLayout<R> {
-        match self {
-            Self::Whole(layout) => layout,
-            Self::Part(layout) => layout,
-        }
-    }
+    let mut dof = 0;
+    part.hits.retain(|_| {
+        dof += 1;
+        dofs.contains(&(dof - 1))
+    });
+    part
 }
 
 /// The parts of the memory that describe the motions.
 struct Stored<'a, R> {
     codes: &'a [u16],
-    units: &'a Units<R>,
+    units: &'a Exponents,
     lines: &'a [Complex<R>],
     weights: &'a [R],
 }

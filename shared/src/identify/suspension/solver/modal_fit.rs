@@ -1,6 +1,5 @@
 //! From motions to the suspension modes, and what they show.
 
-use heapless::Vec;
 use nalgebra::{Complex, Vector6};
 
 use super::super::answers::{Observed, answer, lines_about};
@@ -14,9 +13,8 @@ use super::{
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
 use crate::identify::Method;
 use crate::identify::driving_points::points_at_lines;
-use crate::modes::{
-    LinesPerSide, MOST_FORCES, MOST_PAIRS, Modes, OriginResponses, Poles, ResidueFit,
-};
+use crate::layout::RIG_HITS;
+use crate::modes::{ForceMixing, LinesPerSide, Modes, OriginResponses, ResidueFit, Residues};
 use crate::{Progress, Real};
 
 impl<R: Real> SuspensionSolver<R> {
@@ -26,7 +24,7 @@ impl<R: Real> SuspensionSolver<R> {
         layout: &RigLayout<R>,
         memory: &mut SolverMemory<'_, R>,
     ) -> Progress {
-        let forces = self.mixing.forces(layout, &self.reference);
+        let forces = self.mixing(layout).forces(layout, &self.reference);
         let Self { grid, units, stage, fit, .. } = self;
         let Stage::Orders(search) = stage else { return Progress::Going };
         let SolverMemory { codes, scratch, weights, lines, .. } = memory;
@@ -51,7 +49,7 @@ impl<R: Real> SuspensionSolver<R> {
         layout: &RigLayout<R>,
         memory: &mut SolverMemory<'_, R>,
     ) -> Progress {
-        let forces = self.mixing.forces(layout, &self.reference);
+        let forces = self.mixing(layout).forces(layout, &self.reference);
         let units = self.units[0];
         let Self { grid, stage, fit, .. } = self;
         let Stage::Residues(residues) = stage else { return Progress::Going };
@@ -66,10 +64,11 @@ impl<R: Real> SuspensionSolver<R> {
             None => return self.fail(missing()),
             Some(Progress::Done) => (),
         }
-        let Some((modes, places)) = modes_of(&responses, &fit.poles, scratch) else {
-            return self.fail(missing());
-        };
-        self.found(layout, &responses, &modes, &places)
+        let poles = fit.poles.clone();
+        let residues = Residues::new(&responses, &poles, scratch);
+        let modes = residues.and_then(|residues| Modes::of_residues(&responses, &residues));
+        let Some((modes, places)) = modes else { return self.fail(missing()) };
+        self.found(layout, &responses, modes, &places)
     }
 
     /// Takes the modes, and asks the methods that need nothing else.
@@ -78,16 +77,17 @@ impl<R: Real> SuspensionSolver<R> {
         &mut self,
         layout: &RigLayout<R>,
         responses: &OriginResponses<'_, R>,
-        all: &Modes<R>,
+        mut modes: Modes<R>,
         places: &[usize],
     ) -> Progress {
-        let Selection { kept, one_more } = select(all, responses.s, responses.length);
+        let Selection { kept, one_more } = select(&modes, responses.s, responses.length);
         if places.len() < self.fit.poles.len() || kept.is_empty() {
             let lines = lines_about(&self.fit.poles, responses.s, LinesPerSide::Width);
             let near = lines.below.iter().chain(&lines.above).copied();
+            let mixing = self.mixing(layout);
             let points = points_at_lines(layout, &self.reference, near, |line, of_hits| {
                 *of_hits = (0..layout.hits.len())
-                    .map(|hit| self.motion_of_hit(responses, line, hit))
+                    .map(|hit| motion_of_hit(responses, &mixing, line, hit))
                     .collect();
                 Some(())
             });
@@ -102,9 +102,9 @@ impl<R: Real> SuspensionSolver<R> {
         if let Some(error) = one_more.filter(Diagnostic::is_error) {
             return self.fail(Diagnostics::from_array([error]));
         }
-        let modes = all.clone().only(&kept);
-        self.fit.kept = kept.iter().map(|kept| places[*kept]).collect();
-        self.fit.lines = lines_about(&modes.poles, responses.s, LinesPerSide::Width);
+        modes.keep(&kept);
+        // Places are below the number of pairs of poles.
+        self.fit.kept = kept.iter().map(|kept| places[*kept] as u8).collect();
         self.fit.modes = modes.modes.iter().map(SuspensionMode::of).collect();
         self.diagnostics = mode_findings(&modes, responses);
         self.diagnostics.extend(one_more);
@@ -113,46 +113,34 @@ impl<R: Real> SuspensionSolver<R> {
             self.diagnostics.extend([finding]);
         }
         let Self { fit, reference, answers, .. } = self;
-        let (lines, noise) = (&fit.lines, fit.noise);
-        let observed = Observed { responses, modes: &modes, lines, noise };
+        let lines = fit.lines(responses.s);
+        let observed = Observed { responses, modes: &modes, lines: &lines, noise: fit.noise };
         for (method, to) in of_modes_alone(answers) {
             *to = MethodAnswer::of(answer(method, layout, reference, &observed));
         }
         self.stage = Stage::Forms(Forms::default());
         Progress::Going
     }
+}
 
-    /// The motion of the reference point under a hit of the layout: the body moves under six mixed forces as under all.
-    fn motion_of_hit(
-        &self,
-        responses: &OriginResponses<'_, R>,
-        line: usize,
-        hit: usize,
-    ) -> Vector6<Complex<R>> {
-        let zero = Vector6::from_element(Complex::new(R::zero(), R::zero()));
-        (0..self.mixing.count()).fold(zero, |sum, force| {
-            let share = self.mixing.share(force, hit);
-            if share == R::zero() { sum } else { sum + responses.motion(line, force) * Complex::new(share, R::zero()) }
-        })
-    }
+/// The motion of the reference point under a hit of the layout: the body moves under six mixed forces as under all.
+fn motion_of_hit<R: Real>(
+    responses: &OriginResponses<'_, R>,
+    mixing: &ForceMixing<R, RIG_HITS>,
+    line: usize,
+    hit: usize,
+) -> Vector6<Complex<R>> {
+    let zero = Vector6::from_element(Complex::new(R::zero(), R::zero()));
+    (0..mixing.count()).fold(zero, |sum, force| {
+        let share = Complex::new(mixing.share(force, hit), R::zero());
+        sum + responses.motion(line, force) * share
+    })
 }
 
 /// The methods that need the modes alone, and what belongs to each.
 pub(super) fn of_modes_alone<T>(all: &mut [T]) -> impl Iterator<Item = (Method, &mut T)> {
     let is_direct = |method: &Method| matches!(method, Method::Dppim | Method::DppimStructural);
     Method::of_modes().zip(all).filter(move |(method, _)| !is_direct(method))
-}
-
-/// The modes of these poles from the memory of the fit of their residues, and their places.
-// Not inlined, which keeps the residues off the stack afterwards.
-#[inline(never)]
-pub(super) fn modes_of<R: Real>(
-    responses: &OriginResponses<'_, R>,
-    poles: &Poles<R>,
-    scratch: &[R],
-) -> Option<(Modes<R>, Vec<usize, MOST_PAIRS>)> {
-    let residues: Vec<_, MOST_FORCES> = ResidueFit::residues(responses, poles, scratch);
-    Modes::of_residues(responses, poles, &residues)
 }
 
 fn missing() -> Diagnostics {

@@ -2,8 +2,9 @@
 
 use nalgebra::{SVector, Vector3, Vector6};
 
-use super::answering::place_of;
+use super::super::Answer;
 use super::super::judgement::{add_doubts, judged_estimate};
+use super::answering::place_of;
 use super::{MethodAnswer, RigLayout, SolverMemory, Stage, SuspensionSolver};
 use crate::Real;
 use crate::diagnosis::{Diagnostic, Diagnostics};
@@ -97,6 +98,22 @@ impl<R: Real> SuspensionSolver<R> {
         self.dofs.iter().map(|dof| usize::from(*dof))
     }
 
+    /// True until the methods have answered; then the changes follow, which show how certain the answers are.
+    pub fn unanswered(&self) -> bool {
+        !matches!(self.stage, Stage::Changes(_) | Stage::Done | Stage::Failed)
+    }
+
+    /// Number of changes that are done.
+    pub fn changes_done(&self) -> u32 {
+        if let Stage::Changes(change) = &self.stage { change.number() } else { 0 }
+    }
+
+    /// The answer of a method, without its covariance.
+    pub fn answer(&self, method: Method) -> Option<&Answer<R>> {
+        let place = Method::of_modes().position(|other| other == method)?;
+        self.answers[place].answer()
+    }
+
     /// The answer of a method with its covariance, or why it has none; `None` for a method that does not use the modes, and
     /// before the changes are done.
     pub fn estimate(
@@ -118,9 +135,7 @@ impl<R: Real> SuspensionSolver<R> {
                     estimate
                 }))
             }
-            MethodAnswer::Refused(reason) => {
-                Some(Err(Diagnostics::from_array::<1>([*reason])))
-            }
+            MethodAnswer::Refused(reason) => Some(Err(Diagnostics::from_array::<1>([*reason]))),
             MethodAnswer::None => None,
         }
     }

@@ -7,18 +7,19 @@ use massline_shared::identify::Method;
 use massline_shared::identify::suspension::Suspension;
 use massline_shared::layout::RigLayout;
 use massline_shared::modes::{
-    LinesPerSide, MOST_LINES, Modes, Motions, Orders, OriginResponses, Peak, SUSPENSION_MODES, choose_lines,
-    norm_indicator,
+    LinesPerSide, MOST_LINES, Modes, Motions, Orders, OriginResponses, Peak, SUSPENSION_MODES,
+    choose_lines, norm_indicator,
 };
 use nalgebra::{Complex, Matrix3x6, Matrix6, Vector3, Vector6};
 
 use super::outcome::{close, report};
+use super::solver::measure_solver;
 
-const FORCES: usize = 6;
+pub const FORCES: usize = 6;
 /// Standard deviation of the real and of the imaginary part of a motion.
 const NOISE: f32 = 0.001;
 
-type Motions = [Vector6<Complex<f32>>; MOST_LINES * FORCES];
+pub type AllMotions = [Vector6<Complex<f32>>; MOST_LINES * FORCES];
 
 /// Measures how the modes are found and how each method answers.
 pub fn measure_modes(layout: &RigLayout, body: &RigidBody<f32>) {
@@ -30,8 +31,13 @@ pub fn measure_modes(layout: &RigLayout, body: &RigidBody<f32>) {
     let s = frequencies.map(|f| Complex::new(0.0, core::f32::consts::TAU * f));
     let motions = motions(&s, &forces, &body.shifted_to(&reference), &reference);
     let sigma = [[1.0; 6]; MOST_LINES];
-    let responses =
-        OriginResponses { s: &s, motions: Motions::Full(&motions), sigma: &sigma, forces: &forces, length };
+    let responses = OriginResponses {
+        s: &s,
+        motions: Motions::Full(&motions),
+        sigma: &sigma,
+        forces: &forces,
+        length,
+    };
     let (orders, cost) = measured(|| Orders::up_to(&responses, SUSPENSION_MODES + 1));
     report("modes_orders", cost);
     let order = orders.sufficient().expect("the modes show");
@@ -52,6 +58,7 @@ pub fn measure_modes(layout: &RigLayout, body: &RigidBody<f32>) {
         // A force along the mode through its farthest point would show all of it; one of six forces shows a tenth.
         assert!(shown > 0.1 * size * size, "{mode:?}");
     }
+    measure_solver(layout, body, &s, &motions);
     let noise = NOISE * core::f32::consts::SQRT_2;
     let suspension =
         Suspension { responses: &responses, modes: &modes, lines: &lines, noise, known: &[] };
@@ -81,7 +88,7 @@ fn motions(
     forces: &[Vector6<f32>; FORCES],
     body: &RigidBody<f32>,
     reference: &Vector3<f32>,
-) -> Motions {
+) -> AllMotions {
     let real = |v: f32| Complex::new(v, 0.0);
     let (mass, stiffness) = (body.mass_matrix(), stiffness(reference));
     let mut motions = [Vector6::zeros(); MOST_LINES * FORCES];
