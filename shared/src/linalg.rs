@@ -2,10 +2,12 @@
 #![allow(clippy::needless_range_loop, reason = "triangular matrices read better by their indices")]
 
 mod complex_least_squares;
+mod eigenvalues;
 mod elimination;
 mod least_squares;
 
 pub(crate) use complex_least_squares::ComplexLeastSquares;
+pub(crate) use eigenvalues::eigenvalues;
 pub(crate) use elimination::Elimination;
 pub(crate) use least_squares::LeastSquares;
 

@@ -24,28 +24,35 @@ impl<'m, R: Real> Elimination<'m, R> {
         Some(Self { factor, pivots, columns })
     }
 
-    /// Adds a row of all columns. Then its columns after the eliminated ones are what these leave of it.
-    pub(crate) fn push(&mut self, row: &mut [R]) {
+    /// Adds `M` rows of all columns, column by column. Then the columns after the eliminated ones are what these leave of the
+    /// rows. Several rows at once take half as long as one by one, with the same operations.
+    pub(crate) fn push<const M: usize>(&mut self, rows: &mut [[R; M]]) {
         let mut factor = &mut *self.factor;
         for k in 0..self.pivots {
             let (pivot, rest) = factor.split_at_mut(self.columns - k);
             factor = rest;
-            let b = row[k];
-            if b == R::zero() {
+            let Some((diagonal, pivot)) = pivot.split_first_mut() else { return };
+            let turns = rows[k].map(|b| {
+                let a = *diagonal;
+                let h = (a * a + b * b).sqrt();
+                // Zeros, and numbers whose square underflows: there is nothing to rotate.
+                if b == R::zero() || h == R::zero() {
+                    return (R::one(), R::zero());
+                }
+                *diagonal = h;
+                (a / h, b / h)
+            });
+            if turns.iter().all(|(_, s)| *s == R::zero()) {
                 continue;
             }
-            let a = pivot[0];
-            let h = (a * a + b * b).sqrt();
-            // This happens only for numbers whose square underflows: there is nothing to rotate.
-            if h == R::zero() {
-                continue;
-            }
-            let (c, s) = (a / h, b / h);
-            pivot[0] = h;
-            for (p, r) in pivot[1..].iter_mut().zip(&mut row[k + 1..]) {
-                let (old, other) = (*p, *r);
-                *p = c * old + s * other;
-                *r = c * other - s * old;
+            for (p, column) in pivot.iter_mut().zip(&mut rows[k + 1..]) {
+                let mut sum = *p;
+                for (r, (c, s)) in column.iter_mut().zip(&turns) {
+                    let old = sum;
+                    sum = *c * old + *s * *r;
+                    *r = *c * *r - *s * old;
+                }
+                *p = sum;
             }
         }
     }
@@ -82,13 +89,19 @@ mod tests {
         let mut one = [LeastSquares::<f64, 3>::new(), LeastSquares::new()];
         let mut left = [0.0; 2];
         for line in 0..7 {
-            let mut row: [f64; 5] = core::array::from_fn(|k| number(5 * line + k));
-            for (side, equations) in one.iter_mut().enumerate() {
-                equations.push([row[0], row[1], row[2]], row[3 + side]);
+            let mut rows: [[f64; 2]; 5] =
+                core::array::from_fn(|k| [0, 1].map(|row| number(10 * line + 5 * row + k)));
+            for row in 0..2 {
+                let at = |k: usize| rows[k][row];
+                for (side, equations) in one.iter_mut().enumerate() {
+                    equations.push([at(0), at(1), at(2)], at(3 + side));
+                }
             }
-            lent.push(&mut row);
-            left[0] += row[3] * row[3];
-            left[1] += row[4] * row[4];
+            lent.push(&mut rows);
+            for row in 0..2 {
+                left[0] += rows[3][row] * rows[3][row];
+                left[1] += rows[4][row] * rows[4][row];
+            }
         }
         for (side, equations) in one.iter().enumerate() {
             let mut x = [0.0; 3];
@@ -105,7 +118,7 @@ mod tests {
         assert!(Elimination::<f64>::of(&mut memory, 2, 3).is_none());
         let mut memory = [0.0; Elimination::<f64>::memory(2, 3)];
         let mut equations = Elimination::of(&mut memory, 2, 3).unwrap();
-        equations.push(&mut [1.0, 0.0, 2.0]);
+        equations.push(&mut [[1.0], [0.0], [2.0]]);
         assert!(!equations.solve(2, &mut [0.0; 2]));
     }
 }

@@ -53,7 +53,12 @@ impl<R: Real> OriginResponses<'_, R> {
     pub(super) fn weighted(&self, line: usize, force: usize, component: usize) -> (Complex<R>, R) {
         let value = self.motions.component(line, force, component, self.forces.len());
         let value = if component < 3 { value } else { value.scale(self.length) };
-        (value, self.sigma[line][component].recip())
+        (value, self.factor(line, component))
+    }
+
+    /// The factor that gives a component a noise of one in balanced variables.
+    pub(super) fn factor(&self, line: usize, component: usize) -> R {
+        self.sigma[line][component].recip()
     }
 }
 

@@ -128,21 +128,23 @@ impl ResidueFit {
         }
         let mut equations = Elimination::of(equations, own, own + forces)?;
         let top = top(responses);
-        let lines = responses.s.iter().enumerate();
         let start = self.line;
-        self.line += LINES_OF_A_STEP;
-        for (line, &s) in lines.skip(start).take(LINES_OF_A_STEP) {
-            let basis = Basis::at(s, poles, top).0;
-            for part in [|z: Complex<R>| z.re, |z: Complex<R>| z.im] {
-                let mut row = [R::zero(); MOST_OWN + MOST_FORCES];
-                for (force, to) in row[own..].iter_mut().enumerate().take(forces) {
-                    let (value, factor) = responses.weighted(line, force, self.component);
-                    *to = part(value) * factor;
-                }
-                let factor = responses.sigma[line][self.component].recip();
-                row.iter_mut().zip(&basis).take(own).for_each(|(to, z)| *to = part(*z) * factor);
-                equations.push(&mut row[..own + forces]);
-                left.iter_mut().zip(&row[own..]).for_each(|(sum, rest)| *sum += *rest * *rest);
+        self.line = (start + LINES_OF_A_STEP).min(responses.s.len());
+        for line in start..self.line {
+            let basis = Basis::at(responses.s[line], poles, top).0;
+            let factor = responses.factor(line, self.component);
+            // Real and imaginary part of the equation, column by column.
+            let mut rows = [[R::zero(); 2]; MOST_OWN + MOST_FORCES];
+            for (to, z) in rows.iter_mut().zip(&basis).take(own) {
+                *to = [z.re * factor, z.im * factor];
+            }
+            for (force, to) in rows[own..].iter_mut().enumerate().take(forces) {
+                let (value, factor) = responses.weighted(line, force, self.component);
+                *to = [value.re * factor, value.im * factor];
+            }
+            equations.push(&mut rows[..own + forces]);
+            for (sum, [re, im]) in left.iter_mut().zip(&rows[own..own + forces]) {
+                *sum += *re * *re + *im * *im;
             }
         }
         if self.line < responses.s.len() {

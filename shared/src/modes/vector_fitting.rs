@@ -6,11 +6,11 @@
 //! `σ(s) H(s) = Σ r/(s − q) + d + e s²`, `σ(s) = Σ c/(s − q) + 1`, is linear in all unknowns, and the zeros of σ are better
 //! poles. The unknowns of one accelerance are eliminated as soon as its rows have been added (theory, section 7).
 
-use nalgebra::{Complex, SMatrix, Schur};
+use nalgebra::Complex;
 
 use super::origin_responses::OriginResponses;
 use super::{MOST_FORCES, MOST_LINES};
-use crate::linalg::Elimination;
+use crate::linalg::{Elimination, eigenvalues};
 use crate::{Progress, Real};
 
 /// Most pairs of poles.
@@ -33,10 +33,10 @@ const SETTLED: f64 = 1e-9;
 const FIRST_DAMPING: f64 = 0.01;
 /// Damping ratio of the pair of poles in place of two real ones.
 const OVERDAMPED: f64 = 0.7;
-/// Iterations of the eigenvalue decomposition.
-const MOST_ITERATIONS: usize = 300;
 /// Numbers of memory that a search needs between its steps.
 pub const SEARCH_MEMORY: usize = 2048;
+/// Lines whose equations are added together.
+const TOGETHER: usize = 2;
 /// Pairs of numbers that one step rotates, with ten instructions each.
 const ROTATIONS: usize = 75_000;
 
@@ -155,34 +155,36 @@ impl<R: Real> PoleSearch<R> {
         let mut eliminated = Elimination::of(of_forces, own, own + together * shared)?;
         let top = top(responses);
         let end = (self.next.line + sizes.lines_of_a_step(together)).min(responses.s.len());
-        for line in self.next.line..end {
-            let basis = Basis::at(responses.s[line], &self.fit.poles, top);
-            // Real and imaginary part of the equation.
-            let mut rows = [[R::zero(); MOST_COLUMNS]; 2];
-            let set = |rows: &mut [[R; MOST_COLUMNS]; 2], k: usize, value: Complex<R>| {
-                (rows[0][k], rows[1][k]) = (value.re, value.im);
-            };
-            for of_force in 0..together {
-                let (value, factor) =
-                    responses.weighted(line, first + of_force, self.next.component);
-                let value = value.scale(factor);
-                self.weight += value.norm_sqr();
-                let start = own + of_force * shared;
-                for k in 0..shared {
-                    set(&mut rows, start + k, -(basis.0[k] * value));
-                }
+        let columns = own + together * shared;
+        for start in (self.next.line..end).step_by(TOGETHER) {
+            // Real and imaginary part of the equations of some lines, column by column.
+            let mut rows = [[R::zero(); 2 * TOGETHER]; MOST_COLUMNS];
+            for (place, line) in (start..end).take(TOGETHER).enumerate() {
+                let basis = Basis::at(responses.s[line], &self.fit.poles, top);
+                let mut set = |column: usize, value: Complex<R>| {
+                    rows[column][2 * place] = value.re;
+                    rows[column][2 * place + 1] = value.im;
+                };
+                let factor = responses.factor(line, self.next.component);
                 for k in 0..own {
-                    set(&mut rows, k, basis.0[k].scale(factor));
+                    set(k, basis.0[k].scale(factor));
+                }
+                for of_force in 0..together {
+                    let (value, factor) =
+                        responses.weighted(line, first + of_force, self.next.component);
+                    let value = value.scale(factor);
+                    self.weight += value.norm_sqr();
+                    let start = own + of_force * shared;
+                    for k in 0..shared {
+                        set(start + k, -(basis.0[k] * value));
+                    }
                 }
             }
-            for row in &mut rows {
-                let row = &mut row[..own + together * shared];
-                eliminated.push(row);
-                for of_force in row[own..].chunks_exact(shared) {
-                    let mut left = [R::zero(); MOST_SHARED + 1];
-                    left[..shared].copy_from_slice(of_force);
-                    sigma.push(&mut left[..=shared]);
-                }
+            eliminated.push(&mut rows[..columns]);
+            for of_force in rows[own..columns].chunks_exact(shared) {
+                let mut left = [[R::zero(); 2 * TOGETHER]; MOST_SHARED + 1];
+                left[..shared].copy_from_slice(of_force);
+                sigma.push(&mut left[..=shared]);
             }
         }
         self.go_on(end, together, responses);
@@ -223,7 +225,7 @@ impl<R: Real> PoleSearch<R> {
         let weight = self.weight.sqrt();
         mean.iter_mut().for_each(|v| *v *= weight);
         mean[shared] = weight;
-        sigma.push(&mut mean[..=shared]);
+        sigma.push(&mut mean.map(|v| [v])[..=shared]);
         let mut solved = [R::zero(); MOST_SHARED];
         if !sigma.solve(shared, &mut solved) {
             return None;
@@ -269,7 +271,8 @@ impl Sizes {
     fn lines_of_a_step(&self, together: usize) -> usize {
         let of_own = self.own * (self.own - 1) / 2;
         let of_force = self.own * self.shared + self.shared * (self.shared + 1) / 2;
-        (ROTATIONS / (2 * (of_own + together * of_force))).max(1)
+        let lines = ROTATIONS / (2 * (of_own + together * of_force));
+        (lines / TOGETHER).max(1) * TOGETHER
     }
 }
 
@@ -315,27 +318,25 @@ impl<R: Real> Basis<R> {
 }
 
 /// The zeros of `σ = Σ c/(s − q) + d`: the eigenvalues of `A − b cᵀ/d` of its real state space. Those in the right half
-/// plane are reflected, and two real ones become a pair with much damping. Unused states have the eigenvalue zero.
+/// plane are reflected, and two real ones become a pair with much damping.
 fn zeros<R: Real>(poles: &Poles<R>, top: R, residues: &[R], constant: R) -> Option<Poles<R>> {
-    let mut state = SMatrix::<R, MOST_STATES, MOST_STATES>::zeros();
+    let mut state = [[R::zero(); MOST_STATES]; MOST_STATES];
     for (k, pole) in poles.iter().enumerate() {
         let (pole, k) = (pole.unscale(top), 2 * k);
-        (state[(k, k)], state[(k + 1, k + 1)]) = (pole.re, pole.re);
-        (state[(k, k + 1)], state[(k + 1, k)]) = (pole.im, -pole.im);
-        for (column, residue) in residues.iter().enumerate() {
-            state[(k, column)] -= R::of(2.0) * *residue / constant;
+        (state[k][k], state[k + 1][k + 1]) = (pole.re, pole.re);
+        (state[k][k + 1], state[k + 1][k]) = (pole.im, -pole.im);
+        for (value, residue) in state[k].iter_mut().zip(residues) {
+            *value -= R::of(2.0) * *residue / constant;
         }
     }
-    if !crate::linalg::all_finite(&state) {
-        return None;
-    }
-    let schur = Schur::try_new(state, R::default_epsilon(), MOST_ITERATIONS)?;
+    let states = 2 * poles.len();
+    let eigenvalues = eigenvalues(&mut state, states)?;
     let mut found = Poles::new();
     let mut real: Option<R> = None;
-    for value in schur.complex_eigenvalues().iter() {
+    for value in &eigenvalues[..states] {
         if value.im > R::zero() {
             found.push(Complex::new(-value.re.abs(), value.im).scale(top)).ok()?;
-        } else if value.im == R::zero() && value.re != R::zero() {
+        } else if value.im == R::zero() {
             match real.take() {
                 None => real = Some(value.re.abs()),
                 Some(other) => {

@@ -5,8 +5,8 @@ use nalgebra::{SMatrix, SVector};
 
 use super::difference::{Difference, MOST_PAIRS, differences, outliers};
 use super::{JointCovariances, MOST_METHODS};
-use crate::Real;
 use crate::linalg::cholesky;
+use crate::{Progress, Real};
 
 /// Two methods may give nearly the same; this much independent error, relative to their variances, keeps their weights from
 /// growing without bound.
@@ -30,10 +30,20 @@ pub struct Agreement<R> {
     pub between: SVector<R, 10>,
 }
 
-impl<R: Real> Agreement<R> {
-    /// Compares and combines these answers, of which the places are those of the propagation. `None` with fewer than two
-    /// answers, or when a covariance is singular.
-    pub fn of(
+/// A comparison in steps between which other work can be done: one property after the other. A step is at most a million
+/// instructions on a rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparing<R> {
+    /// Places of the methods that are combined.
+    seen: Vec<usize, MOST_METHODS>,
+    found: Agreement<R>,
+    /// The next property whose standard deviation between the methods is looked for.
+    property: usize,
+}
+
+impl<R: Real> Comparing<R> {
+    /// Compares these answers, of which the places are those of the propagation. `None` with fewer than two answers.
+    pub fn new(
         answers: &[Option<SVector<R, 10>>],
         propagation: &impl JointCovariances<R>,
     ) -> Option<Self> {
@@ -46,14 +56,46 @@ impl<R: Real> Agreement<R> {
         let pairs = differences(&seen, answers, propagation);
         let outliers = outliers(&seen, &pairs);
         seen.retain(|m| !outliers.contains(m));
-        let mut between = SVector::zeros();
-        if outliers.is_empty() && pairs.iter().any(|pair| pair.significant) {
-            for k in 0..10 {
-                between[k] = between_methods(&seen, k, answers, propagation)?;
-            }
+        let disagree = outliers.is_empty() && pairs.iter().any(|pair| pair.significant);
+        let (theta, between) = (SVector::zeros(), SVector::zeros());
+        let found = Agreement { pairs, outliers, theta, covariance: SMatrix::zeros(), between };
+        Some(Self { seen, found, property: if disagree { 0 } else { 10 } })
+    }
+
+    /// Runs one step. Answers and propagation must be the same in every step. `None` when a covariance is singular.
+    pub fn step(
+        &mut self,
+        answers: &[Option<SVector<R, 10>>],
+        propagation: &impl JointCovariances<R>,
+    ) -> Option<Progress> {
+        let k = self.property;
+        if k < 10 {
+            self.found.between[k] = between_methods(&self.seen, k, answers, propagation)?;
+            self.property += 1;
+            return Some(Progress::Going);
         }
-        let (theta, covariance) = combined(&seen, answers, propagation, &between)?;
-        Some(Self { pairs, outliers, theta, covariance, between })
+        let between = &self.found.between;
+        (self.found.theta, self.found.covariance) =
+            combined(&self.seen, answers, propagation, between)?;
+        Some(Progress::Done)
+    }
+
+    /// How the methods agree, when the comparison is done.
+    pub fn found(&self) -> &Agreement<R> {
+        &self.found
+    }
+}
+
+impl<R: Real> Agreement<R> {
+    /// Compares and combines these answers, of which the places are those of the propagation. `None` with fewer than two
+    /// answers, or when a covariance is singular.
+    pub fn of(
+        answers: &[Option<SVector<R, 10>>],
+        propagation: &impl JointCovariances<R>,
+    ) -> Option<Self> {
+        let mut comparing = Comparing::new(answers, propagation)?;
+        while comparing.step(answers, propagation)? == Progress::Going {}
+        Some(comparing.found)
     }
 
     /// True when chance explains every difference.

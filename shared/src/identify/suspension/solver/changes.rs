@@ -5,7 +5,7 @@ use nalgebra::{Complex, SVector, Vector6};
 use super::super::answers::{Observed, answer, found_again, noise_in_draw, of_object};
 use super::answering::{Forms, place_of};
 use super::modal_fit::of_modes_alone;
-use super::{RigLayout, SolverMemory, Stage, Stored, SuspensionSolver, measured};
+use super::{RigLayout, SolverMemory, Stage, Stored, SuspensionSolver, keep_measured};
 use crate::identify::SUSPENSION_METHODS;
 use crate::identify::agreement::{NOISE_DRAWS, changes, shift};
 use crate::identify::dppim::NearModes;
@@ -45,6 +45,8 @@ enum Work<R> {
     Motions(usize),
     Poles(PoleSearch<R>),
     Residues(Poles<R>, ResidueFit),
+    /// The residues at these poles are known.
+    Modes(Poles<R>),
     Forms(Forms<R>),
 }
 
@@ -111,10 +113,10 @@ impl<R: Real> SuspensionSolver<R> {
             return Progress::Going;
         };
         let number = *number;
-        let mut of = measured(layout, &self.dofs);
+        let mut of = layout.clone();
+        keep_measured(&mut of.hits, &self.dofs);
         if number == changes(&of) {
-            self.stage = Stage::Done;
-            return Progress::Done;
+            return self.compare(of.characteristic_length(), memory);
         }
         let kind = ChangeKind::of(&of, number);
         let mixing = self.mixing(&of);
@@ -127,7 +129,8 @@ impl<R: Real> SuspensionSolver<R> {
             Work::Begin => self.begin_change(&of, kind, memory),
             Work::Motions(start) => self.change_motions(layout, &of, kind, *start, memory),
             Work::Poles(_) => self.poles_of_change(&mixing, &of, kind, memory),
-            Work::Residues(..) => self.modes_of_change(&mixing, &of, kind, memory),
+            Work::Residues(..) => self.residues_of_change(&mixing, &of, kind, memory),
+            Work::Modes(_) => self.modes_of_change(&mixing, &of, kind, memory),
             Work::Forms(_) => self.forms_of_change(&mixing, &of, kind, memory),
         }
         Progress::Going
@@ -268,7 +271,36 @@ impl<R: Real> SuspensionSolver<R> {
         }
     }
 
-    /// Fits the residues, and then asks the methods that need the modes alone.
+    /// Fits the residues at these poles.
+    #[inline(never)]
+    fn residues_of_change(
+        &mut self,
+        mixing: &ForceMixing<R, RIG_HITS>,
+        changed: &RigLayout<R>,
+        kind: ChangeKind,
+        memory: &mut SolverMemory<'_, R>,
+    ) {
+        let forces = mixing.forces(changed, &self.reference);
+        let Self { grid, units, stage, .. } = self;
+        let Stage::Changes(Change { work: Work::Residues(poles, residues), .. }) = stage else {
+            return;
+        };
+        let (stored, scratch) = changed_motions(units, kind, memory);
+        let length = changed.characteristic_length();
+        let fitted = stored
+            .responses(grid.count(), &forces, length)
+            .and_then(|responses| residues.step(&responses, poles, scratch));
+        match fitted {
+            Some(Progress::Going) => {}
+            Some(Progress::Done) => {
+                let poles = poles.clone();
+                self.set_work(Work::Modes(poles));
+            }
+            None => self.end_change(kind, memory),
+        }
+    }
+
+    /// Asks the methods that need the modes alone.
     #[inline(never)]
     fn modes_of_change(
         &mut self,
@@ -280,15 +312,10 @@ impl<R: Real> SuspensionSolver<R> {
         let forces = mixing.forces(changed, &self.reference);
         let Self { grid, units, stage, fit, answers, reference, deviations, .. } = self;
         let Stage::Changes(change) = stage else { return };
-        let Work::Residues(poles, residues) = &mut change.work else { return };
+        let Work::Modes(poles) = &change.work else { return };
         let (stored, scratch) = changed_motions(units, kind, memory);
         let length = changed.characteristic_length();
         let Some(responses) = stored.responses(grid.count(), &forces, length) else { return };
-        match residues.step(&responses, poles, scratch) {
-            Some(Progress::Going) => return,
-            Some(Progress::Done) => {}
-            None => return self.end_change(kind, memory),
-        }
         let residues = Residues::new(&responses, poles, scratch);
         let modes = residues.and_then(|residues| Modes::of_residues(&responses, &residues));
         let Some((mut modes, _)) = modes else { return self.end_change(kind, memory) };

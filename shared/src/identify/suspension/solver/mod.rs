@@ -29,8 +29,8 @@ use super::answers::lines_about;
 use super::{Answer, ModeDeviations};
 use crate::diagnosis::{Diagnostic, Diagnostics};
 use crate::identify::SUSPENSION_METHODS;
-use crate::identify::agreement::PackedPropagation;
-use crate::layout::{Layout, RIG_HITS, RIG_SENSORS};
+use crate::identify::agreement::{Comparing, PackedPropagation};
+use crate::layout::{Hit, Layout, RIG_HITS, RIG_SENSORS};
 use crate::modes::{
     CompactMotions, Exponents, ForceMixing, Lines, LinesPerSide, MOST_FORCES, MOST_LINES, Motions,
     OrderSearch, OriginResponses, Poles, ResidueFit, SEARCH_MEMORY, SUSPENSION_MODES,
@@ -130,6 +130,8 @@ pub struct SuspensionSolver<R> {
     /// Answers without a change, as far as the changes go: those of the first of them.
     unchanged: [Option<nalgebra::SVector<R, 10>>; SUSPENSION_METHODS],
     propagation: Option<PackedPropagation<SUSPENSION_METHODS>>,
+    /// The methods whose answers stand.
+    accepted: [bool; SUSPENSION_METHODS],
     /// Findings about the modes, or why there are none.
     diagnostics: Diagnostics,
 }
@@ -146,12 +148,16 @@ enum Stage<R> {
     Orders(OrderSearch<R>),
     /// The residues at the poles of that order.
     Residues(ResidueFit),
+    /// The residues are known.
+    Modes,
     /// The direct method.
     Forms(Forms<R>),
     /// What changes do.
     Changes(Change<R>),
-    /// There are results.
-    Done,
+    /// The answers are compared.
+    Comparing(Comparing<R>),
+    /// There are results; the comparison is that of two or more answers.
+    Done(Option<Comparing<R>>),
     /// There is no answer.
     Failed,
 }
@@ -210,7 +216,9 @@ impl<R: Real> SuspensionSolver<R> {
         let dofs: Vec<u8, RIG_HITS> =
             all.filter(|dof| dofs.contains(dof)).map(|dof| dof as u8).collect();
         let reference = layout.sensor_centroid();
-        let mixing = ForceMixing::of(&measured(layout, &dofs), &reference);
+        let mut part = layout.clone();
+        keep_measured(&mut part.hits, &dofs);
+        let mixing = ForceMixing::of(&part, &reference);
         let mut solver = Self {
             grid,
             dofs,
@@ -229,6 +237,7 @@ impl<R: Real> SuspensionSolver<R> {
             answers: [MethodAnswer::None; SUSPENSION_METHODS],
             unchanged: [None; SUSPENSION_METHODS],
             propagation: None,
+            accepted: [false; SUSPENSION_METHODS],
             diagnostics: Diagnostics::new(),
         };
         solver.want(Wanted::default(), &mixing);
@@ -249,7 +258,8 @@ impl<R: Real> SuspensionSolver<R> {
         match &self.stage {
             Stage::Wanting(_) => Progress::Going,
             Stage::Changes(_) => self.step_change(layout, memory),
-            Stage::Done | Stage::Failed => Progress::Done,
+            Stage::Comparing(_) => self.step_comparing(memory),
+            Stage::Done(_) | Stage::Failed => Progress::Done,
             _ => self.step_unchanged(layout, memory),
         }
     }
@@ -262,11 +272,14 @@ impl<R: Real> SuspensionSolver<R> {
         layout: &RigLayout<R>,
         memory: &mut SolverMemory<'_, R>,
     ) -> Progress {
-        let layout = &measured(layout, &self.dofs);
+        let mut layout = layout.clone();
+        keep_measured(&mut layout.hits, &self.dofs);
+        let layout = &layout;
         match &self.stage {
             Stage::Reducing(..) => self.step_reducing(layout, memory),
             Stage::Orders(_) => self.step_orders(layout, memory),
             Stage::Residues(_) => self.step_residues(layout, memory),
+            Stage::Modes => self.step_modes(layout, memory),
             Stage::Forms(_) => self.step_forms(layout, memory),
             _ => Progress::Going,
         }
@@ -290,9 +303,9 @@ impl<R: Real> SuspensionSolver<R> {
         match &self.stage {
             Stage::Wanting(_) | Stage::Reducing(..) => 0.0,
             Stage::Orders(search) => SEARCH_SHARE * search.progress(),
-            Stage::Residues(_) | Stage::Forms(_) => SEARCH_SHARE,
+            Stage::Residues(_) | Stage::Modes | Stage::Forms(_) => SEARCH_SHARE,
             Stage::Changes(change) => SEARCH_SHARE + (1.0 - SEARCH_SHARE) * change.progress(),
-            Stage::Done | Stage::Failed => 1.0,
+            Stage::Comparing(_) | Stage::Done(_) | Stage::Failed => 1.0,
         }
     }
 
@@ -310,15 +323,13 @@ impl<R: Real> SuspensionSolver<R> {
 /// Share of the search for the order in all work after the responses.
 const SEARCH_SHARE: f32 = 0.07;
 
-/// The layout with only the measured hit DOFs.
-fn measured<R: Real>(layout: &RigLayout<R>, dofs: &[u8]) -> RigLayout<R> {
-    let mut part = layout.clone();
+/// Removes the hits that have not been measured.
+fn keep_measured<R>(hits: &mut Vec<Hit<R>, RIG_HITS>, dofs: &[u8]) {
     let mut dof = 0;
-    part.hits.retain(|_| {
+    hits.retain(|_| {
         dof += 1;
         dofs.contains(&(dof - 1))
     });
-    part
 }
 
 /// The parts of the memory that describe the motions.

@@ -60,11 +60,30 @@ impl<R: Real> SuspensionSolver<R> {
             return self.fail(missing());
         };
         match residues.step(&responses, &fit.poles, scratch) {
-            Some(Progress::Going) => return Progress::Going,
-            None => return self.fail(missing()),
-            Some(Progress::Done) => (),
+            Some(Progress::Going) => Progress::Going,
+            Some(Progress::Done) => {
+                *stage = Stage::Modes;
+                Progress::Going
+            }
+            None => self.fail(missing()),
         }
-        let poles = fit.poles.clone();
+    }
+
+    /// Takes the modes that these residues give.
+    pub(super) fn step_modes(
+        &mut self,
+        layout: &RigLayout<R>,
+        memory: &mut SolverMemory<'_, R>,
+    ) -> Progress {
+        let forces = self.mixing(layout).forces(layout, &self.reference);
+        let units = self.units[0];
+        let SolverMemory { codes, scratch, weights, lines, .. } = memory;
+        let stored = Stored { codes, units: &units, lines, weights };
+        let length = layout.characteristic_length();
+        let Some(responses) = stored.responses(self.grid.count(), &forces, length) else {
+            return self.fail(missing());
+        };
+        let poles = self.fit.poles.clone();
         let residues = Residues::new(&responses, &poles, scratch);
         let modes = residues.and_then(|residues| Modes::of_residues(&responses, &residues));
         let Some((modes, places)) = modes else { return self.fail(missing()) };

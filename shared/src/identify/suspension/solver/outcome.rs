@@ -4,14 +4,13 @@ use nalgebra::{SVector, Vector3, Vector6};
 
 use super::super::Answer;
 use super::super::judgement::{add_doubts, judged_estimate};
-use super::answering::place_of;
 use super::{MethodAnswer, RigLayout, SolverMemory, Stage, SuspensionSolver};
-use crate::Real;
 use crate::diagnosis::{Diagnostic, Diagnostics};
-use crate::identify::agreement::Agreement;
+use crate::identify::agreement::{Agreement, Comparing};
 use crate::identify::{Estimate, Method, SUSPENSION_METHODS};
 use crate::layout::motion_at;
 use crate::modes::{Mode, norm_indicator};
+use crate::{Progress, Real};
 
 /// A suspension mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,7 +99,15 @@ impl<R: Real> SuspensionSolver<R> {
 
     /// True until the methods have answered; then the changes follow, which show how certain the answers are.
     pub fn unanswered(&self) -> bool {
-        !matches!(self.stage, Stage::Changes(_) | Stage::Done | Stage::Failed)
+        matches!(
+            self.stage,
+            Stage::Wanting(_)
+                | Stage::Reducing(..)
+                | Stage::Orders(_)
+                | Stage::Residues(_)
+                | Stage::Modes
+                | Stage::Forms(_)
+        )
     }
 
     /// Number of changes that are done.
@@ -122,14 +129,12 @@ impl<R: Real> SuspensionSolver<R> {
         layout: &RigLayout<R>,
         memory: &SolverMemory<'_, R>,
     ) -> Option<Result<Estimate<R>, Diagnostics>> {
-        let (Stage::Done, Some(sums)) = (&self.stage, &self.propagation) else { return None };
-        let place = place_of(method);
-        Method::of_modes().nth(place).filter(|of_place| *of_place == method)?;
-        let covariances = sums.covariances(memory.readings);
-        let length = layout.characteristic_length();
+        let Stage::Done(_) = self.stage else { return None };
+        let place = Method::of_modes().position(|other| other == method)?;
         match &self.answers[place] {
             MethodAnswer::Answer(answer) => {
-                let judged = judged_estimate(method, answer, place, &covariances, length);
+                let length = layout.characteristic_length();
+                let judged = self.judged(place, method, answer, length, memory)?;
                 Some(judged.map(|mut estimate| {
                     add_doubts(&mut estimate, &self.diagnostics);
                     estimate
@@ -140,20 +145,73 @@ impl<R: Real> SuspensionSolver<R> {
         }
     }
 
-    /// How the answers agree, and the combined estimate. The places are those in [`Method::of_modes`]. `None` with fewer than two
-    /// answers, or before the changes are done.
-    pub fn agreement(
+    fn judged(
         &self,
-        layout: &RigLayout<R>,
+        place: usize,
+        method: Method,
+        answer: &Answer<R>,
+        length: R,
         memory: &SolverMemory<'_, R>,
-    ) -> Option<Agreement<R>> {
-        let (Stage::Done, Some(sums)) = (&self.stage, &self.propagation) else { return None };
-        let mut answers: [Option<SVector<R, 10>>; SUSPENSION_METHODS] = [None; SUSPENSION_METHODS];
-        for (method, to) in Method::of_modes().zip(&mut answers) {
-            let estimate = self.estimate(method, layout, memory);
-            *to = estimate.and_then(Result::ok).map(|estimate| estimate.theta());
+    ) -> Option<Result<Estimate<R>, Diagnostics>> {
+        let covariances = self.propagation.as_ref()?.covariances(memory.readings);
+        Some(judged_estimate(method, answer, place, &covariances, length))
+    }
+
+    /// How the answers agree, and the combined estimate. The places are those in [`Method::of_modes`]. `None` with fewer than two
+    /// answers, or before the work is done.
+    pub fn agreement(&self) -> Option<&Agreement<R>> {
+        let Stage::Done(comparing) = &self.stage else { return None };
+        comparing.as_ref().map(Comparing::found)
+    }
+
+    /// Begins to compare the answers that stand; L in m.
+    pub(super) fn compare(&mut self, length: R, memory: &SolverMemory<'_, R>) -> Progress {
+        for (place, method) in Method::of_modes().enumerate() {
+            let judged = self.answers[place]
+                .answer()
+                .and_then(|answer| self.judged(place, method, answer, length, memory));
+            self.accepted[place] = judged.is_some_and(|judged| judged.is_ok());
         }
-        Agreement::of(&answers, &sums.covariances(memory.readings))
+        let thetas = self.accepted_answers();
+        let sums = self.propagation.as_ref();
+        let comparing =
+            sums.and_then(|sums| Comparing::new(&thetas, &sums.covariances(memory.readings)));
+        match comparing {
+            Some(comparing) => {
+                self.stage = Stage::Comparing(comparing);
+                Progress::Going
+            }
+            None => self.done(None),
+        }
+    }
+
+    /// Runs one step of the comparison.
+    pub(super) fn step_comparing(&mut self, memory: &SolverMemory<'_, R>) -> Progress {
+        let thetas = self.accepted_answers();
+        let (Stage::Comparing(comparing), Some(sums)) = (&mut self.stage, &self.propagation) else {
+            return self.done(None);
+        };
+        let progress = comparing.step(&thetas, &sums.covariances(memory.readings));
+        match progress {
+            Some(Progress::Going) => Progress::Going,
+            Some(Progress::Done) => {
+                let comparing = comparing.clone();
+                self.done(Some(comparing))
+            }
+            None => self.done(None),
+        }
+    }
+
+    fn done(&mut self, comparing: Option<Comparing<R>>) -> Progress {
+        self.stage = Stage::Done(comparing);
+        Progress::Done
+    }
+
+    fn accepted_answers(&self) -> [Option<SVector<R, 10>>; SUSPENSION_METHODS] {
+        core::array::from_fn(|place| {
+            let answer = self.answers[place].answer().filter(|_| self.accepted[place]);
+            answer.map(|answer| answer.body.theta())
+        })
     }
 
     /// The refusals of the methods, best method first.

@@ -73,6 +73,12 @@ pub fn measure_solver(
     report("solver_answers", costs);
     assert!(!solver.has_failed(), "{:?}", solver.diagnostics());
     assert_eq!(solver.modes().len(), SUSPENSION_MODES);
+    for n in 0..90 {
+        let c = massline_on_target::measure(|| {
+            solver.step(layout, &mut memory);
+        });
+        print(format_args!("step {n} {} {}", c.instructions, c.stack));
+    }
     let mut until = |changes: u32| {
         measure_steps(|| {
             assert_eq!(solver.step(layout, &mut memory), Progress::Going);
