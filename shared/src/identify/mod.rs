@@ -15,6 +15,7 @@ pub mod maximum_likelihood;
 pub mod modal_constant;
 pub mod single_fault;
 pub mod suspension;
+pub mod suspension_solver;
 pub mod toivola_nuutila;
 
 mod applicability;

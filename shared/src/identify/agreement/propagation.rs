@@ -144,17 +144,17 @@ pub fn ask<T, R: Real, const S: usize, const H: usize>(
         return Some(answers(&Perturbation { layout, quantity: None, draw }));
     }
     let mut shifted = layout.clone();
-    let quantity = Some(shift(&mut shifted, change)?);
-    Some(answers(&Perturbation { layout: &shifted, quantity, draw: None }))
+    let place = (change - 1 - NOISE_DRAWS) as usize;
+    let quantity = Some(place);
+    shift(&mut shifted, place)
+        .then(|| answers(&Perturbation { layout: &shifted, quantity, draw: None }))
 }
 
-/// Shifts a layout by the change of this number, and returns the place of the quantity that has changed; `None` for a change
-/// of the data alone, and for an error that the layout does not have.
+/// Shifts a layout by one standard deviation of the uncertain quantity with this place; false for one that it does not have.
 pub fn shift<R: Real, const S: usize, const H: usize>(
     layout: &mut Layout<R, S, H>,
-    change: u32,
-) -> Option<usize> {
-    let place = change.checked_sub(1)?.checked_sub(NOISE_DRAWS)? as usize;
-    let quantity = layout.uncertain_quantities().nth(place)?;
-    layout.shift(quantity).then_some(place)
+    place: usize,
+) -> bool {
+    let quantity = layout.uncertain_quantities().nth(place);
+    quantity.is_some_and(|quantity| layout.shift(quantity))
 }

@@ -4,7 +4,7 @@ use massline_on_target::{StepCosts, measure_steps, print};
 use massline_shared::Progress;
 use massline_shared::body::{RigidBody, scale};
 use massline_shared::identify::Method;
-use massline_shared::identify::suspension::{
+use massline_shared::identify::suspension_solver::{
     LineGrid, READINGS, SolverMemory, SuspensionSolver, WEIGHTS,
 };
 use massline_shared::layout::RigLayout;
@@ -73,12 +73,6 @@ pub fn measure_solver(
     report("solver_answers", costs);
     assert!(!solver.has_failed(), "{:?}", solver.diagnostics());
     assert_eq!(solver.modes().len(), SUSPENSION_MODES);
-    for n in 0..90 {
-        let c = massline_on_target::measure(|| {
-            solver.step(layout, &mut memory);
-        });
-        print(format_args!("step {n} {} {}", c.instructions, c.stack));
-    }
     let mut until = |changes: u32| {
         measure_steps(|| {
             assert_eq!(solver.step(layout, &mut memory), Progress::Going);

@@ -69,6 +69,7 @@ impl<R: Real> SuspensionSolver<R> {
     }
 
     /// Reduces the readings of a hit at some lines, and adds their share in the force.
+    #[inline(never)]
     pub(super) fn step_reducing(
         &mut self,
         layout: &RigLayout<R>,

@@ -3,14 +3,23 @@
 //! ```text
 //! wants ─▶ take ─▶ motions ─▶ order ─▶ modes ─▶ answers ─▶ changes, one after the other ─▶ estimates, agreement
 //! ```
-//! The mathematics is that of [`SuspensionFit`](super::SuspensionFit), in the same functions. Three things differ:
+//! The mathematics is that of [`SuspensionFit`](super::suspension::SuspensionFit), in the same functions. Four things differ:
 //!
 //! * The responses are reduced to the motions of the reference point as they come, and the motions are kept in
 //!   [16 bits](crate::modes::CompactMotions).
 //! * A change of the data or of the layout acts on readings, which are no longer there. They are predicted from the motions,
-//!   `x = G(s) a`, so what the sensors have measured besides a motion of a rigid body, noise above all, is not changed with the
-//!   layout. The draws of noise are the same as with all readings.
+//!   `x = G(s) a`. What the sensors have measured besides a motion of a rigid body, noise above all, is therefore not reduced
+//!   again under a changed layout: a second-order effect, the product of the noise and an error of the layout.
+//! * There are fewer draws of noise; they are the same as the first ones of the full computation, as long as no hits are mixed.
 //! * [`OrderSearch`] fits as few orders as it takes.
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | `intake` | from responses to motions |
+//! | `modal_fit` | from motions to modes, and what they show |
+//! | `answering` | the direct method in steps, and what the methods have answered |
+//! | `changes` | what small changes do to modes and answers |
+//! | `outcome` | the results |
 
 mod answering;
 mod changes;
@@ -25,8 +34,7 @@ use nalgebra::{Complex, Vector3, Vector6};
 
 use self::answering::Forms;
 use self::changes::Change;
-use super::answers::lines_about;
-use super::{Answer, ModeDeviations};
+use super::suspension::{Answer, ModeDeviations, lines_about};
 use crate::diagnosis::{Diagnostic, Diagnostics};
 use crate::identify::SUSPENSION_METHODS;
 use crate::identify::agreement::{Comparing, PackedPropagation};

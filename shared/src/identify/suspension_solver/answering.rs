@@ -1,13 +1,12 @@
 //! The answers of the methods to the motions as they are.
 
-use super::super::Answer;
-use super::super::answers::of_object;
 use super::changes::Change;
 use super::{MethodAnswer, RigLayout, SolverMemory, Stage, Stored, SuspensionSolver};
 use crate::diagnosis::{Diagnostic, Diagnostics, Severity};
 use crate::identify::Method;
 use crate::identify::agreement::PackedPropagation;
 use crate::identify::dppim::{Form, FormSolver, NearModes, worse_form};
+use crate::identify::suspension::{Answer, of_object};
 use crate::{Progress, Real};
 
 /// The two forms of the direct method, one after the other.
@@ -82,6 +81,7 @@ impl<R: Real> MethodAnswer<R> {
 
 impl<R: Real> SuspensionSolver<R> {
     /// Runs one step of the direct method.
+    #[inline(never)]
     pub(super) fn step_forms(
         &mut self,
         layout: &RigLayout<R>,

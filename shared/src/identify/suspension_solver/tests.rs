@@ -4,7 +4,7 @@ use nalgebra::{Complex, SVector};
 use std::vec;
 use std::vec::Vec;
 
-use super::super::{SuspensionFit, judged_estimate, mode_findings};
+use super::super::suspension::{SuspensionFit, judged_estimate, mode_findings};
 use super::*;
 use crate::body::{RigidBody, scale};
 use crate::diagnosis::Code;
@@ -242,15 +242,16 @@ fn a_rig_finds_what_the_full_computation_finds() {
         let (distance, ratios) = compare(rig, full);
         // What the rig may differ by; it does so by 0.005.
         assert!(distance < 0.05, "{:?} {distance}", full.method);
-        // The draws are the same. The 16 bits and the readings that are predicted make 0.4 %.
-        assert!(ratios[0] > 0.98 && ratios[1] < 1.02, "{:?} {ratios:?}", full.method);
+        // Half as many draws make this difference; with the same draws the 16 bits and the readings that are predicted
+        // make 0.4 %.
+        assert!(ratios[0] > 0.95 && ratios[1] < 1.05, "{:?} {ratios:?}", full.method);
     }
     let (rig, full) = (agreement.unwrap(), full.agreement.unwrap());
     assert_eq!(rig.outliers, full.outliers);
     for k in 0..10 {
         let sigma = full.covariance[(k, k)].sqrt();
         assert!((f64::from(rig.theta[k]) - full.theta[k]).abs() < 0.05 * sigma, "{k}");
-        assert!((f64::from(rig.covariance[(k, k)].sqrt()) / sigma - 1.0).abs() < 0.02, "{k}");
+        assert!((f64::from(rig.covariance[(k, k)].sqrt()) / sigma - 1.0).abs() < 0.05, "{k}");
     }
 }
 
@@ -308,7 +309,7 @@ fn fewer_or_more_hits_are_answered_and_refused_as_by_the_full_computation() {
     let test = Test::new(layout(), GRID, 12_345);
     // A single hit, two, and all but the first.
     let single = agrees_with_full(&test, &[0]);
-    assert!(single.contains(&Some(Code::ResponsesDoNotSpanSix)) || single.len() == 1, "{single:?}");
+    assert_eq!(single[4], Some(Code::TenParametersNotIdentifiable));
     agrees_with_full(&test, &[1, 2]);
     agrees_with_full(&test, &[1, 2, 3, 4]);
     let mixed = Test::new(with_more_hits(), GRID, 54_321);
@@ -321,6 +322,10 @@ fn fewer_than_five_modes_are_refused_method_by_method() {
     let refused = agrees_with_full(&Test::new(layout(), grid, 99), &[0, 1, 2, 3, 4]);
     assert_eq!(refused[0], Some(Code::SuspensionModesMissing));
     assert_eq!(refused[1], Some(Code::SixModesNeeded));
+    // Five modes are below 7.4 Hz: enough for the orthogonality of shapes.
+    let grid = LineGrid { band_hz: [0.5, 7.4], ..GRID };
+    let refused = agrees_with_full(&Test::new(layout(), grid, 99), &[0, 1, 2, 3, 4]);
+    assert_eq!(refused[..2], [None, Some(Code::SixModesNeeded)]);
 }
 
 #[test]

@@ -2,10 +2,6 @@
 
 use nalgebra::{Complex, Vector6};
 
-use super::super::answers::{Observed, answer, lines_about};
-use super::super::checks::mode_findings;
-use super::super::points::suspects;
-use super::super::selection::{Selection, select};
 use super::answering::Forms;
 use super::{
     MethodAnswer, RigLayout, SolverMemory, Stage, Stored, SuspensionMode, SuspensionSolver,
@@ -13,12 +9,16 @@ use super::{
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
 use crate::identify::Method;
 use crate::identify::driving_points::points_at_lines;
+use crate::identify::suspension::{
+    Observed, Selection, answer, lines_about, mode_findings, select, suspects,
+};
 use crate::layout::RIG_HITS;
 use crate::modes::{ForceMixing, LinesPerSide, Modes, OriginResponses, ResidueFit, Residues};
 use crate::{Progress, Real};
 
 impl<R: Real> SuspensionSolver<R> {
     /// Runs one step of the search for the order.
+    #[inline(never)]
     pub(super) fn step_orders(
         &mut self,
         layout: &RigLayout<R>,
@@ -44,6 +44,7 @@ impl<R: Real> SuspensionSolver<R> {
     }
 
     /// Runs one step of the residues of these poles.
+    #[inline(never)]
     pub(super) fn step_residues(
         &mut self,
         layout: &RigLayout<R>,
@@ -70,6 +71,7 @@ impl<R: Real> SuspensionSolver<R> {
     }
 
     /// Takes the modes that these residues give.
+    #[inline(never)]
     pub(super) fn step_modes(
         &mut self,
         layout: &RigLayout<R>,

@@ -2,11 +2,10 @@
 
 use nalgebra::{SVector, Vector3, Vector6};
 
-use super::super::Answer;
-use super::super::judgement::{add_doubts, judged_estimate};
 use super::{MethodAnswer, RigLayout, SolverMemory, Stage, SuspensionSolver};
 use crate::diagnosis::{Diagnostic, Diagnostics};
 use crate::identify::agreement::{Agreement, Comparing};
+use crate::identify::suspension::{Answer, add_doubts, judged_estimate};
 use crate::identify::{Estimate, Method, SUSPENSION_METHODS};
 use crate::layout::motion_at;
 use crate::modes::{Mode, norm_indicator};
@@ -165,6 +164,7 @@ impl<R: Real> SuspensionSolver<R> {
     }
 
     /// Begins to compare the answers that stand; L in m.
+    #[inline(never)]
     pub(super) fn compare(&mut self, length: R, memory: &SolverMemory<'_, R>) -> Progress {
         for (place, method) in Method::of_modes().enumerate() {
             let judged = self.answers[place]
