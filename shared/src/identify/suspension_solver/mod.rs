@@ -329,7 +329,7 @@ impl<R: Real> SuspensionSolver<R> {
 }
 
 /// Share of the search for the order in all work after the responses.
-const SEARCH_SHARE: f32 = 0.07;
+const SEARCH_SHARE: f32 = 0.09;
 
 /// Removes the hits that have not been measured.
 fn keep_measured<R>(hits: &mut Vec<Hit<R>, RIG_HITS>, dofs: &[u8]) {

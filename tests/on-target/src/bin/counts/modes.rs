@@ -13,7 +13,7 @@ use massline_shared::modes::{
 use nalgebra::{Complex, Matrix3x6, Matrix6, Vector3, Vector6};
 
 use super::outcome::{close, report};
-use super::solver::measure_solver;
+use super::solver::{measure_comparison, measure_solver};
 
 pub const FORCES: usize = 6;
 /// Standard deviation of the real and of the imaginary part of a motion.
@@ -59,6 +59,7 @@ pub fn measure_modes(layout: &RigLayout, body: &RigidBody<f32>) {
         assert!(shown > 0.1 * size * size, "{mode:?}");
     }
     measure_solver(layout, body, &s, &motions);
+    measure_comparison();
     let noise = NOISE * core::f32::consts::SQRT_2;
     let suspension =
         Suspension { responses: &responses, modes: &modes, lines: &lines, noise, known: &[] };

@@ -3,13 +3,14 @@
 use massline_on_target::{StepCosts, measure_steps, print};
 use massline_shared::Progress;
 use massline_shared::body::{RigidBody, scale};
-use massline_shared::identify::Method;
+use massline_shared::identify::agreement::{Comparing, PackedPropagation};
 use massline_shared::identify::suspension_solver::{
     LineGrid, READINGS, SolverMemory, SuspensionSolver, WEIGHTS,
 };
+use massline_shared::identify::{Method, SUSPENSION_METHODS, random_signs};
 use massline_shared::layout::RigLayout;
 use massline_shared::modes::{CompactMotions, MOST_LINES, SEARCH_MEMORY, SUSPENSION_MODES};
-use nalgebra::Complex;
+use nalgebra::{Complex, SVector};
 
 use super::modes::{AllMotions, FORCES};
 use super::outcome::close;
@@ -97,4 +98,39 @@ fn report(name: &str, costs: StepCosts) {
     print(format_args!("{name}_step_instructions {}", costs.longest));
     print(format_args!("{name}_stack {}", costs.stack));
     print(format_args!("{name}_steps {}", costs.steps));
+}
+
+/// Measures the comparison of five answers that all differ by more than chance, which takes longest.
+#[inline(never)]
+pub fn measure_comparison() {
+    const METHODS: usize = SUSPENSION_METHODS;
+    const DRAWS: u32 = 40;
+    let mut memory = [Complex::new(0.0_f32, 0.0); PackedPropagation::<METHODS>::MEMORY];
+    let mut sums = PackedPropagation::<METHODS>::new(&mut memory).expect("memory for the sums");
+    for draw in 0..DRAWS {
+        let deviation = |method: usize| {
+            SVector::from_fn(|k, _| {
+                let sign = |place: usize| random_signs(draw, place)[0] as f32;
+                0.3 * sign(k) + 0.1 * sign(10 * (method + 1) + k)
+            })
+        };
+        sums.add_draw(&mut memory, &core::array::from_fn(|method| Some(deviation(method))));
+    }
+    sums.end_draws(&mut memory);
+    let answers: [_; METHODS] = core::array::from_fn(|method| {
+        let of = |k: usize| (method * method) as f32 + 0.1 * k as f32;
+        Some(SVector::<f32, 10>::from_fn(|k, _| of(k)))
+    });
+    let covariances = sums.covariances(&memory);
+    let mut comparing = None;
+    let costs = measure_steps(|| match &mut comparing {
+        None => {
+            comparing = Comparing::new(&answers, &covariances);
+            comparing.is_some()
+        }
+        Some(comparing) => comparing.step(&answers, &covariances) == Some(Progress::Going),
+    });
+    let found = comparing.expect("several answers");
+    assert!(found.found().between.min() > 0.0, "{:?}", found.found());
+    report("solver_comparison", costs);
 }
