@@ -54,29 +54,42 @@ impl<R: Real> Modes<R> {
         poles: &Poles<R>,
     ) -> Option<(Self, Vec<usize, MOST_PAIRS>)> {
         let mut memory = [R::zero(); SEARCH_MEMORY];
-        Self::of_residues(responses, &fit_residues(responses, poles, &mut memory)?)
+        let mut found = Self::empty();
+        let places = found.find(responses, &fit_residues(responses, poles, &mut memory)?)?;
+        Some((found, places))
     }
 
-    /// The same from their residues.
+    /// No modes.
+    pub fn empty() -> Self {
+        let residual = R::zero();
+        Self { modes: Vec::new(), poles: Vec::new(), rigid: Vec::new(), residual }
+    }
+
+    /// Takes the modes of these residues instead, and returns the places of their poles. `None` when there are more forces
+    /// than there is room for.
     // Not inlined, which keeps its working memory off the stack of what uses the modes.
     #[inline(never)]
-    pub fn of_residues(
+    pub fn find(
+        &mut self,
         responses: &OriginResponses<'_, R>,
         residues: &Residues<'_, R>,
-    ) -> Option<(Self, Vec<usize, MOST_PAIRS>)> {
-        let rigid = (0..residues.forces()).map(|force| residues.constant(force)).collect();
-        let poles = residues.poles();
-        let mut found =
-            Self { modes: Vec::new(), poles: Vec::new(), rigid, residual: residues.left() };
+    ) -> Option<Vec<usize, MOST_PAIRS>> {
+        self.modes.clear();
+        self.poles.clear();
+        self.rigid.clear();
+        for force in 0..residues.forces() {
+            self.rigid.push(residues.constant(force)).ok()?;
+        }
+        self.residual = residues.left();
         let mut places = Vec::new();
-        for (place, pole) in poles.iter().enumerate() {
+        for (place, pole) in residues.poles().iter().enumerate() {
             if let Some(mode) = Mode::new(responses, residues, place, *pole) {
-                found.modes.push(mode).ok()?;
-                found.poles.push(*pole).ok()?;
+                self.modes.push(mode).ok()?;
+                self.poles.push(*pole).ok()?;
                 places.push(place).ok()?;
             }
         }
-        Some((found, places))
+        Some(places)
     }
 
     /// The same with each shape from the force that shows the mode best, as Almeida, Maia and Urgueira choose it.

@@ -4,7 +4,7 @@ use nalgebra::{Complex, SVector, Vector6};
 
 use super::answering::{Forms, place_of};
 use super::modal_fit::of_modes_alone;
-use super::{RigLayout, SolverMemory, Stage, Stored, SuspensionSolver, keep_measured};
+use super::{RigLayout, SolverMemory, Stage, Stored, SuspensionSolver, measured};
 use crate::identify::SUSPENSION_METHODS;
 use crate::identify::agreement::shift;
 use crate::identify::dppim::NearModes;
@@ -122,8 +122,7 @@ impl<R: Real> SuspensionSolver<R> {
             return Progress::Going;
         };
         let number = *number;
-        let mut of = layout.clone();
-        keep_measured(&mut of.hits, &self.dofs);
+        let mut of = measured(layout, &self.dofs);
         if number == changes(&of) {
             return self.compare(of.characteristic_length(), memory);
         }
@@ -329,9 +328,10 @@ impl<R: Real> SuspensionSolver<R> {
         let length = changed.characteristic_length();
         let Some(responses) = stored.responses(grid.count(), &forces, length) else { return };
         let Some(residues) = Residues::new(&responses, poles, scratch) else { return };
-        let Some((mut modes, _)) = Modes::of_residues(&responses, &residues) else {
+        let mut modes = Modes::empty();
+        if modes.find(&responses, &residues).is_none() {
             return self.end_change(kind, memory);
-        };
+        }
         let kept = fit.kept.iter().map(|place| usize::from(*place));
         let Some(places) = found_again(&modes.poles, &fit.poles, kept) else {
             return self.end_change(kind, memory);

@@ -38,7 +38,7 @@ use super::suspension::{Answer, ModeDeviations, lines_about};
 use crate::diagnosis::{Diagnostic, Diagnostics};
 use crate::identify::SUSPENSION_METHODS;
 use crate::identify::agreement::{Comparing, PackedPropagation};
-use crate::layout::{Hit, Layout, RIG_HITS, RIG_SENSORS};
+use crate::layout::{Layout, RIG_HITS, RIG_SENSORS};
 use crate::modes::{
     CompactMotions, Exponents, ForceMixing, Lines, LinesPerSide, MOST_FORCES, MOST_LINES, Motions,
     OrderSearch, OriginResponses, Poles, ResidueFit, SEARCH_MEMORY, SUSPENSION_MODES,
@@ -224,9 +224,7 @@ impl<R: Real> SuspensionSolver<R> {
         let dofs: Vec<u8, RIG_HITS> =
             all.filter(|dof| dofs.contains(dof)).map(|dof| dof as u8).collect();
         let reference = layout.sensor_centroid();
-        let mut part = layout.clone();
-        keep_measured(&mut part.hits, &dofs);
-        let mixing = ForceMixing::of(&part, &reference);
+        let mixing = ForceMixing::of(&measured(layout, &dofs), &reference);
         let mut solver = Self {
             grid,
             dofs,
@@ -280,9 +278,7 @@ impl<R: Real> SuspensionSolver<R> {
         layout: &RigLayout<R>,
         memory: &mut SolverMemory<'_, R>,
     ) -> Progress {
-        let mut layout = layout.clone();
-        keep_measured(&mut layout.hits, &self.dofs);
-        let layout = &layout;
+        let layout = &measured(layout, &self.dofs);
         match &self.stage {
             Stage::Reducing(..) => self.step_reducing(layout, memory),
             Stage::Orders(_) => self.step_orders(layout, memory),
@@ -331,13 +327,17 @@ impl<R: Real> SuspensionSolver<R> {
 /// Share of the search for the order in all work after the responses.
 const SEARCH_SHARE: f32 = 0.09;
 
-/// Removes the hits that have not been measured.
-fn keep_measured<R>(hits: &mut Vec<Hit<R>, RIG_HITS>, dofs: &[u8]) {
+/// The layout with only the measured hit DOFs.
+// Not inlined, since the copy would be on the stack twice.
+#[inline(never)]
+fn measured<R: Real>(layout: &RigLayout<R>, dofs: &[u8]) -> RigLayout<R> {
+    let mut part = layout.clone();
     let mut dof = 0;
-    hits.retain(|_| {
+    part.hits.retain(|_| {
         dof += 1;
         dofs.contains(&(dof - 1))
     });
+    part
 }
 
 /// The parts of the memory that describe the motions.

@@ -86,10 +86,31 @@ impl<R: Real> SuspensionSolver<R> {
             return self.fail(missing());
         };
         let poles = self.fit.poles.clone();
-        let residues = Residues::new(&responses, &poles, scratch);
-        let modes = residues.and_then(|residues| Modes::of_residues(&responses, &residues));
-        let Some((modes, places)) = modes else { return self.fail(missing()) };
-        self.found(layout, &responses, modes, &places)
+        let Some(residues) = Residues::new(&responses, &poles, scratch) else {
+            return self.fail(missing());
+        };
+        let mut modes = Modes::empty();
+        let Some(places) = modes.find(&responses, &residues) else { return self.fail(missing()) };
+        self.found(layout, &responses, &mut modes, &places)
+    }
+
+    /// Errors for points that do not move at the resonances as accelerations under a force do.
+    #[inline(never)]
+    fn suspect_points(
+        &self,
+        layout: &RigLayout<R>,
+        responses: &OriginResponses<'_, R>,
+    ) -> Diagnostics {
+        let lines = lines_about(&self.fit.poles, responses.s, LinesPerSide::Width);
+        let near = lines.below.iter().chain(&lines.above).copied();
+        let mixing = self.mixing(layout);
+        let points = points_at_lines(layout, &self.reference, near, |line, of_hits| {
+            *of_hits = (0..layout.hits.len())
+                .map(|hit| motion_of_hit(responses, &mixing, line, hit))
+                .collect();
+            Some(())
+        });
+        points.map_or_else(Diagnostics::new, |points| suspects(&points))
     }
 
     /// Takes the modes, and asks the methods that need nothing else.
@@ -98,21 +119,12 @@ impl<R: Real> SuspensionSolver<R> {
         &mut self,
         layout: &RigLayout<R>,
         responses: &OriginResponses<'_, R>,
-        mut modes: Modes<R>,
+        modes: &mut Modes<R>,
         places: &[usize],
     ) -> Progress {
-        let Selection { kept, one_more } = select(&modes, responses.s, responses.length);
+        let Selection { kept, one_more } = select(modes, responses.s, responses.length);
         if places.len() < self.fit.poles.len() || kept.is_empty() {
-            let lines = lines_about(&self.fit.poles, responses.s, LinesPerSide::Width);
-            let near = lines.below.iter().chain(&lines.above).copied();
-            let mixing = self.mixing(layout);
-            let points = points_at_lines(layout, &self.reference, near, |line, of_hits| {
-                *of_hits = (0..layout.hits.len())
-                    .map(|hit| motion_of_hit(responses, &mixing, line, hit))
-                    .collect();
-                Some(())
-            });
-            let suspect = points.map_or_else(Diagnostics::new, |points| suspects(&points));
+            let suspect = self.suspect_points(layout, responses);
             if !suspect.is_empty() {
                 return self.fail(suspect);
             }
@@ -127,7 +139,7 @@ impl<R: Real> SuspensionSolver<R> {
         // Places are below the number of pairs of poles.
         self.fit.kept = kept.iter().map(|kept| places[*kept] as u8).collect();
         self.fit.modes = modes.modes.iter().map(SuspensionMode::of).collect();
-        self.diagnostics = mode_findings(&modes, responses);
+        self.diagnostics = mode_findings(modes, responses);
         self.diagnostics.extend(one_more);
         if layout.lacks_gravity() && !self.diagnostics.is_full() {
             let finding = Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0);
@@ -135,7 +147,7 @@ impl<R: Real> SuspensionSolver<R> {
         }
         let Self { fit, reference, answers, .. } = self;
         let lines = fit.lines(responses.s);
-        let observed = Observed { responses, modes: &modes, lines: &lines, noise: fit.noise };
+        let observed = Observed { responses, modes, lines: &lines, noise: fit.noise };
         for (method, to) in of_modes_alone(answers) {
             *to = MethodAnswer::of(answer(method, layout, reference, &observed));
         }
