@@ -4,6 +4,7 @@ use nalgebra::{Complex, Matrix6, SymmetricEigen, Vector3, Vector6};
 use std::vec::Vec;
 
 use super::*;
+use crate::Progress;
 use crate::layout::tests::{bar_body, bar_layout};
 
 /// A body on springs with proportional damping.
@@ -117,4 +118,46 @@ fn responses_that_cannot_be_fitted_have_no_modes() {
     assert!(identify_modes(&hung.responses(&motions), 6).is_none());
     hung.s.clear();
     assert!(identify_modes(&hung.responses(&[]), 6).is_none());
+}
+
+#[test]
+fn a_search_finds_the_order_that_all_orders_show() {
+    let mut hung = Hung::new();
+    let mut state = 1_u32;
+    let mut noise = || {
+        // A linear congruential generator (Numerical Recipes), uniform.
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        0.002 * (f64::from(state >> 8) / f64::from(1 << 24) - 0.5)
+    };
+    let mut motions = hung.motions();
+    motions.iter_mut().flatten().for_each(|z| *z += Complex::new(noise(), noise()));
+    let (forces, whole) = (hung.forces.len(), hung.s.clone());
+    // All lines, and those about some of the modes: fewer and fewer of them show.
+    let mut orders = Vec::new();
+    for lines in [117, 70, 45, 36] {
+        hung.s = whole[..lines].to_vec();
+        let responses = hung.responses(&motions[..lines * forces]);
+        let all = Orders::up_to(&responses, MOST_PAIRS);
+        let expected = all.sufficient().unwrap();
+        let mut memory = std::vec![0.0; SEARCH_MEMORY];
+        let mut search = OrderSearch::default();
+        while search.step(&responses, &mut memory) == Progress::Going {
+            assert!((0.0..=1.0).contains(&search.progress()));
+        }
+        assert_eq!(search.sufficient().unwrap(), expected);
+        orders.push(expected.poles.len());
+    }
+    assert_eq!(orders[0], SUSPENSION_MODES);
+    assert!(orders[3] < SUSPENSION_MODES, "{orders:?}");
+}
+
+#[test]
+fn a_search_without_lines_ends() {
+    let mut hung = Hung::new();
+    hung.s.clear();
+    let mut search = OrderSearch::default();
+    let responses = hung.responses(&[]);
+    let mut memory = std::vec![0.0; SEARCH_MEMORY];
+    while search.step(&responses, &mut memory) == Progress::Going {}
+    assert!(search.sufficient().is_none());
 }

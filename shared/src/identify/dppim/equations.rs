@@ -167,7 +167,6 @@ pub struct DirectSolver<R> {
 
 /// What the next step does.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "one part at a time, without an allocator")]
 enum Part<R> {
     /// Eliminates K.
     Eliminate,

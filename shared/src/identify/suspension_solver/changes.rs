@@ -46,7 +46,6 @@ pub(super) struct Change<R> {
 
 /// What is done next about a change.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "one at a time, without an allocator")]
 enum Work<R> {
     Begin,
     /// The motions are changed, from this line on.
@@ -112,7 +111,8 @@ impl<R: Real> Change<R> {
 
 impl<R: Real> SuspensionSolver<R> {
     /// Runs one step of the change in hand.
-    // The parts are not inlined, so that each needs only its own stack.
+    // This and its parts are not inlined, so that each needs only its own stack.
+    #[inline(never)]
     pub(super) fn step_change(
         &mut self,
         layout: &RigLayout<R>,

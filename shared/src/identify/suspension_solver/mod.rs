@@ -146,7 +146,6 @@ pub struct SuspensionSolver<R> {
 
 /// What is done next.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "one at a time, without an allocator")]
 enum Stage<R> {
     /// A response is wanted.
     Wanting(Wanted),
@@ -256,7 +255,8 @@ impl<R: Real> SuspensionSolver<R> {
         Some((usize::from(*self.dofs.get(hit)?), channel))
     }
 
-    /// Runs one step, at most a million instructions on a rig.
+    /// Runs one step, at most a million instructions on a rig. It fails with `data_not_finite` when the memory is smaller than
+    /// [`SolverMemory`] states.
     pub fn step(&mut self, layout: &RigLayout<R>, memory: &mut SolverMemory<'_, R>) -> Progress {
         if !memory.is_large_enough() {
             return self.fail(crate::diagnosis::fatal(crate::diagnosis::Code::DataNotFinite, 0.0));
