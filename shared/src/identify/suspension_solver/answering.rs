@@ -1,12 +1,10 @@
 //! The answers of the methods to the motions as they are.
 
-use super::changes::Change;
-use super::{MethodAnswer, RigLayout, SolverMemory, Stage, Stored, SuspensionSolver};
-use crate::diagnosis::{Diagnostic, Diagnostics, Severity};
+use super::MethodAnswer;
+use crate::diagnosis::Diagnostics;
 use crate::identify::Method;
-use crate::identify::agreement::PackedPropagation;
-use crate::identify::dppim::{Form, FormSolver, NearModes, worse_form};
-use crate::identify::suspension::{Answer, of_object};
+use crate::identify::dppim::{Form, FormSolver, NearModes};
+use crate::identify::suspension::Answer;
 use crate::{Progress, Real};
 
 /// The two forms of the direct method, one after the other.
@@ -79,49 +77,8 @@ impl<R: Real> MethodAnswer<R> {
     }
 }
 
-impl<R: Real> SuspensionSolver<R> {
-    /// Runs one step of the direct method.
-    #[inline(never)]
-    pub(super) fn step_forms(
-        &mut self,
-        layout: &RigLayout<R>,
-        memory: &mut SolverMemory<'_, R>,
-    ) -> Progress {
-        let forces = self.mixing(layout).forces(layout, &self.reference);
-        let Self { grid, units, stage, fit, answers, reference, .. } = self;
-        let Stage::Forms(forms) = stage else { return Progress::Going };
-        let SolverMemory { codes, weights, lines, .. } = memory;
-        let stored = Stored { codes, units: &units[0], lines, weights };
-        let length = layout.characteristic_length();
-        let Some(responses) = stored.responses(grid.count(), &forces, length) else {
-            return Progress::Going;
-        };
-        let of_modes = fit.lines(responses.s);
-        let near = NearModes { responses: &responses, lines: &of_modes, noise: fit.noise };
-        let progress = forms.step(
-            &near,
-            |_| true,
-            |method, answer| {
-                let of_object = answer.and_then(|answer| of_object(layout, reference, &answer));
-                answers[place_of(method)] = MethodAnswer::of(of_object);
-            },
-        );
-        if progress == Progress::Done {
-            self.refuse_worse_form();
-            self.propagation = PackedPropagation::new(memory.readings);
-            self.stage = Stage::Changes(Change::first(layout));
-        }
-        Progress::Going
-    }
-
-    /// Refuses the form of the direct method that fits clearly worse than the other.
-    fn refuse_worse_form(&mut self) {
-        let misfit = |method: Method| self.answers[place_of(method)].answer()?.misfit;
-        let pair = misfit(Method::Dppim).zip(misfit(Method::DppimStructural));
-        let worse = pair.and_then(|(viscous, structural)| worse_form(viscous, structural));
-        if let Some((method, code, times)) = worse {
-            let reason = Diagnostic::whole(code, Severity::Error, times.to_f32());
-            self.answers[place_of(method)] = MethodAnswer::Refused(reason);
-        }
-    }
+/// The methods that need the modes alone, and what belongs to each.
+pub(super) fn of_modes_alone<T>(all: &mut [T]) -> impl Iterator<Item = (Method, &mut T)> {
+    let is_direct = |method: &Method| matches!(method, Method::Dppim | Method::DppimStructural);
+    Method::of_modes().zip(all).filter(move |(method, _)| !is_direct(method))
 }

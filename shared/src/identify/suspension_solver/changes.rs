@@ -2,8 +2,7 @@
 
 use nalgebra::{Complex, SVector, Vector6};
 
-use super::answering::{Forms, place_of};
-use super::modal_fit::of_modes_alone;
+use super::answering::{Forms, of_modes_alone, place_of};
 use super::{RigLayout, SolverMemory, Stage, Stored, SuspensionSolver, measured};
 use crate::identify::SUSPENSION_METHODS;
 use crate::identify::agreement::shift;

@@ -16,8 +16,8 @@
 //! | module | subject |
 //! | --- | --- |
 //! | `intake` | from responses to motions |
-//! | `modal_fit` | from motions to modes, and what they show |
-//! | `answering` | the direct method in steps, and what the methods have answered |
+//! | `modal_fit` | from motions to modes, what they show, and the answers |
+//! | `answering` | the direct method in steps |
 //! | `changes` | what small changes do to modes and answers |
 //! | `outcome` | the results |
 

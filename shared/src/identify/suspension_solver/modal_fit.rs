@@ -1,16 +1,19 @@
-//! From motions to the suspension modes, and what they show.
+//! From motions to the suspension modes, what they show, and what the methods answer.
 
 use nalgebra::{Complex, Vector6};
 
-use super::answering::Forms;
+use super::answering::{Forms, of_modes_alone, place_of};
+use super::changes::Change;
 use super::{
     MethodAnswer, RigLayout, SolverMemory, Stage, Stored, SuspensionMode, SuspensionSolver,
 };
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
 use crate::identify::Method;
+use crate::identify::agreement::PackedPropagation;
+use crate::identify::dppim::{NearModes, worse_form};
 use crate::identify::driving_points::points_at_lines;
 use crate::identify::suspension::{
-    Observed, Selection, answer, lines_about, mode_findings, select, suspects,
+    Observed, Selection, answer, lines_about, mode_findings, of_object, select, suspects,
 };
 use crate::layout::RIG_HITS;
 use crate::modes::{ForceMixing, LinesPerSide, Modes, OriginResponses, ResidueFit, Residues};
@@ -154,6 +157,51 @@ impl<R: Real> SuspensionSolver<R> {
         self.stage = Stage::Forms(Forms::default());
         Progress::Going
     }
+
+    /// Runs one step of the direct method.
+    #[inline(never)]
+    pub(super) fn step_forms(
+        &mut self,
+        layout: &RigLayout<R>,
+        memory: &mut SolverMemory<'_, R>,
+    ) -> Progress {
+        let forces = self.mixing(layout).forces(layout, &self.reference);
+        let Self { grid, units, stage, fit, answers, reference, .. } = self;
+        let Stage::Forms(forms) = stage else { return Progress::Going };
+        let SolverMemory { codes, weights, lines, .. } = memory;
+        let stored = Stored { codes, units: &units[0], lines, weights };
+        let length = layout.characteristic_length();
+        let Some(responses) = stored.responses(grid.count(), &forces, length) else {
+            return Progress::Going;
+        };
+        let of_modes = fit.lines(responses.s);
+        let near = NearModes { responses: &responses, lines: &of_modes, noise: fit.noise };
+        let progress = forms.step(
+            &near,
+            |_| true,
+            |method, answer| {
+                let of_object = answer.and_then(|answer| of_object(layout, reference, &answer));
+                answers[place_of(method)] = MethodAnswer::of(of_object);
+            },
+        );
+        if progress == Progress::Done {
+            self.refuse_worse_form();
+            self.propagation = PackedPropagation::new(memory.readings);
+            self.stage = Stage::Changes(Change::first(layout));
+        }
+        Progress::Going
+    }
+
+    /// Refuses the form of the direct method that fits clearly worse than the other.
+    fn refuse_worse_form(&mut self) {
+        let misfit = |method: Method| self.answers[place_of(method)].answer()?.misfit;
+        let pair = misfit(Method::Dppim).zip(misfit(Method::DppimStructural));
+        let worse = pair.and_then(|(viscous, structural)| worse_form(viscous, structural));
+        if let Some((method, code, times)) = worse {
+            let reason = Diagnostic::whole(code, Severity::Error, times.to_f32());
+            self.answers[place_of(method)] = MethodAnswer::Refused(reason);
+        }
+    }
 }
 
 /// The motion of the reference point under a hit of the layout: the body moves under six mixed forces as under all.
@@ -168,12 +216,6 @@ fn motion_of_hit<R: Real>(
         let share = Complex::new(mixing.share(force, hit), R::zero());
         sum + responses.motion(line, force) * share
     })
-}
-
-/// The methods that need the modes alone, and what belongs to each.
-pub(super) fn of_modes_alone<T>(all: &mut [T]) -> impl Iterator<Item = (Method, &mut T)> {
-    let is_direct = |method: &Method| matches!(method, Method::Dppim | Method::DppimStructural);
-    Method::of_modes().zip(all).filter(move |(method, _)| !is_direct(method))
 }
 
 fn missing() -> Diagnostics {
