@@ -13,7 +13,6 @@ use massline_shared::modes::{
 use nalgebra::{Complex, Matrix3x6, Matrix6, Vector3, Vector6};
 
 use super::outcome::{close, report};
-use super::solver::{measure_comparison, measure_solver};
 
 pub const FORCES: usize = 6;
 /// Standard deviation of the real and of the imaginary part of a motion.
@@ -27,9 +26,8 @@ pub fn measure_modes(layout: &RigLayout, body: &RigidBody<f32>) {
     let length = layout.characteristic_length();
     let forces: [Vector6<f32>; FORCES] =
         core::array::from_fn(|hit| layout.hits[hit].unit_force(&reference));
-    let frequencies: [f32; MOST_LINES] = core::array::from_fn(|line| 0.5 + 0.1 * line as f32);
-    let s = frequencies.map(|f| Complex::new(0.0, core::f32::consts::TAU * f));
-    let motions = motions(&s, &forces, &body.shifted_to(&reference), &reference);
+    let frequencies = frequencies();
+    let (s, motions) = simulated(layout, body);
     let sigma = [[1.0; 6]; MOST_LINES];
     let responses = OriginResponses {
         s: &s,
@@ -58,8 +56,6 @@ pub fn measure_modes(layout: &RigLayout, body: &RigidBody<f32>) {
         // A force along the mode through its farthest point would show all of it; one of six forces shows a tenth.
         assert!(shown > 0.1 * size * size, "{mode:?}");
     }
-    measure_solver(layout, body, &s, &motions);
-    measure_comparison();
     let noise = NOISE * core::f32::consts::SQRT_2;
     let suspension =
         Suspension { responses: &responses, modes: &modes, lines: &lines, noise, known: &[] };
@@ -74,6 +70,23 @@ pub fn measure_modes(layout: &RigLayout, body: &RigidBody<f32>) {
         let found = answer.body.shifted_to(&-reference).theta().component_div(&scale);
         close(name, &found, &body.theta().component_div(&scale), 0.05);
     }
+}
+
+/// Frequencies of the lines, Hz.
+fn frequencies() -> [f32; MOST_LINES] {
+    core::array::from_fn(|line| 0.5 + 0.1 * line as f32)
+}
+
+/// The Laplace variables of the lines, and the motions of the reference point at them.
+pub fn simulated(
+    layout: &RigLayout,
+    body: &RigidBody<f32>,
+) -> ([Complex<f32>; MOST_LINES], AllMotions) {
+    let reference = layout.sensor_centroid();
+    let forces: [Vector6<f32>; FORCES] =
+        core::array::from_fn(|hit| layout.hits[hit].unit_force(&reference));
+    let s = frequencies().map(|f| Complex::new(0.0, core::f32::consts::TAU * f));
+    (s, motions(&s, &forces, &body.shifted_to(&reference), &reference))
 }
 
 /// The result of some work, and what it cost.

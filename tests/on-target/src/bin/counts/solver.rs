@@ -12,7 +12,7 @@ use massline_shared::layout::RigLayout;
 use massline_shared::modes::{CompactMotions, MOST_LINES, SEARCH_MEMORY, SUSPENSION_MODES};
 use nalgebra::{Complex, SVector};
 
-use super::modes::{AllMotions, FORCES};
+use super::modes::{FORCES, simulated};
 use super::outcome::close;
 
 /// The first line that is used; the motions begin there.
@@ -24,12 +24,8 @@ const DRAWS: u32 = 2;
 /// Measures the steps from the responses to the modes, and those of a draw of noise.
 // Not inlined, so that its memory is not on the stack of the other measurements.
 #[inline(never)]
-pub fn measure_solver(
-    layout: &RigLayout,
-    body: &RigidBody<f32>,
-    s: &[Complex<f32>; MOST_LINES],
-    motions: &AllMotions,
-) {
+pub fn measure_solver(layout: &RigLayout, body: &RigidBody<f32>) {
+    let (s, motions) = simulated(layout, body);
     let mut codes = [0; 2 * CompactMotions::<f32>::CODES];
     let mut scratch = [0.0; SEARCH_MEMORY];
     let mut readings = [Complex::new(0.0, 0.0); READINGS];
