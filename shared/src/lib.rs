@@ -44,6 +44,7 @@ pub mod mass_line;
 #[cfg(feature = "signal")]
 pub mod measurement;
 pub mod modes;
+mod progress;
 pub mod real;
 pub mod responses;
 #[cfg(feature = "signal")]
@@ -57,6 +58,7 @@ pub use nalgebra;
 pub use estimated::Estimated;
 pub use frequency_responses::FrequencyResponses;
 
+pub use progress::Progress;
 pub use real::Real;
 pub use responses::{ResponseRows, ResponseSquare, Responses};
 

@@ -2,9 +2,13 @@
 #![allow(clippy::needless_range_loop, reason = "triangular matrices read better by their indices")]
 
 mod complex_least_squares;
+mod eigenvalues;
+mod elimination;
 mod least_squares;
 
 pub(crate) use complex_least_squares::ComplexLeastSquares;
+pub(crate) use eigenvalues::eigenvalues;
+pub(crate) use elimination::Elimination;
 pub(crate) use least_squares::LeastSquares;
 
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen, Vector3};

@@ -2,17 +2,12 @@
 
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::Method;
+use massline_shared::identify::dppim::worse_form;
 use massline_shared::identify::suspension::Answer;
 use massline_shared::layout::HostLayout;
 use massline_shared::modes::{Modes, Reduction};
 
 use super::HostFit;
-
-/// The two forms of the direct method: when one fits worse than the other by this factor, it has no answer unless it is
-/// asked for.
-const CLEARLY_WORSE: f64 = 1.2;
-/// The same for the structural form, which has to be needed.
-const WORSE: f64 = 1.05;
 
 /// A method with a choice of modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,13 +84,7 @@ fn refuse_other_damping(all: &mut Answered, named: bool) {
     };
     let pair = misfit(Method::Dppim).zip(misfit(Method::DppimStructural));
     let Some((viscous, structural)) = pair else { return };
-    let (worse, code, times) = if viscous > structural * CLEARLY_WORSE {
-        (Method::Dppim, Code::DampingNotViscous, viscous / structural)
-    } else if structural > viscous * WORSE {
-        (Method::DppimStructural, Code::DampingNotStructural, structural / viscous)
-    } else {
-        return;
-    };
+    let Some((worse, code, times)) = worse_form(viscous, structural) else { return };
     if named {
         all.warned = Some((worse, Diagnostic::whole(code, Severity::Warning, times as f32)));
         return;

@@ -4,7 +4,6 @@
 mod adequacy;
 mod alternatives;
 mod comparison;
-mod deviations;
 mod explained;
 mod first_look;
 mod global;
@@ -19,10 +18,11 @@ mod survey;
 
 use massline_shared::FrequencyResponses;
 use massline_shared::body::{RigidBody, scale};
-use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::global_fit::{GlobalFitSettings, GlobalFitSolution};
 use massline_shared::identify::suspension::{
-    FEWEST_MODES, SuspensionFit, mode_findings, undetermined_property,
+    FEWEST_MODES, SuspensionFit, add_doubts, mode_findings, refusal_of_property,
+    undetermined_property,
 };
 use massline_shared::identify::{Estimate, Method};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
@@ -309,20 +309,10 @@ fn warned(
 ) -> Vec<Estimate<f64>> {
     let mut all: Vec<_> = estimates.into_iter().map(|(_, estimate)| estimate).collect();
     for estimate in &mut all {
-        let doubts = estimate.method.entry().doubted_by;
-        let room = estimate.diagnostics.capacity() - estimate.diagnostics.len();
-        let found = findings.iter().filter(|d| doubts.contains(&d.code)).copied();
-        estimate.diagnostics.extend(found.take(room));
+        add_doubts(estimate, findings);
     }
     warn_of_misfit(&mut all, adequacy);
     all
-}
-
-/// The refusal of an answer that says next to nothing about a property.
-fn refusal_of_property(property: usize, share: f64) -> Diagnostics {
-    let (code, subject) = (Code::PropertyUndetermined, Subject::property(property));
-    let reason = Diagnostic::about(code, Severity::Error, subject, share as f32);
-    Diagnostics::from_array([reason])
 }
 
 /// Warns every other method of a flexible mode above the band where the global fit has found one, with the largest

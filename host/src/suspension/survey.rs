@@ -1,16 +1,17 @@
 //! What small changes of data and layout do to the answers.
 
-use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
-use massline_shared::identify::agreement::{Agreement, Answers, Propagation, ask, changes};
-use massline_shared::identify::suspension::{Answer, undetermined_property};
+use massline_shared::diagnosis::Diagnostics;
+use massline_shared::identify::agreement::{
+    Agreement, Answers, JointCovariances, Propagation, ask, changes,
+};
+use massline_shared::identify::suspension::{Answer, ModeDeviations, judged_estimate};
 use massline_shared::identify::{Estimate, METHODS, Method, Perturbation};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 use massline_shared::modes::{Modes, Reduction};
 use nalgebra::{SVector, Vector3};
 
-use super::deviations::Deviations;
 use super::methods::{Answered, Variant, answer};
-use super::{GlobalAnswer, HostFit, MassLineAnswers, refusal_of_property};
+use super::{GlobalAnswer, HostFit, MassLineAnswers};
 use crate::parallel::each;
 
 /// A method that small changes of data and layout are put through.
@@ -27,7 +28,7 @@ pub enum Asked<'a> {
 /// What small changes of the data and the layout do to answers and modes.
 pub struct Survey {
     propagation: Propagation<f64, METHODS>,
-    pub(super) deviations: Deviations,
+    pub(super) deviations: ModeDeviations<f64>,
 }
 
 /// What a small change makes of modes and answers.
@@ -64,7 +65,10 @@ impl Changed {
 impl Survey {
     /// A survey of nothing: no covariance is known.
     pub(super) fn none() -> Self {
-        Self { propagation: Propagation::empty(), deviations: Deviations::new(Vector3::zeros()) }
+        Self {
+            propagation: Propagation::empty(),
+            deviations: ModeDeviations::new(Vector3::zeros()),
+        }
     }
 
     /// Puts the changes through these methods, at most [`METHODS`] of them. Without a modal fit, only those that use mass
@@ -80,10 +84,10 @@ impl Survey {
             ask(layout, change, |perturbation| Changed::by(perturbation, fit, asked, memory))
         });
         let reference = fit.map_or_else(Vector3::zeros, HostFit::reference);
-        let mut deviations = Deviations::new(reference);
+        let mut deviations = ModeDeviations::new(reference);
         for Changed { modes, is_noise, .. } in made.iter().flatten() {
             if let Some(modes) = modes {
-                deviations.add(modes, *is_noise);
+                deviations.add(&modes.modes, *is_noise);
             }
         }
         let thetas = made.into_iter().map(|changed| Some(changed?.thetas));
@@ -125,43 +129,13 @@ impl Survey {
         answer: &Answer<f64>,
         length: f64,
     ) -> Result<Estimate<f64>, Diagnostics> {
-        if let Some(share) = self.propagation.unstable(place) {
-            let code = Code::UnstableUnderNoise;
-            let reason = Diagnostic::whole(code, Severity::Error, share as f32);
-            return Err(Diagnostics::from_array([reason]));
-        }
-        let covariance = self.propagation.covariance(place, place);
-        let sigma = covariance.diagonal().map(f64::sqrt);
-        if let Some((property, share)) = undetermined_property(&answer.body.theta(), &sigma, length)
-        {
-            return Err(refusal_of_property(property, share));
-        }
-        let mut diagnostics = Diagnostics::new();
-        if !answer.body.is_physically_consistent() {
-            let margin = answer.body.physical_margin().unwrap_or(0.0) as f32;
-            let code = Code::NotPhysicallyConsistent;
-            if answer.body.inertia.symmetric_eigenvalues().min() < 0.0 {
-                let reason = Diagnostic::whole(code, Severity::Error, margin);
-                return Err(Diagnostics::from_array([reason]));
-            }
-            // The list is empty.
-            let _ = diagnostics.push(Diagnostic::whole(code, Severity::Warning, margin));
-        }
-        Ok(Estimate {
-            method: variant.method,
-            body: answer.body,
-            covariance: Some(covariance),
-            condition: answer.condition,
-            consistency: None,
-            learned: None,
-            diagnostics,
-        })
+        judged_estimate(variant.method, answer, place, &self.propagation, length)
     }
 
     /// Standard deviations of the answer at this place; `None` for one that is not stable.
     pub fn sigma(&self, place: usize) -> Option<SVector<f64, 10>> {
         let stable = self.propagation.unstable(place).is_none();
-        stable.then(|| self.propagation.covariance(place, place).diagonal().map(f64::sqrt))
+        stable.then(|| self.propagation.of_method(place).diagonal().map(f64::sqrt))
     }
 
     /// How these answers agree, by their places.

@@ -47,18 +47,33 @@ pub fn point_motions<R: Real, const S: usize, const H: usize>(
     reference: &Vector3<R>,
     lines: impl Iterator<Item = usize>,
 ) -> Option<Vec<PointMotion<R>, H>> {
+    let mut motions = [Vector6::<Complex<R>>::zeros(); H];
+    let motions = motions.get_mut(..layout.hits.len())?;
+    points_at_lines(layout, reference, lines, |line, of_hits: &mut Vec<_, H>| {
+        reduce_line(layout, readings, reference, line, motions)?;
+        *of_hits = Vec::from_slice(motions).ok()?;
+        Some(())
+    })
+}
+
+/// The same from the motion of the reference point under every hit: `motions` gives those of a line.
+pub(in crate::identify) fn points_at_lines<R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    reference: &Vector3<R>,
+    lines: impl Iterator<Item = usize>,
+    mut motions: impl FnMut(usize, &mut Vec<Vector6<Complex<R>>, H>) -> Option<()>,
+) -> Option<Vec<PointMotion<R>, H>> {
     let forces: Vec<_, H> = layout.hits.iter().map(|hit| hit.unit_force(reference)).collect();
     let none =
         PointMotion { power: R::zero(), imaginary_negative: R::zero(), real_negative: R::zero() };
     let mut found: Vec<_, H> = forces.iter().map(|_| none).collect();
-    let mut motions = [Vector6::<Complex<R>>::zeros(); H];
-    let motions = &mut motions[..forces.len()];
+    let mut of_hits = Vec::new();
     let mut count = R::zero();
     let one_if = |is: bool| if is { R::one() } else { R::zero() };
     for line in lines {
-        reduce_line(layout, readings, reference, line, motions)?;
+        motions(line, &mut of_hits)?;
         count += R::one();
-        for (point, (force, motion)) in found.iter_mut().zip(forces.iter().zip(&*motions)) {
+        for (point, (force, motion)) in found.iter_mut().zip(forces.iter().zip(&of_hits)) {
             let [real, imaginary] =
                 [motion.map(|y| y.re), motion.map(|y| y.im)].map(|part| part.dot(force));
             point.power += imaginary;

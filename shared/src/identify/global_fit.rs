@@ -44,17 +44,17 @@ use self::fit::Fit;
 use self::memory::Memory;
 use self::problem::Problem;
 use super::maximum_likelihood::model::SENSOR_NUISANCES;
-use super::method::{self, Entry, Observable, Progress};
+use super::method::{self, Entry, Observable};
 use super::observations::{Observations, SpectrumBins};
 use super::suspension::is_blocked;
 use super::{Estimate, inertia_restraint};
-use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::estimated::Estimated;
 use crate::frequency_responses::FrequencyResponses;
 use crate::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES, HOST_HITS, Layout};
 use crate::mass_line::Terms;
+use crate::{Progress, Real};
 
 pub use memory::workspace;
 pub use unknowns::MOST_EXTRA_TERMS;
@@ -324,4 +324,4 @@ fn check<R: Real, const S: usize, const H: usize>(
 }
 
 #[cfg(test)]
-mod tests;
+pub(in crate::identify) mod tests;

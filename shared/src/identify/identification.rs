@@ -40,11 +40,11 @@
 
 use heapless::Vec;
 
-use super::method::{Observable, Progress};
+use super::method::Observable;
 use super::observations::{Observations, SpectrumBins};
 use super::{Estimate, IdentifySettings, METHODS, Method, Running};
-use crate::Real;
 use crate::diagnosis::Diagnostics;
+use crate::{Progress, Real};
 
 /// Methods, best first.
 pub type Methods = Vec<Method, METHODS>;
@@ -94,6 +94,18 @@ pub const MASS_LINE_METHODS: usize = {
     while place < METHODS {
         let entry = Method::ALL[place].entry();
         if matches!(entry.observes, Observable::MassLines) && !entry.on_request {
+            count += 1;
+        }
+        place += 1;
+    }
+    count
+};
+
+/// Number of methods that use the suspension modes.
+pub const SUSPENSION_METHODS: usize = {
+    let (mut count, mut place) = (0, 0);
+    while place < METHODS {
+        if matches!(Method::ALL[place].entry().observes, Observable::Suspension) {
             count += 1;
         }
         place += 1;

@@ -9,15 +9,15 @@ use core::array::from_fn;
 
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
-use super::method::{self, Entry, Observable, Progress};
+use super::method::{self, Entry, Observable};
 use super::observations::{Observations, SpectrumBins};
 use super::weighting::{Triangle6, Weighting, whiten};
 use super::{DofMassLines, Estimate, MassLines, Method, ResponseInverse};
-use crate::Real;
 use crate::body::{RigidBody, regressor};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
 use crate::layout::{Hit, Layout, balanced_force, balanced_motion, check_hits, is_finite};
 use crate::linalg::{LeastSquares, Spectrum, all_finite, congruence};
+use crate::{Progress, Real};
 
 /// A condition of the balanced regression matrix above this gives a warning: errors of 1 % in the mass lines
 /// can then be as large as the properties themselves.

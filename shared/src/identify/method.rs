@@ -1,8 +1,8 @@
 //! The interface of an identification method: the description in its file, and how it is run.
 
-use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics};
+use crate::{Progress, Real};
 
 use super::observations::{Observations, SpectrumBins};
 use super::{Estimate, IdentifySettings};
@@ -44,15 +44,6 @@ pub struct Entry {
     pub is_blocked: fn(Code, bool) -> bool,
     /// Size of the workspace for this number of sensors and bins.
     pub workspace: fn(sensors: usize, bins: usize) -> usize,
-}
-
-/// Whether another step is needed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Progress {
-    /// Another step is needed.
-    Going,
-    /// The method is finished.
-    Done,
 }
 
 /// A running method, in steps between which other work can be done. A step of a method that uses mass lines

@@ -15,6 +15,7 @@ pub mod maximum_likelihood;
 pub mod modal_constant;
 pub mod single_fault;
 pub mod suspension;
+pub mod suspension_solver;
 pub mod toivola_nuutila;
 
 mod applicability;
@@ -31,14 +32,17 @@ mod response_inverse;
 mod rigidity;
 mod weighting;
 
+pub use crate::Progress;
 pub use applicability::{Applicability, information_spectrum};
 pub use estimate::{Consistency, Estimate, HALF_WIDTH_95, REJECTION_Z};
-pub use identification::{Identification, MASS_LINE_METHODS, Methods, identify, workspace};
+pub use identification::{
+    Identification, MASS_LINE_METHODS, Methods, SUSPENSION_METHODS, identify, workspace,
+};
 pub use mass_lines::{
     DofMassLines, ForceTrend, MassLines, ScatterAccumulator, lower_triangle, symmetric,
 };
 pub(crate) use mass_lines::{by_reference, check_mass_lines};
-pub use method::{Entry, Observable, Progress};
+pub use method::{Entry, Observable};
 pub use observations::{NoSpectrumBins, Observations, SpectrumBins};
 pub use perturbation::{Perturbation, random_signs};
 pub use reciprocity::check_reciprocity;

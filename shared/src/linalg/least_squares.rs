@@ -52,15 +52,6 @@ impl<R: Real, const N: usize> LeastSquares<R, N> {
         self.rows += 1;
     }
 
-    /// Adds all equations of another system with the same unknowns.
-    pub(crate) fn append(&mut self, other: &Self) {
-        for (row, right) in other.factor.iter().zip(other.right) {
-            self.push(*row, right);
-        }
-        self.residual += other.residual;
-        self.rows += other.rows.saturating_sub(N);
-    }
-
     /// Sum of the squared residuals over all rows.
     pub(crate) fn residual(&self) -> R {
         self.residual

@@ -5,8 +5,9 @@ use nalgebra::{Complex, Vector6};
 
 use super::MOST_FORCES;
 use super::origin_responses::OriginResponses;
+use super::residues::{Residues, fit_residues};
 use super::shapes::{best_force, shape_of_force, shape_of_forces};
-use super::vector_fitting::{MOST_PAIRS, Poles, Residues, find_poles, residues_of_force};
+use super::vector_fitting::{MOST_PAIRS, Poles, SEARCH_MEMORY, find_poles};
 use crate::Real;
 use crate::layout::balanced_motion;
 
@@ -52,22 +53,43 @@ impl<R: Real> Modes<R> {
         responses: &OriginResponses<'_, R>,
         poles: &Poles<R>,
     ) -> Option<(Self, Vec<usize, MOST_PAIRS>)> {
-        let mut of_forces = Vec::<Residues<R>, MOST_FORCES>::new();
-        for force in 0..responses.forces.len() {
-            of_forces.push(residues_of_force(responses, poles, force)?).ok()?;
+        let mut memory = [R::zero(); SEARCH_MEMORY];
+        let mut found = Self::empty();
+        let places = found.find(responses, &fit_residues(responses, poles, &mut memory)?)?;
+        Some((found, places))
+    }
+
+    /// No modes.
+    pub fn empty() -> Self {
+        let residual = R::zero();
+        Self { modes: Vec::new(), poles: Vec::new(), rigid: Vec::new(), residual }
+    }
+
+    /// Takes the modes of these residues instead, and returns the places of their poles. `None` when there are more forces
+    /// than there is room for.
+    // Not inlined, which keeps its working memory off the stack of what uses the modes.
+    #[inline(never)]
+    pub fn find(
+        &mut self,
+        responses: &OriginResponses<'_, R>,
+        residues: &Residues<'_, R>,
+    ) -> Option<Vec<usize, MOST_PAIRS>> {
+        self.modes.clear();
+        self.poles.clear();
+        self.rigid.clear();
+        for force in 0..residues.forces() {
+            self.rigid.push(residues.constant(force)).ok()?;
         }
-        let rigid = of_forces.iter().map(|of| of.constant).collect();
-        let residual = of_forces.iter().fold(R::zero(), |sum, of| sum + of.left);
-        let mut found = Self { modes: Vec::new(), poles: Vec::new(), rigid, residual };
+        self.residual = residues.left();
         let mut places = Vec::new();
-        for (place, pole) in poles.iter().enumerate() {
-            if let Some(mode) = Mode::new(responses, &of_forces, place, *pole) {
-                found.modes.push(mode).ok()?;
-                found.poles.push(*pole).ok()?;
+        for (place, pole) in residues.poles().iter().enumerate() {
+            if let Some(mode) = Mode::new(responses, residues, place, *pole) {
+                self.modes.push(mode).ok()?;
+                self.poles.push(*pole).ok()?;
                 places.push(place).ok()?;
             }
         }
-        Some((found, places))
+        Some(places)
     }
 
     /// The same with each shape from the force that shows the mode best, as Almeida, Maia and Urgueira choose it.
@@ -81,11 +103,26 @@ impl<R: Real> Modes<R> {
         Some(modes)
     }
 
-    /// The same with only the modes at these places.
+    /// The same with only the modes at these places, which are different.
     pub fn only(mut self, places: &[usize]) -> Self {
-        self.modes = places.iter().filter_map(|place| self.modes.get(*place).cloned()).collect();
-        self.poles = places.iter().filter_map(|place| self.poles.get(*place).copied()).collect();
+        self.keep(places);
         self
+    }
+
+    /// Keeps only the modes at these places, which are different, in this order.
+    pub fn keep(&mut self, places: &[usize]) {
+        // Where each mode was.
+        let mut was: Vec<usize, MOST_PAIRS> = (0..self.modes.len()).collect();
+        let mut kept = 0;
+        for place in places {
+            let Some(now) = was.iter().position(|of| of == place) else { continue };
+            was.swap(kept, now);
+            self.modes.swap(kept, now);
+            self.poles.swap(kept, now);
+            kept += 1;
+        }
+        self.modes.truncate(kept);
+        self.poles.truncate(kept);
     }
 
     /// The same with only the first modes.
@@ -110,26 +147,27 @@ impl<R: Real> Mode<R> {
     /// The mode of the pole with this place, from the residues of all forces.
     fn new(
         responses: &OriginResponses<'_, R>,
-        of_forces: &[Residues<R>],
+        of_forces: &Residues<'_, R>,
         place: usize,
         pole: Complex<R>,
     ) -> Option<Self> {
         // 2 i ω r, which is real for proportional damping.
-        let turned = |of: &Residues<R>| {
-            of.of_poles[place].map(|r| Complex::new(-r.im, r.re).scale(pole.im + pole.im))
+        let turned = |force: usize| {
+            let residue = of_forces.of_pole(force, place);
+            residue.map(|r| Complex::new(-r.im, r.re).scale(pole.im + pole.im))
         };
-        let square = |part: Vector6<R>| balanced_motion(&part, responses.length).norm_squared();
-        let sum = |part: fn(Complex<R>) -> R| {
-            of_forces.iter().fold(R::zero(), |sum, of| sum + square(turned(of).map(part)))
-        };
-        let both = of_forces.iter().fold(R::zero(), |sum, of| {
-            let part = |part: fn(Complex<R>) -> R| {
-                balanced_motion(&turned(of).map(part), responses.length)
-            };
-            sum + part(|z| z.re).dot(&part(|z| z.im))
-        });
-        let residues: Vec<_, MOST_FORCES> =
-            of_forces.iter().map(|of| turned(of).map(|z| z.re)).collect();
+        let mut residues = Vec::<_, MOST_FORCES>::new();
+        // Sums of the squares of the real and the imaginary parts, and of their products.
+        let (mut real, mut imaginary, mut both) = (R::zero(), R::zero(), R::zero());
+        for force in 0..of_forces.forces() {
+            let turned = turned(force);
+            let [re, im] = [turned.map(|z| z.re), turned.map(|z| z.im)];
+            residues.push(re).ok()?;
+            let [re, im] = [re, im].map(|part| balanced_motion(&part, responses.length));
+            real += re.norm_squared();
+            imaginary += im.norm_squared();
+            both += re.dot(&im);
+        }
         let shape = shape_of_forces(&residues, responses.forces, responses.length)?;
         let magnitude = pole.norm_sqr().sqrt();
         Some(Self {
@@ -138,8 +176,8 @@ impl<R: Real> Mode<R> {
             shape,
             second_shape: second_shape(&residues, responses.length),
             residues,
-            complexity: (sum(|z| z.im) / sum(|z| z.re)).sqrt(),
-            common_phase: both / sum(|z| z.re),
+            complexity: (imaginary / real).sqrt(),
+            common_phase: both / real,
         })
     }
 

@@ -4,6 +4,7 @@ use heapless::Vec;
 use nalgebra::{Complex, Vector3, Vector6};
 
 use super::force_mixing::ForceMixing;
+use super::motions::Motions;
 use super::{MOST_FORCES, MOST_LINES};
 use crate::Real;
 use crate::frequency_responses::FrequencyResponses;
@@ -18,11 +19,11 @@ use crate::linalg::ComplexLeastSquares;
 pub struct OriginResponses<'a, R> {
     /// Laplace variable of each line, `s = σ + iω`, 1/s.
     pub s: &'a [Complex<R>],
-    /// `[a; α]` per newton, line by line, force by force, (m/s²)/N and (rad/s²)/N.
-    pub motions: &'a [Vector6<Complex<R>>],
+    /// `[a; α]` per newton, (m/s²)/N and (rad/s²)/N.
+    pub motions: Motions<'a, R>,
     /// Standard deviation of each component of the motions, line by line, for a noise of one in every reading, in
     /// balanced variables: gravity makes the motion uncertain at low frequencies, where a tilt looks like a shift.
-    pub sigma: &'a [Vector6<R>],
+    pub sigma: &'a [[R; 6]],
     /// Force and torque `[F; T]` about the reference point of 1 N at each hit DOF.
     pub forces: &'a [Vector6<R>],
     /// Characteristic length L, m.
@@ -34,21 +35,30 @@ impl<R: Real> OriginResponses<'_, R> {
     pub fn is_sound(&self) -> bool {
         let finite = |z: &Complex<R>| z.re.finite() && z.im.finite();
         let positive = |v: &R| v.finite() && *v > R::zero();
-        self.motions.len() == self.s.len() * self.forces.len()
+        self.motions.are_sound(self.s.len(), self.forces.len())
             && self.sigma.len() == self.s.len()
             && self.sigma.iter().flatten().all(positive)
             && self.s.iter().all(finite)
-            && self.motions.iter().flatten().all(finite)
             && self.forces.iter().flatten().all(|v| v.finite())
             && self.length.finite()
+    }
+
+    /// The motion under a force at a line.
+    pub fn motion(&self, line: usize, force: usize) -> Vector6<Complex<R>> {
+        Vector6::from_fn(|k, _| self.motions.component(line, force, k, self.forces.len()))
     }
 
     /// One accelerance and the factor that gives it a noise of one: component 0 to 5 of the motion under a force, in
     /// balanced variables.
     pub(super) fn weighted(&self, line: usize, force: usize, component: usize) -> (Complex<R>, R) {
-        let value = self.motions[line * self.forces.len() + force][component];
+        let value = self.motions.component(line, force, component, self.forces.len());
         let value = if component < 3 { value } else { value.scale(self.length) };
-        (value, self.sigma[line][component].recip())
+        (value, self.factor(line, component))
+    }
+
+    /// The factor that gives a component a noise of one in balanced variables.
+    pub(super) fn factor(&self, line: usize, component: usize) -> R {
+        self.sigma[line][component].recip()
     }
 }
 
@@ -65,13 +75,13 @@ impl<R: Real> OriginResponses<'_, R> {
 /// let reading = |_line: usize, channel: usize, _hit: usize| Complex::new(f64::from(channel % 3 == 0), 0.0);
 /// let mixing = ForceMixing::of(&layout, &Vector3::zeros());
 /// reduction.fill(&layout, &Vector3::zeros(), &mixing, &s, reading).unwrap();
-/// assert!((reduction.responses().motions[0][0].re - 1.0).abs() < 0.01);
+/// assert!((reduction.responses().motion(0, 0)[0].re - 1.0).abs() < 0.01);
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Reduction<R> {
     s: Vec<Complex<R>, MOST_LINES>,
     motions: Vec<Vector6<Complex<R>>, { MOST_LINES * MOST_FORCES }>,
-    sigma: Vec<Vector6<R>, MOST_LINES>,
+    sigma: Vec<[R; 6], MOST_LINES>,
     forces: Vec<Vector6<R>, MOST_FORCES>,
     length: R,
 }
@@ -119,6 +129,7 @@ impl<R: Real> Reduction<R> {
     /// The motions.
     pub fn responses(&self) -> OriginResponses<'_, R> {
         let Self { s, motions, sigma, forces, length } = self;
+        let motions = Motions::Full(motions);
         OriginResponses { s, motions, sigma, forces, length: *length }
     }
 }
@@ -132,7 +143,7 @@ pub fn reduce_line<R: Real, const S: usize, const H: usize>(
     reference: &Vector3<R>,
     line: usize,
     motions: &mut [Vector6<Complex<R>>],
-) -> Option<Vector6<R>> {
+) -> Option<[R; 6]> {
     let reading = |channel: usize, force: usize| responses.at(line, channel, force);
     let mut sigma = None;
     for (chunk, motions) in motions.chunks_mut(MOST_FORCES).enumerate() {
@@ -144,13 +155,54 @@ pub fn reduce_line<R: Real, const S: usize, const H: usize>(
 
 /// The motions under as many forces as `motions` has room for, at most [`MOST_FORCES`], from the readings of all
 /// channels at one line.
-fn reduce<R: Real, const S: usize, const H: usize>(
+pub(crate) fn reduce<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     s: Complex<R>,
     reference: &Vector3<R>,
     reading: impl Fn(usize, usize) -> Complex<R>,
     motions: &mut [Vector6<Complex<R>>],
-) -> Option<Vector6<R>> {
+) -> Option<[R; 6]> {
+    let equations = equations_of_line(layout, s, reference, reading, motions.len());
+    let determined = equations.spectrum::<12>().is_some_and(|spectrum| spectrum.rank == 6);
+    if !determined {
+        return None;
+    }
+    solve_line(&equations, layout.characteristic_length(), motions)
+}
+
+/// The same for a layout that is known to determine the motion, which takes half as long.
+pub(crate) fn reduce_determined<R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    s: Complex<R>,
+    reference: &Vector3<R>,
+    reading: impl Fn(usize, usize) -> Complex<R>,
+    motions: &mut [Vector6<Complex<R>>],
+) -> Option<[R; 6]> {
+    let equations = equations_of_line(layout, s, reference, reading, motions.len());
+    solve_line(&equations, layout.characteristic_length(), motions)
+}
+
+/// The motions and their standard deviations from the equations of a line.
+fn solve_line<R: Real>(
+    equations: &ComplexLeastSquares<R, 6, MOST_FORCES>,
+    length: R,
+    motions: &mut [Vector6<Complex<R>>],
+) -> Option<[R; 6]> {
+    let solved = equations.solve()?;
+    for (motion, column) in motions.iter_mut().zip(solved.column_iter()) {
+        *motion = balanced_force(&column.into_owned(), length);
+    }
+    Some(equations.variances()?.map(|variance| variance.sqrt()))
+}
+
+/// The readings of all channels under some forces as equations for the motions in balanced variables.
+fn equations_of_line<R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    s: Complex<R>,
+    reference: &Vector3<R>,
+    reading: impl Fn(usize, usize) -> Complex<R>,
+    forces: usize,
+) -> ComplexLeastSquares<R, 6, MOST_FORCES> {
     let length = layout.characteristic_length();
     let matrix = layout.response_matrix_at(reference, s);
     let mut equations = ComplexLeastSquares::<R, 6, MOST_FORCES>::new();
@@ -158,15 +210,10 @@ fn reduce<R: Real, const S: usize, const H: usize>(
         let mut row = matrix.row(channel);
         row.iter_mut().skip(3).for_each(|value| *value = value.unscale(length));
         let mut readings = [Complex::new(R::zero(), R::zero()); MOST_FORCES];
-        for (force, to) in readings.iter_mut().enumerate().take(motions.len()) {
+        for (force, to) in readings.iter_mut().enumerate().take(forces) {
             *to = reading(channel, force);
         }
         equations.push(row, readings);
     }
-    let determined = equations.spectrum::<12>().is_some_and(|spectrum| spectrum.rank == 6);
-    let solved = equations.solve().filter(|_| determined)?;
-    for (motion, column) in motions.iter_mut().zip(solved.column_iter()) {
-        *motion = balanced_force(&column.into_owned(), length);
-    }
-    Some(Vector6::from(equations.variances()?.map(|variance| variance.sqrt())))
+    equations
 }

@@ -4,6 +4,7 @@ use nalgebra::{Complex, Matrix6, SymmetricEigen, Vector3, Vector6};
 use std::vec::Vec;
 
 use super::*;
+use crate::Progress;
 use crate::layout::tests::{bar_body, bar_layout};
 
 /// A body on springs with proportional damping.
@@ -13,7 +14,7 @@ struct Hung {
     damping_ratio: f64,
     forces: Vec<Vector6<f64>>,
     s: Vec<Complex<f64>>,
-    sigma: Vec<Vector6<f64>>,
+    sigma: Vec<[f64; 6]>,
     length: f64,
 }
 
@@ -54,7 +55,7 @@ impl Hung {
             s: (4..=120)
                 .map(|k| Complex::new(0.0, core::f64::consts::TAU * 0.125 * f64::from(k)))
                 .collect(),
-            sigma: std::vec![Vector6::repeat(1.0); 117],
+            sigma: std::vec![[1.0; 6]; 117],
             length: layout.characteristic_length(),
         }
     }
@@ -79,6 +80,7 @@ impl Hung {
 
     fn responses<'a>(&'a self, motions: &'a [Vector6<Complex<f64>>]) -> OriginResponses<'a, f64> {
         let Self { s, sigma, forces, length, .. } = self;
+        let motions = Motions::Full(motions);
         OriginResponses { s, motions, sigma: &sigma[..s.len()], forces, length: *length }
     }
 }
@@ -116,4 +118,46 @@ fn responses_that_cannot_be_fitted_have_no_modes() {
     assert!(identify_modes(&hung.responses(&motions), 6).is_none());
     hung.s.clear();
     assert!(identify_modes(&hung.responses(&[]), 6).is_none());
+}
+
+#[test]
+fn a_search_finds_the_order_that_all_orders_show() {
+    let mut hung = Hung::new();
+    let mut state = 1_u32;
+    let mut noise = || {
+        // A linear congruential generator (Numerical Recipes), uniform.
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        0.002 * (f64::from(state >> 8) / f64::from(1 << 24) - 0.5)
+    };
+    let mut motions = hung.motions();
+    motions.iter_mut().flatten().for_each(|z| *z += Complex::new(noise(), noise()));
+    let (forces, whole) = (hung.forces.len(), hung.s.clone());
+    // All lines, and those about some of the modes: fewer and fewer of them show.
+    let mut orders = Vec::new();
+    for lines in [117, 70, 45, 36] {
+        hung.s = whole[..lines].to_vec();
+        let responses = hung.responses(&motions[..lines * forces]);
+        let all = Orders::up_to(&responses, MOST_PAIRS);
+        let expected = all.sufficient().unwrap();
+        let mut memory = std::vec![0.0; SEARCH_MEMORY];
+        let mut search = OrderSearch::default();
+        while search.step(&responses, &mut memory) == Progress::Going {
+            assert!((0.0..=1.0).contains(&search.progress()));
+        }
+        assert_eq!(search.sufficient().unwrap(), expected);
+        orders.push(expected.poles.len());
+    }
+    assert_eq!(orders[0], SUSPENSION_MODES);
+    assert!(orders[3] < SUSPENSION_MODES, "{orders:?}");
+}
+
+#[test]
+fn a_search_without_lines_ends() {
+    let mut hung = Hung::new();
+    hung.s.clear();
+    let mut search = OrderSearch::default();
+    let responses = hung.responses(&[]);
+    let mut memory = std::vec![0.0; SEARCH_MEMORY];
+    while search.step(&responses, &mut memory) == Progress::Going {}
+    assert!(search.sufficient().is_none());
 }

@@ -6,16 +6,23 @@
 //! `σ(s) H(s) = Σ r/(s − q) + d + e s²`, `σ(s) = Σ c/(s − q) + 1`, is linear in all unknowns, and the zeros of σ are better
 //! poles. The unknowns of one accelerance are eliminated as soon as its rows have been added (theory, section 7).
 
-use nalgebra::{Complex, SMatrix, Schur, Vector6};
+use nalgebra::Complex;
 
 use super::origin_responses::OriginResponses;
-use crate::Real;
-use crate::linalg::LeastSquares;
+use super::{MOST_FORCES, MOST_LINES};
+use crate::linalg::{Elimination, eigenvalues};
+use crate::{Progress, Real};
 
 /// Most pairs of poles.
 pub const MOST_PAIRS: usize = 8;
 /// Real states of that many pairs.
 const MOST_STATES: usize = 2 * MOST_PAIRS;
+/// Unknowns of one accelerance with that many pairs: its residues, the constant and the term in s².
+pub(super) const MOST_OWN: usize = MOST_STATES + 2;
+/// Unknowns of σ with that many pairs.
+const MOST_SHARED: usize = MOST_STATES + 1;
+/// Most columns of a row: the unknowns of one accelerance under each force, and those of σ for every force.
+const MOST_COLUMNS: usize = MOST_OWN + MOST_FORCES * MOST_SHARED;
 /// Number of modes of a body on its suspension.
 pub const SUSPENSION_MODES: usize = 6;
 /// Largest number of relocations; five are usual, and the poles of an order that is too high never settle.
@@ -26,8 +33,12 @@ const SETTLED: f64 = 1e-9;
 const FIRST_DAMPING: f64 = 0.01;
 /// Damping ratio of the pair of poles in place of two real ones.
 const OVERDAMPED: f64 = 0.7;
-/// Iterations of the eigenvalue decomposition.
-const MOST_ITERATIONS: usize = 300;
+/// Numbers of memory that a search needs between its steps.
+pub const SEARCH_MEMORY: usize = 2048;
+/// Lines whose equations are added together.
+const TOGETHER: usize = 2;
+/// Pairs of numbers that one step rotates, with ten instructions each.
+const ROTATIONS: usize = 75_000;
 
 /// Poles with a positive imaginary part, 1/s, ascending in magnitude.
 pub type Poles<R> = heapless::Vec<Complex<R>, MOST_PAIRS>;
@@ -50,24 +61,10 @@ pub fn find_poles<R: Real>(
     responses: &OriginResponses<'_, R>,
     pairs: usize,
 ) -> Option<VectorFit<R>> {
-    let enough = responses.s.len() >= 2 * (2 * pairs + 2);
-    if !enough || !responses.is_sound() {
-        return None;
-    }
-    let mut poles = first_poles(responses.s, pairs)?;
-    let top = responses.s.iter().fold(R::zero(), |top, s| top.max(s.im));
-    let close = R::of(SETTLED).max(R::default_epsilon() * R::of(100.0));
-    for step in 1..=MOST_STEPS {
-        let next = relocated(responses, &poles, top)?;
-        let moved =
-            |(a, b): (&Complex<R>, &Complex<R>)| (a - b).norm_sqr() > close * close * a.norm_sqr();
-        let settled = !next.iter().zip(&poles).any(moved);
-        poles = next;
-        if settled {
-            return Some(VectorFit { poles, steps: step, settled: true });
-        }
-    }
-    Some(VectorFit { poles, steps: MOST_STEPS, settled: false })
+    let mut memory = [R::zero(); SEARCH_MEMORY];
+    let mut search = PoleSearch::new(responses, pairs)?;
+    while search.step(responses, &mut memory)? == Progress::Going {}
+    Some(search.fit)
 }
 
 /// One relocation.
@@ -75,8 +72,213 @@ pub fn relocate_once<R: Real>(
     responses: &OriginResponses<'_, R>,
     poles: &Poles<R>,
 ) -> Option<Poles<R>> {
-    let top = responses.s.iter().fold(R::zero(), |top, s| top.max(s.im));
-    relocated(responses, poles, top)
+    let mut memory = [R::zero(); SEARCH_MEMORY];
+    let mut search = PoleSearch::once(poles.clone());
+    while search.step(responses, &mut memory)? == Progress::Going {}
+    Some(search.fit.poles)
+}
+
+/// A search for poles, in steps between which other work can be done. A step is at most a million instructions on a rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PoleSearch<R> {
+    fit: VectorFit<R>,
+    most_steps: usize,
+    next: Place,
+    /// Sum of the squared accelerances of this relocation, in their noise.
+    weight: R,
+}
+
+/// Where a relocation goes on: component by component, some forces at a time, line by line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Place {
+    component: usize,
+    force: usize,
+    line: usize,
+}
+
+impl<R: Real> PoleSearch<R> {
+    /// A search from trial poles spread evenly over the band; `None` as [`find_poles`].
+    pub fn new(responses: &OriginResponses<'_, R>, pairs: usize) -> Option<Self> {
+        let enough = responses.s.len() >= 2 * (2 * pairs + 2);
+        if !enough || !responses.is_sound() {
+            return None;
+        }
+        Some(Self::from_poles(first_poles(responses.s, pairs)?, MOST_STEPS))
+    }
+
+    /// A single relocation of these poles.
+    pub fn once(poles: Poles<R>) -> Self {
+        Self::from_poles(poles, 1)
+    }
+
+    fn from_poles(poles: Poles<R>, most_steps: usize) -> Self {
+        let fit = VectorFit { poles, steps: 0, settled: false };
+        Self { fit, most_steps, next: Place::default(), weight: R::zero() }
+    }
+
+    /// What the search has found when it is done.
+    pub fn found(&self) -> &VectorFit<R> {
+        &self.fit
+    }
+
+    /// Part of the search that is done, if it needs all its relocations.
+    pub fn progress(&self) -> f32 {
+        let Place { component, force, line } = self.next;
+        let of_forces = (force as f32 + line as f32 / MOST_LINES as f32) / MOST_FORCES as f32;
+        let of_step = (component as f32 + of_forces) / 6.0;
+        (self.fit.steps as f32 + of_step) / self.most_steps as f32
+    }
+
+    /// Runs one step. The responses and the memory, of [`SEARCH_MEMORY`] numbers, must be the same in every step. `None` when
+    /// the equations have no solution.
+    pub fn step(
+        &mut self,
+        responses: &OriginResponses<'_, R>,
+        memory: &mut [R],
+    ) -> Option<Progress> {
+        if self.next.component == 6 {
+            return self.relocate(responses, memory);
+        }
+        let sizes = Sizes::of(self.fit.poles.len(), responses.forces.len());
+        let (of_sigma, of_forces) = memory.split_at_mut_checked(sizes.of_sigma())?;
+        if self.next == Place::default() {
+            of_sigma.fill(R::zero());
+            self.weight = R::zero();
+        }
+        if self.next.line == 0 {
+            of_forces.fill(R::zero());
+        }
+        let (own, shared) = (sizes.own, sizes.shared);
+        let first = self.next.force;
+        let together = sizes.together.min(responses.forces.len() - first);
+        let mut sigma = Elimination::of(of_sigma, shared, shared + 1)?;
+        let mut eliminated = Elimination::of(of_forces, own, own + together * shared)?;
+        let top = top(responses);
+        let end = (self.next.line + sizes.lines_of_a_step(together)).min(responses.s.len());
+        let columns = own + together * shared;
+        for start in (self.next.line..end).step_by(TOGETHER) {
+            // Real and imaginary part of the equations of some lines, column by column.
+            let mut rows = [[R::zero(); 2 * TOGETHER]; MOST_COLUMNS];
+            for (place, line) in (start..end).take(TOGETHER).enumerate() {
+                let basis = Basis::at(responses.s[line], &self.fit.poles, top);
+                let mut set = |column: usize, value: Complex<R>| {
+                    rows[column][2 * place] = value.re;
+                    rows[column][2 * place + 1] = value.im;
+                };
+                let factor = responses.factor(line, self.next.component);
+                for k in 0..own {
+                    set(k, basis.0[k].scale(factor));
+                }
+                for of_force in 0..together {
+                    let (value, factor) =
+                        responses.weighted(line, first + of_force, self.next.component);
+                    let value = value.scale(factor);
+                    self.weight += value.norm_sqr();
+                    let start = own + of_force * shared;
+                    for k in 0..shared {
+                        set(start + k, -(basis.0[k] * value));
+                    }
+                }
+            }
+            eliminated.push(&mut rows[..columns]);
+            for of_force in rows[own..columns].chunks_exact(shared) {
+                let mut left = [[R::zero(); 2 * TOGETHER]; MOST_SHARED + 1];
+                left[..shared].copy_from_slice(of_force);
+                sigma.push(&mut left[..=shared]);
+            }
+        }
+        self.go_on(end, together, responses);
+        Some(Progress::Going)
+    }
+
+    /// The place after these lines.
+    fn go_on(&mut self, end: usize, together: usize, responses: &OriginResponses<'_, R>) {
+        self.next.line = end;
+        if end == responses.s.len() {
+            self.next.line = 0;
+            self.next.force += together;
+        }
+        if self.next.force == responses.forces.len() {
+            self.next = Place { component: self.next.component + 1, ..Place::default() };
+        }
+    }
+
+    /// The end of a relocation: the zeros of σ.
+    // Not inlined, since its working memory is not needed in the other steps.
+    #[inline(never)]
+    fn relocate(
+        &mut self,
+        responses: &OriginResponses<'_, R>,
+        memory: &mut [R],
+    ) -> Option<Progress> {
+        let poles = &self.fit.poles;
+        let Sizes { shared, .. } = Sizes::of(poles.len(), responses.forces.len());
+        let mut sigma = Elimination::of(memory, shared, shared + 1)?;
+        // The relaxed condition that keeps σ from vanishing, as heavy as the other equations: its mean real part is one.
+        let top = top(responses);
+        let mut mean = [R::zero(); MOST_SHARED + 1];
+        let count = R::of(responses.s.len() as f64);
+        for &s in responses.s {
+            let basis = Basis::at(s, poles, top);
+            (0..shared).for_each(|k| mean[k] += basis.0[k].re / count);
+        }
+        let weight = self.weight.sqrt();
+        mean.iter_mut().for_each(|v| *v *= weight);
+        mean[shared] = weight;
+        sigma.push(&mut mean.map(|v| [v])[..=shared]);
+        let mut solved = [R::zero(); MOST_SHARED];
+        if !sigma.solve(shared, &mut solved) {
+            return None;
+        }
+        let next = zeros(poles, top, &solved[..shared - 1], solved[shared - 1])?;
+        let close = R::of(SETTLED).max(R::default_epsilon() * R::of(100.0));
+        let moved =
+            |(a, b): (&Complex<R>, &Complex<R>)| (a - b).norm_sqr() > close * close * a.norm_sqr();
+        self.fit.settled = !next.iter().zip(poles).any(moved);
+        self.fit.poles = next;
+        self.fit.steps += 1;
+        self.next = Place::default();
+        let done = self.fit.settled || self.fit.steps == self.most_steps;
+        Some(if done { Progress::Done } else { Progress::Going })
+    }
+}
+
+/// Sizes of the equations of a relocation.
+struct Sizes {
+    /// Unknowns of one accelerance.
+    own: usize,
+    /// Unknowns of σ.
+    shared: usize,
+    /// Forces whose equations are eliminated at the same time, since the memory is limited.
+    together: usize,
+}
+
+impl Sizes {
+    fn of(pairs: usize, forces: usize) -> Self {
+        let (own, shared) = (2 * pairs + 2, 2 * pairs + 1);
+        let fits = |together: &usize| {
+            let of_forces = Elimination::<f32>::memory(own, own + together * shared);
+            of_forces + Elimination::<f32>::memory(shared, shared + 1) <= SEARCH_MEMORY
+        };
+        let together = (1..=forces.max(1)).rev().find(fits).unwrap_or(1);
+        Self { own, shared, together }
+    }
+
+    fn of_sigma(&self) -> usize {
+        Elimination::<f32>::memory(self.shared, self.shared + 1)
+    }
+
+    fn lines_of_a_step(&self, together: usize) -> usize {
+        let of_own = self.own * (self.own - 1) / 2;
+        let of_force = self.own * self.shared + self.shared * (self.shared + 1) / 2;
+        let lines = ROTATIONS / (2 * (of_own + together * of_force));
+        (lines / TOGETHER).max(1) * TOGETHER
+    }
+}
+
+/// The end of the band, rad/s, with which frequencies are made of the order of one.
+pub(super) fn top<R: Real>(responses: &OriginResponses<'_, R>) -> R {
+    responses.s.iter().fold(R::zero(), |top, s| top.max(s.im))
 }
 
 /// Poles spread evenly over the band of the lines.
@@ -94,83 +296,15 @@ fn first_poles<R: Real>(s: &[Complex<R>], pairs: usize) -> Option<Poles<R>> {
     (low > R::zero() && high > low).then(|| (0..pairs).map(pole).collect())
 }
 
-/// The zeros of σ for these trial poles.
-fn relocated<R: Real>(
-    responses: &OriginResponses<'_, R>,
-    poles: &Poles<R>,
-    top: R,
-) -> Option<Poles<R>> {
-    match poles.len() {
-        1 => relocate::<R, 2, 4, 3, 7>(responses, poles, top),
-        2 => relocate::<R, 4, 6, 5, 11>(responses, poles, top),
-        3 => relocate::<R, 6, 8, 7, 15>(responses, poles, top),
-        4 => relocate::<R, 8, 10, 9, 19>(responses, poles, top),
-        5 => relocate::<R, 10, 12, 11, 23>(responses, poles, top),
-        6 => relocate::<R, 12, 14, 13, 27>(responses, poles, top),
-        7 => relocate::<R, 14, 16, 15, 31>(responses, poles, top),
-        8 => relocate::<R, 16, 18, 17, 35>(responses, poles, top),
-        _ => None,
-    }
-}
-
-/// One relocation: `STATES` real unknowns of the poles, `OWN` of one accelerance, `SHARED` of σ, `ALL` together.
-fn relocate<
-    R: Real,
-    const STATES: usize,
-    const OWN: usize,
-    const SHARED: usize,
-    const ALL: usize,
->(
-    responses: &OriginResponses<'_, R>,
-    poles: &Poles<R>,
-    top: R,
-) -> Option<Poles<R>> {
-    let mut sigma = LeastSquares::<R, SHARED>::new();
-    // The relaxed condition that keeps σ from vanishing, as heavy as the other equations: its mean real part is one.
-    let mut mean = [R::zero(); SHARED];
-    let count = R::of(responses.s.len() as f64);
-    for &s in responses.s {
-        let basis = Basis::<R, OWN>::at(s, poles, top);
-        (0..STATES).for_each(|k| mean[k] += basis.0[k].re / count);
-        mean[STATES] += count.recip();
-    }
-    let mut weight = R::zero();
-    for force in 0..responses.forces.len() {
-        for component in 0..6 {
-            let mut equations = LeastSquares::<R, ALL>::new();
-            for (line, &s) in responses.s.iter().enumerate() {
-                let (value, factor) = responses.weighted(line, force, component);
-                let value = value.scale(factor);
-                weight += value.norm_sqr();
-                let basis = Basis::<R, OWN>::at(s, poles, top);
-                let shared = |k: usize| if k < STATES { -(basis.0[k] * value) } else { -value };
-                let row = |part: fn(Complex<R>) -> R| {
-                    core::array::from_fn(|k| {
-                        if k < OWN { part(basis.0[k]) * factor } else { part(shared(k - OWN)) }
-                    })
-                };
-                equations.push(row(|z| z.re), R::zero());
-                equations.push(row(|z| z.im), R::zero());
-            }
-            let rest = equations.last::<SHARED>();
-            sigma.append(&rest);
-        }
-    }
-    let weight = weight.sqrt();
-    sigma.push(mean.map(|v| v * weight), weight);
-    let solved = sigma.solve()?;
-    zeros(poles, top, &solved.as_slice()[..STATES], solved[STATES])
-}
-
-/// Partial fractions of the pairs of poles, each with a real and an imaginary residue, then 1 and s². Frequencies are
+/// Partial fractions of the pairs of poles, each with a real and an imaginary residue, then 1 and s²; σ has all but the last. Frequencies are
 /// relative to the top of the band, so that all of them are of the order of one.
-struct Basis<R, const OWN: usize>([Complex<R>; OWN]);
+pub(super) struct Basis<R>(pub(super) [Complex<R>; MOST_OWN]);
 
-impl<R: Real, const OWN: usize> Basis<R, OWN> {
-    fn at(s: Complex<R>, poles: &Poles<R>, top: R) -> Self {
+impl<R: Real> Basis<R> {
+    pub(super) fn at(s: Complex<R>, poles: &Poles<R>, top: R) -> Self {
         let one = Complex::new(R::one(), R::zero());
         let s = s.unscale(top);
-        let mut basis = [one; OWN];
+        let mut basis = [one; MOST_OWN];
         for (pair, pole) in basis.chunks_exact_mut(2).zip(poles) {
             let pole = pole.unscale(top);
             let (a, b) = (one / (s - pole), one / (s - pole.conj()));
@@ -178,33 +312,31 @@ impl<R: Real, const OWN: usize> Basis<R, OWN> {
             // Real and imaginary part of the residue.
             pair.copy_from_slice(&[a + b, Complex::new(-difference.im, difference.re)]);
         }
-        basis[OWN - 1] = s * s;
+        basis[2 * poles.len() + 1] = s * s;
         Self(basis)
     }
 }
 
 /// The zeros of `σ = Σ c/(s − q) + d`: the eigenvalues of `A − b cᵀ/d` of its real state space. Those in the right half
-/// plane are reflected, and two real ones become a pair with much damping. Unused states have the eigenvalue zero.
+/// plane are reflected, and two real ones become a pair with much damping.
 fn zeros<R: Real>(poles: &Poles<R>, top: R, residues: &[R], constant: R) -> Option<Poles<R>> {
-    let mut state = SMatrix::<R, MOST_STATES, MOST_STATES>::zeros();
+    let mut state = [[R::zero(); MOST_STATES]; MOST_STATES];
     for (k, pole) in poles.iter().enumerate() {
         let (pole, k) = (pole.unscale(top), 2 * k);
-        (state[(k, k)], state[(k + 1, k + 1)]) = (pole.re, pole.re);
-        (state[(k, k + 1)], state[(k + 1, k)]) = (pole.im, -pole.im);
-        for (column, residue) in residues.iter().enumerate() {
-            state[(k, column)] -= R::of(2.0) * *residue / constant;
+        (state[k][k], state[k + 1][k + 1]) = (pole.re, pole.re);
+        (state[k][k + 1], state[k + 1][k]) = (pole.im, -pole.im);
+        for (value, residue) in state[k].iter_mut().zip(residues) {
+            *value -= R::of(2.0) * *residue / constant;
         }
     }
-    if !crate::linalg::all_finite(&state) {
-        return None;
-    }
-    let schur = Schur::try_new(state, R::default_epsilon(), MOST_ITERATIONS)?;
+    let states = 2 * poles.len();
+    let eigenvalues = eigenvalues(&mut state, states)?;
     let mut found = Poles::new();
     let mut real: Option<R> = None;
-    for value in schur.complex_eigenvalues().iter() {
+    for value in &eigenvalues[..states] {
         if value.im > R::zero() {
             found.push(Complex::new(-value.re.abs(), value.im).scale(top)).ok()?;
-        } else if value.im == R::zero() && value.re != R::zero() {
+        } else if value.im == R::zero() {
             match real.take() {
                 None => real = Some(value.re.abs()),
                 Some(other) => {
@@ -221,67 +353,4 @@ fn zeros<R: Real>(poles: &Poles<R>, top: R, residues: &[R], constant: R) -> Opti
     });
     let usable = |pole: &Complex<R>| pole.im > R::zero() && pole.re.finite() && pole.im.finite();
     (found.len() == poles.len() && found.iter().all(usable)).then_some(found)
-}
-
-/// What vector fitting says about the accelerances `[a; α]` under one force.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Residues<R> {
-    /// Residues of the displacement at every pole, `[x; θ]` per newton.
-    pub of_poles: heapless::Vec<Vector6<Complex<R>>, MOST_PAIRS>,
-    /// The constant of the accelerances, `[a; α]` per newton: the mass line, far above the poles and far below what
-    /// the term in s² stands for.
-    pub constant: Vector6<R>,
-    /// Sum of the squared residuals of the fit, relative to the noise of a reading.
-    pub left: R,
-}
-
-/// Residues of the motion under one force, given the poles. `None` when the equations have no solution.
-pub fn residues_of_force<R: Real>(
-    responses: &OriginResponses<'_, R>,
-    poles: &Poles<R>,
-    force: usize,
-) -> Option<Residues<R>> {
-    let top = responses.s.iter().fold(R::zero(), |top, s| top.max(s.im));
-    match poles.len() {
-        1 => residues::<R, 4>(responses, poles, force, top),
-        2 => residues::<R, 6>(responses, poles, force, top),
-        3 => residues::<R, 8>(responses, poles, force, top),
-        4 => residues::<R, 10>(responses, poles, force, top),
-        5 => residues::<R, 12>(responses, poles, force, top),
-        6 => residues::<R, 14>(responses, poles, force, top),
-        7 => residues::<R, 16>(responses, poles, force, top),
-        8 => residues::<R, 18>(responses, poles, force, top),
-        _ => None,
-    }
-}
-
-fn residues<R: Real, const OWN: usize>(
-    responses: &OriginResponses<'_, R>,
-    poles: &Poles<R>,
-    force: usize,
-    top: R,
-) -> Option<Residues<R>> {
-    let zero = Complex::new(R::zero(), R::zero());
-    let mut of_poles: heapless::Vec<Vector6<Complex<R>>, MOST_PAIRS> =
-        poles.iter().map(|_| Vector6::from_element(zero)).collect();
-    let (mut left, mut constant) = (R::zero(), Vector6::zeros());
-    for component in 0..6 {
-        let mut equations = LeastSquares::<R, OWN>::new();
-        for (line, &s) in responses.s.iter().enumerate() {
-            let basis = Basis::<R, OWN>::at(s, poles, top).0;
-            let (value, factor) = responses.weighted(line, force, component);
-            equations.push(basis.map(|z| z.re * factor), value.re * factor);
-            equations.push(basis.map(|z| z.im * factor), value.im * factor);
-        }
-        left += equations.residual();
-        let solved = equations.solve()?;
-        let unit = if component < 3 { R::one() } else { responses.length };
-        constant[component] = solved[OWN - 2] / unit;
-        for (k, (to, pole)) in of_poles.iter_mut().zip(poles).enumerate() {
-            let of_acceleration = Complex::new(solved[2 * k], solved[2 * k + 1]).scale(top);
-            let of_displacement = of_acceleration / (pole * pole);
-            to[component] = of_displacement.unscale(unit);
-        }
-    }
-    Some(Residues { of_poles, constant, left })
 }

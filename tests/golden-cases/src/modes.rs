@@ -5,8 +5,8 @@ use massline_shared::identify::conti_bretl::body_from_shapes;
 use massline_shared::identify::suspension::FEWEST_MODES;
 use massline_shared::identify::toivola_nuutila::solve_orthogonality;
 use massline_shared::modes::{
-    Mode, OriginResponses, best_force, identify_modes, norm_indicator, reduce_line, shape_of_force,
-    shape_of_forces,
+    Mode, Motions, OriginResponses, best_force, identify_modes, norm_indicator, reduce_line,
+    shape_of_force, shape_of_forces,
 };
 use massline_shared::{FrequencyResponses, Real};
 use nalgebra::{Complex, Matrix6, Vector3, Vector6};
@@ -105,7 +105,7 @@ pub(crate) fn run_identification<R: Real>(check: &mut Check<'_, '_, R>) -> Optio
     let zero = Vector6::from_element(Complex::new(R::zero(), R::zero()));
     let mut motions = [zero; LINES * MOST_FORCES];
     let motions = motions.get_mut(..LINES * count)?;
-    let mut sigma = [Vector6::zeros(); LINES];
+    let mut sigma = [[R::zero(); 6]; LINES];
     for (line, motions) in motions.chunks_exact_mut(count).enumerate() {
         sigma[line] = reduce_line(&layout, &responses, &origin, line, motions)?;
     }
@@ -113,6 +113,7 @@ pub(crate) fn run_identification<R: Real>(check: &mut Check<'_, '_, R>) -> Optio
     let forces: heapless::Vec<Vector6<R>, MOST_FORCES> =
         layout.hits.iter().map(|hit| hit.unit_force(&origin)).collect();
     let length = layout.characteristic_length();
+    let motions = Motions::Full(motions);
     let responses = OriginResponses { s: &s, motions, sigma: &sigma, forces: &forces, length };
     let modes = identify_modes(&responses, MODES)?.modes;
     let numbers =

@@ -13,4 +13,4 @@
 mod machine;
 
 #[cfg(target_os = "none")]
-pub use machine::{Cost, end, measure, print};
+pub use machine::{Cost, StepCosts, end, measure, measure_steps, print};

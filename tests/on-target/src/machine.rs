@@ -62,6 +62,37 @@ pub fn measure(work: impl FnOnce()) -> Cost {
     Cost { instructions, stack: used_stack(top) }
 }
 
+/// Cost of work that is done in steps.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StepCosts {
+    /// Instructions of all steps.
+    pub whole: u64,
+    /// Instructions of the longest step.
+    pub longest: u32,
+    /// Peak stack use, bytes.
+    pub stack: u32,
+    /// Number of steps.
+    pub steps: u32,
+}
+
+/// Runs steps until `step` returns false, and measures them.
+///
+/// # Panics
+/// As [`measure`].
+pub fn measure_steps(mut step: impl FnMut() -> bool) -> StepCosts {
+    let mut costs = StepCosts::default();
+    let whole = measure(|| {
+        let mut going = true;
+        while going {
+            let instructions = instructions(|| going = step());
+            costs.whole += u64::from(instructions);
+            costs.longest = costs.longest.max(instructions);
+            costs.steps += 1;
+        }
+    });
+    StepCosts { stack: whole.stack, ..costs }
+}
+
 /// The counter counts the machine's time at 25 MHz; an instruction takes 64 ns of it.
 #[inline(never)]
 fn instructions(work: impl FnOnce()) -> u32 {

@@ -4,9 +4,9 @@ use heapless::Vec;
 use nalgebra::{SMatrix, SVector};
 
 use super::difference::{Difference, MOST_PAIRS, differences, outliers};
-use super::{MOST_METHODS, Propagation};
-use crate::Real;
+use super::{JointCovariances, MOST_METHODS};
 use crate::linalg::cholesky;
+use crate::{Progress, Real};
 
 /// Two methods may give nearly the same; this much independent error, relative to their variances, keeps their weights from
 /// growing without bound.
@@ -30,14 +30,24 @@ pub struct Agreement<R> {
     pub between: SVector<R, 10>,
 }
 
-impl<R: Real> Agreement<R> {
-    /// Compares and combines these answers, of which the places are those of the propagation. `None` with fewer than two
-    /// answers, or when a covariance is singular.
-    pub fn of<const M: usize>(
-        answers: &[Option<SVector<R, 10>>; M],
-        propagation: &Propagation<R, M>,
+/// A comparison in steps between which other work can be done: one property after the other. A step is at most a million
+/// instructions on a rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparing<R> {
+    /// Places of the methods that are combined.
+    seen: Vec<usize, MOST_METHODS>,
+    found: Agreement<R>,
+    /// The next property whose standard deviation between the methods is looked for.
+    property: usize,
+}
+
+impl<R: Real> Comparing<R> {
+    /// Compares these answers, of which the places are those of the propagation. `None` with fewer than two answers.
+    pub fn new(
+        answers: &[Option<SVector<R, 10>>],
+        propagation: &impl JointCovariances<R>,
     ) -> Option<Self> {
-        let mut seen: Vec<usize, M> = (0..M)
+        let mut seen: Vec<usize, MOST_METHODS> = (0..answers.len().min(MOST_METHODS))
             .filter(|m| answers[*m].is_some() && propagation.unstable(*m).is_none())
             .collect();
         if seen.len() < 2 {
@@ -46,14 +56,46 @@ impl<R: Real> Agreement<R> {
         let pairs = differences(&seen, answers, propagation);
         let outliers = outliers(&seen, &pairs);
         seen.retain(|m| !outliers.contains(m));
-        let mut between = SVector::zeros();
-        if outliers.is_empty() && pairs.iter().any(|pair| pair.significant) {
-            for k in 0..10 {
-                between[k] = between_methods(&seen, k, answers, propagation)?;
-            }
+        let disagree = outliers.is_empty() && pairs.iter().any(|pair| pair.significant);
+        let (theta, between) = (SVector::zeros(), SVector::zeros());
+        let found = Agreement { pairs, outliers, theta, covariance: SMatrix::zeros(), between };
+        Some(Self { seen, found, property: if disagree { 0 } else { 10 } })
+    }
+
+    /// Runs one step. Answers and propagation must be the same in every step. `None` when a covariance is singular.
+    pub fn step(
+        &mut self,
+        answers: &[Option<SVector<R, 10>>],
+        propagation: &impl JointCovariances<R>,
+    ) -> Option<Progress> {
+        let k = self.property;
+        if k < 10 {
+            self.found.between[k] = between_methods(&self.seen, k, answers, propagation)?;
+            self.property += 1;
+            return Some(Progress::Going);
         }
-        let (theta, covariance) = combined(&seen, answers, propagation, &between)?;
-        Some(Self { pairs, outliers, theta, covariance, between })
+        let between = &self.found.between;
+        (self.found.theta, self.found.covariance) =
+            combined(&self.seen, answers, propagation, between)?;
+        Some(Progress::Done)
+    }
+
+    /// How the methods agree, when the comparison is done.
+    pub fn found(&self) -> &Agreement<R> {
+        &self.found
+    }
+}
+
+impl<R: Real> Agreement<R> {
+    /// Compares and combines these answers, of which the places are those of the propagation. `None` with fewer than two
+    /// answers, or when a covariance is singular.
+    pub fn of(
+        answers: &[Option<SVector<R, 10>>],
+        propagation: &impl JointCovariances<R>,
+    ) -> Option<Self> {
+        let mut comparing = Comparing::new(answers, propagation)?;
+        while comparing.step(answers, propagation)? == Progress::Going {}
+        Some(comparing.found)
     }
 
     /// True when chance explains every difference.
@@ -64,10 +106,10 @@ impl<R: Real> Agreement<R> {
 
 /// Generalised least squares, property by property, with these standard deviations between the methods: `theta` and its
 /// covariance.
-fn combined<R: Real, const M: usize>(
+fn combined<R: Real>(
     seen: &[usize],
-    answers: &[Option<SVector<R, 10>>; M],
-    propagation: &Propagation<R, M>,
+    answers: &[Option<SVector<R, 10>>],
+    propagation: &impl JointCovariances<R>,
     between: &SVector<R, 10>,
 ) -> Option<(SVector<R, 10>, SMatrix<R, 10, 10>)> {
     let count = seen.len();
@@ -88,10 +130,10 @@ fn combined<R: Real, const M: usize>(
     let mut covariance = SMatrix::<R, 10, 10>::zeros();
     for (i, &a) in seen.iter().enumerate() {
         for (j, &b) in seen.iter().enumerate() {
-            let of_pair = propagation.covariance(a, b);
             for k in 0..10 {
                 for l in 0..10 {
-                    covariance[(k, l)] += weights[i][k] * weights[j][l] * of_pair[(k, l)];
+                    covariance[(k, l)] +=
+                        weights[i][k] * weights[j][l] * propagation.element([a, b], [k, l]);
                 }
             }
         }
@@ -110,11 +152,11 @@ fn combined<R: Real, const M: usize>(
 /// The standard deviation between methods with which the scatter of their answers about their mean is what it should be, and
 /// no method has a negative weight, so that the mean lies among the answers (Paule and Mandel 1982, for answers with
 /// covariances).
-fn between_methods<R: Real, const M: usize>(
+fn between_methods<R: Real>(
     seen: &[usize],
     property: usize,
-    answers: &[Option<SVector<R, 10>>; M],
-    propagation: &Propagation<R, M>,
+    answers: &[Option<SVector<R, 10>>],
+    propagation: &impl JointCovariances<R>,
 ) -> Option<R> {
     let mut values = [R::zero(); MOST_METHODS];
     for (to, &m) in values.iter_mut().zip(seen) {
@@ -134,9 +176,9 @@ fn between_methods<R: Real, const M: usize>(
     }
     let least = values.iter().fold(values[0], |least, v| least.min(*v));
     let most = values.iter().fold(values[0], |most, v| most.max(*v));
-    let largest = seen.iter().fold(most - least, |sum, &m| {
-        sum + propagation.covariance(m, m)[(property, property)].sqrt()
-    });
+    let largest = seen
+        .iter()
+        .fold(most - least, |sum, &m| sum + propagation.element([m, m], [property; 2]).sqrt());
     let (mut low, mut high) = (R::zero(), largest);
     // A large enough spread explains any finite answers.
     for _ in 0..BISECTIONS {
@@ -164,22 +206,22 @@ struct Joint<R> {
 
 impl<R: Real> Joint<R> {
     /// With this standard deviation between the methods.
-    fn of<const M: usize>(
+    fn of(
         seen: &[usize],
         property: usize,
-        propagation: &Propagation<R, M>,
+        propagation: &impl JointCovariances<R>,
         between: R,
     ) -> Option<Self> {
         // Methods that are not there are independent, with weight zero.
         let mut covariance = SMatrix::<R, MOST_METHODS, MOST_METHODS>::identity();
         let mut scales = [R::one(); MOST_METHODS];
         for (scale, &m) in scales.iter_mut().zip(seen) {
-            let own = propagation.covariance(m, m)[(property, property)];
+            let own = propagation.element([m, m], [property; 2]);
             *scale = (own + between * between).sqrt();
         }
         for (i, &a) in seen.iter().enumerate().take(MOST_METHODS) {
             for (j, &b) in seen.iter().enumerate().take(i) {
-                let joint = propagation.covariance(a, b)[(property, property)];
+                let joint = propagation.element([a, b], [property; 2]);
                 let correlation = joint / (scales[i] * scales[j]);
                 covariance[(i, j)] = correlation;
                 covariance[(j, i)] = correlation;

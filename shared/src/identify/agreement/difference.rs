@@ -3,7 +3,7 @@
 use heapless::Vec;
 use nalgebra::SVector;
 
-use super::{MOST_METHODS, Propagation};
+use super::{JointCovariances, MOST_METHODS};
 use crate::Real;
 
 /// Most pairs of methods.
@@ -30,10 +30,10 @@ pub struct Difference<R> {
 }
 
 /// The largest difference of every pair, in its standard deviations.
-pub(super) fn differences<R: Real, const M: usize>(
+pub(super) fn differences<R: Real>(
     seen: &[usize],
-    answers: &[Option<SVector<R, 10>>; M],
-    propagation: &Propagation<R, M>,
+    answers: &[Option<SVector<R, 10>>],
+    propagation: &impl JointCovariances<R>,
 ) -> Vec<Difference<R>, MOST_PAIRS> {
     let tests = 10 * seen.len() * (seen.len() - 1) / 2;
     // At least the two-sided quantile for so many tests: P(|z| > t) < exp(−t²/2).
@@ -42,7 +42,7 @@ pub(super) fn differences<R: Real, const M: usize>(
     for (place, &a) in seen.iter().enumerate() {
         for &b in &seen[..place] {
             let Some((first, second)) = answers[a].zip(answers[b]) else { continue };
-            let variance = |k: usize, x: usize, y: usize| propagation.covariance(x, y)[(k, k)];
+            let variance = |k: usize, x: usize, y: usize| propagation.element([x, y], [k; 2]);
             let of = |k: usize| {
                 let (of_a, of_b) = (variance(k, a, a), variance(k, b, b));
                 let variance = of_a + of_b - variance(k, a, b) - variance(k, b, a);

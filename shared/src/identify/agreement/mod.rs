@@ -7,15 +7,17 @@
 
 mod combination;
 mod difference;
+mod packed;
 mod propagation;
 #[cfg(test)]
 mod tests;
 
 use super::METHODS;
 
-pub use combination::Agreement;
+pub use combination::{Agreement, Comparing};
 pub use difference::{Difference, MOST_PAIRS};
-pub use propagation::{Answers, NOISE_DRAWS, Propagation, ask, changes};
+pub use packed::PackedPropagation;
+pub use propagation::{Answers, JointCovariances, NOISE_DRAWS, Propagation, ask, changes, shift};
 
 /// Most methods that are compared: all of them.
 pub const MOST_METHODS: usize = METHODS;

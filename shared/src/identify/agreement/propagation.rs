@@ -15,6 +15,33 @@ const MOST_UNANSWERED: f64 = 0.05;
 /// Answers of `M` methods to one change; `None` where a method has none.
 pub type Answers<R, const M: usize> = [Option<SVector<R, 10>>; M];
 
+/// What small changes show of the answers of several methods together.
+pub trait JointCovariances<R: Real> {
+    /// Covariance of one property of the answer of a method with one property of the answer of another.
+    fn element(&self, methods: [usize; 2], properties: [usize; 2]) -> R;
+
+    /// The share of the changes that a method has not answered, if it is so large that its answer is not stable: more
+    /// than a few draws of noise, or any error of the layout, whose effect is then unknown.
+    fn unstable(&self, method: usize) -> Option<f64>;
+
+    /// Number of draws of noise.
+    fn draws(&self) -> u32;
+
+    /// Covariance of `theta` of a method.
+    fn of_method(&self, method: usize) -> SMatrix<R, 10, 10> {
+        SMatrix::from_fn(|k, l| self.element([method; 2], [k, l]))
+    }
+}
+
+/// The share of changes without an answer, if it is too large; `answered` and `asked` are the numbers of draws of noise and of
+/// errors of the layout.
+pub(super) fn too_few(answered: [u32; 2], asked: [u32; 2]) -> Option<f64> {
+    let share = |k: usize| f64::from(asked[k] - answered[k]) / f64::from(asked[k].max(1));
+    let (of_draws, of_shifts) = (share(0), share(1));
+    let unstable = of_draws > MOST_UNANSWERED || of_shifts > 0.0 || answered[0] == 0;
+    unstable.then_some(of_draws.max(of_shifts))
+}
+
 /// What the changes have shown: covariance of the answers of `M` methods with each other.
 #[derive(Clone, Debug)]
 pub struct Propagation<R, const M: usize> {
@@ -48,11 +75,11 @@ impl<R: Real, const M: usize> Sums<R, M> {
         }
     }
 
-    fn of(&self, a: usize, b: usize) -> (SMatrix<R, 10, 10>, u32) {
+    fn element(&self, a: usize, b: usize, k: usize, l: usize) -> (R, u32) {
         if a >= b {
-            (self.products[a][b], self.counts[a][b])
+            (self.products[a][b][(k, l)], self.counts[a][b])
         } else {
-            (self.products[b][a].transpose(), self.counts[b][a])
+            (self.products[b][a][(l, k)], self.counts[b][a])
         }
     }
 }
@@ -81,27 +108,20 @@ impl<R: Real, const M: usize> Propagation<R, M> {
         }
         found
     }
+}
 
-    /// The share of the changes that a method has not answered, if it is so large that its answer is not stable: more
-    /// than a few draws of noise, or any error of the layout, whose effect is then unknown.
-    pub fn unstable(&self, method: usize) -> Option<f64> {
-        let (draws, shifts) = (self.noise.of(method, method).1, self.layout.of(method, method).1);
-        let share =
-            |answered: u32, asked: u32| f64::from(asked - answered) / f64::from(asked.max(1));
-        let (of_draws, of_shifts) = (share(draws, self.asked), share(shifts, self.shifts));
-        let unstable = of_draws > MOST_UNANSWERED || of_shifts > 0.0 || draws == 0;
-        unstable.then_some(of_draws.max(of_shifts))
+impl<R: Real, const M: usize> JointCovariances<R> for Propagation<R, M> {
+    fn element(&self, [first, second]: [usize; 2], [k, l]: [usize; 2]) -> R {
+        let (noise, draws) = self.noise.element(first, second, k, l);
+        noise / R::of(f64::from(draws.max(1))) + self.layout.element(first, second, k, l).0
     }
 
-    /// Covariance of `theta` of one method with `theta` of another.
-    pub fn covariance(&self, first: usize, second: usize) -> SMatrix<R, 10, 10> {
-        let (noise, draws) = self.noise.of(first, second);
-        let (layout, _) = self.layout.of(first, second);
-        noise / R::of(f64::from(draws.max(1))) + layout
+    fn unstable(&self, method: usize) -> Option<f64> {
+        let answered = [&self.noise, &self.layout].map(|sums| sums.counts[method][method]);
+        too_few(answered, [self.asked, self.shifts])
     }
 
-    /// Number of draws of noise.
-    pub fn draws(&self) -> u32 {
+    fn draws(&self) -> u32 {
         self.asked
     }
 }
@@ -119,14 +139,22 @@ pub fn ask<T, R: Real, const S: usize, const H: usize>(
     change: u32,
     answers: impl FnOnce(&Perturbation<'_, R, S, H>) -> T,
 ) -> Option<T> {
-    let unchanged = Perturbation { layout, quantity: None, draw: None };
-    let Some(draw) = change.checked_sub(1) else { return Some(answers(&unchanged)) };
-    let Some(place) = draw.checked_sub(NOISE_DRAWS) else {
-        return Some(answers(&Perturbation { draw: Some(draw), ..unchanged }));
-    };
-    let place = place as usize;
+    if change <= NOISE_DRAWS {
+        let draw = change.checked_sub(1);
+        return Some(answers(&Perturbation { layout, quantity: None, draw }));
+    }
     let mut shifted = layout.clone();
-    let is_shifted = shifted.shift(layout.uncertain_quantities().nth(place)?);
+    let place = (change - 1 - NOISE_DRAWS) as usize;
     let quantity = Some(place);
-    is_shifted.then(|| answers(&Perturbation { layout: &shifted, quantity, draw: None }))
+    shift(&mut shifted, place)
+        .then(|| answers(&Perturbation { layout: &shifted, quantity, draw: None }))
+}
+
+/// Shifts a layout by one standard deviation of the uncertain quantity with this place; false for one that it does not have.
+pub fn shift<R: Real, const S: usize, const H: usize>(
+    layout: &mut Layout<R, S, H>,
+    place: usize,
+) -> bool {
+    let quantity = layout.uncertain_quantities().nth(place);
+    quantity.is_some_and(|quantity| layout.shift(quantity))
 }

@@ -9,14 +9,18 @@
 mod equations;
 pub mod structural;
 
+use super::Method;
 use super::method::{Entry, Observable};
 use super::suspension::{Answer, Suspension, is_blocked};
-use crate::Real;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::layout::balanced_motion;
 use crate::linalg::ComplexLeastSquares;
+use crate::modes::{Lines, OriginResponses};
+use crate::{Progress, Real};
 
-pub use equations::{Excitation, Excitations, Solution, solve_structural, solve_viscous, span};
+pub use equations::{
+    DirectSolver, Excitation, Excitations, Form, Solution, solve_structural, solve_viscous, span,
+};
 
 /// Description of the viscous form for the registry.
 pub const ENTRY: Entry = Entry {
@@ -35,13 +39,81 @@ pub const ENTRY: Entry = Entry {
 
 /// The answer of the viscous form, or why there is none.
 pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
-    let [below, above] = sides(of);
-    let length = of.responses.length;
-    let rank = span_above_noise(of).min(span(&below, length).unwrap_or(0));
-    if rank < 6 {
-        return Err(fatal(Code::ResponsesDoNotSpanSix, R::of(rank as f64)));
+    answer_of_form(Form::Viscous, of)
+}
+
+fn answer_of_form<R: Real>(form: Form, of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
+    let Suspension { responses, lines, noise, .. } = *of;
+    let near = NearModes { responses, lines, noise };
+    let mut solver = FormSolver::new(form, &near)?;
+    while solver.step(&near)? == Progress::Going {}
+    solver.answer()
+}
+
+/// What the direct method uses.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NearModes<'a, R> {
+    /// The motions.
+    pub(super) responses: &'a OriginResponses<'a, R>,
+    /// The lines about the modes.
+    pub(super) lines: &'a Lines,
+    /// Standard deviation of the noise of a reading, (m/s²)/N, of a complex number.
+    pub(super) noise: R,
+}
+
+/// One form on what the methods of the suspension share, in steps between which other work can be done. A step is at most a
+/// million instructions on a rig.
+#[derive(Clone, Debug)]
+pub(super) struct FormSolver<R>(DirectSolver<R>);
+
+impl<R: Real> FormSolver<R> {
+    /// # Errors
+    /// `responses_do_not_span_six` for the viscous form.
+    pub(super) fn new(form: Form, of: &NearModes<'_, R>) -> Result<Self, Diagnostics> {
+        let length = of.responses.length;
+        if form == Form::Viscous {
+            let [below, _] = sides(of);
+            let rank = span_above_noise(of).min(span(&below, length).unwrap_or(0));
+            if rank < 6 {
+                return Err(fatal(Code::ResponsesDoNotSpanSix, R::of(rank as f64)));
+            }
+        }
+        Ok(Self(DirectSolver::new(form, length)))
     }
-    accepted(solve_viscous(&below, &above, length))
+
+    /// Runs one step.
+    ///
+    /// # Errors
+    /// `data_not_finite`.
+    pub(super) fn step(&mut self, of: &NearModes<'_, R>) -> Result<Progress, Diagnostics> {
+        let [below, above] = sides(of);
+        self.0.step(&below, &above).ok_or_else(|| fatal(Code::DataNotFinite, R::zero()))
+    }
+
+    /// The answer when the work is done.
+    ///
+    /// # Errors
+    /// `data_not_finite` and `ten_parameters_not_identifiable`.
+    pub(super) fn answer(&self) -> Result<Answer<R>, Diagnostics> {
+        accepted(self.0.solution())
+    }
+}
+
+/// When the viscous form fits worse than the structural one by this factor, it has no answer.
+const CLEARLY_WORSE: f64 = 1.2;
+/// The same for the structural form, which has to be needed.
+const WORSE: f64 = 1.05;
+
+/// The form that fits clearly worse than the other, the code that says so, and by which factor, from what both leave of their
+/// equations.
+pub fn worse_form<R: Real>(viscous: R, structural: R) -> Option<(Method, Code, R)> {
+    if viscous > structural * R::of(CLEARLY_WORSE) {
+        Some((Method::Dppim, Code::DampingNotViscous, viscous / structural))
+    } else if structural > viscous * R::of(WORSE) {
+        Some((Method::DppimStructural, Code::DampingNotStructural, structural / viscous))
+    } else {
+        None
+    }
 }
 
 /// The noise alone makes singular values of up to the square root of the number of rows, when the rows are relative to
@@ -49,14 +121,15 @@ pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagn
 const ABOVE_NOISE: f64 = 3.0;
 
 /// Number of independent motions below the modes that stand out of the noise.
-fn span_above_noise<R: Real>(of: &Suspension<'_, R>) -> usize {
+fn span_above_noise<R: Real>(of: &NearModes<'_, R>) -> usize {
     let responses = of.responses;
     let mut motions = ComplexLeastSquares::<R, 6, 0>::new();
     let forces = responses.forces.len();
     for line in &of.lines.below {
-        let sigma = responses.sigma[*line].max() * of.noise;
-        for motion in &responses.motions[line * forces..][..forces] {
-            motions.push(balanced_motion(motion, responses.length).unscale(sigma).into(), []);
+        let sigma = responses.sigma[*line].iter().fold(R::zero(), |top, v| top.max(*v)) * of.noise;
+        for force in 0..forces {
+            let motion = balanced_motion(&responses.motion(*line, force), responses.length);
+            motions.push(motion.unscale(sigma).into(), []);
         }
     }
     let rows = R::of((of.lines.below.len() * forces) as f64);
@@ -72,13 +145,13 @@ fn accepted<R: Real>(solution: Option<Solution<R>>) -> Result<Answer<R>, Diagnos
 }
 
 /// The excitations below and above the modes.
-fn sides<'a, R: Real>(of: &'a Suspension<'a, R>) -> [Side<'a, R>; 2] {
+fn sides<'a, R: Real>(of: &'a NearModes<'a, R>) -> [Side<'a, R>; 2] {
     [&of.lines.below, &of.lines.above].map(|lines| Side { of, lines })
 }
 
 /// The excitations at the lines on one side of the modes: line by line, force by force.
 struct Side<'a, R> {
-    of: &'a Suspension<'a, R>,
+    of: &'a NearModes<'a, R>,
     lines: &'a [usize],
 }
 
@@ -92,7 +165,7 @@ impl<R: Real> Excitations<R> for Side<'_, R> {
         let forces = responses.forces.len();
         let (line, force) = (self.lines[place / forces], place % forces);
         let s = responses.s[line];
-        let receptance = responses.motions[line * forces + force].map(|v| v / (s * s));
+        let receptance = responses.motion(line, force).map(|v| v / (s * s));
         Excitation { s, force: responses.forces[force], receptance }
     }
 }

@@ -1,6 +1,6 @@
 //! The structural form of direct physical parameter identification.
 
-use super::{accepted, sides, solve_structural};
+use super::{Form, answer_of_form};
 use crate::Real;
 use crate::diagnosis::Diagnostics;
 use crate::identify::method::{Entry, Observable};
@@ -25,6 +25,5 @@ pub const ENTRY: Entry = Entry {
 pub(in crate::identify) fn answer<R: Real>(
     of: &Suspension<'_, R>,
 ) -> Result<Answer<R>, Diagnostics> {
-    let [below, above] = sides(of);
-    accepted(solve_structural(&below, &above, of.responses.length))
+    answer_of_form(Form::Structural, of)
 }

@@ -45,13 +45,13 @@ pub use fit::{Fit, Start};
 pub use nuisances::{HitNuisances, NuisanceEstimates, SensorNuisances};
 pub use pulls::SUSPICIOUS as SUSPICIOUS_PULL;
 
-use super::method::{self, Entry, Observable, Progress};
+use super::method::{self, Entry, Observable};
 use super::observations::{Observations, SpectrumBins};
 use super::{DofMassLines, Estimate};
-use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::layout::{Layout, MAX_ATTACHED, RIG_SENSORS, is_finite};
+use crate::{Progress, Real};
 use fit_problem::FitProblem;
 use model::SENSOR_NUISANCES;
 use normal_equations::NormalEquations;

@@ -1,21 +1,20 @@
 //! The modal fit of a test, and the answers of the methods to it.
 
 use heapless::Vec;
-use nalgebra::{Complex, SVector, Vector3};
+use nalgebra::{Complex, Vector3};
 
-use super::known::known_properties;
+use super::Answer;
+use super::answers::{Observed, answer, found_again, lines_about, noise_in_draw};
 use super::points::suspect_points;
 use super::selection::{Selection, select};
-use super::{Answer, Suspension};
 use crate::Real;
-use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, fatal};
 use crate::frequency_responses::FrequencyResponses;
-use crate::identify::{Method, Perturbation, random_signs};
+use crate::identify::{Method, Perturbation};
 use crate::layout::Layout;
 use crate::modes::{
-    ForceMixing, Lines, LinesPerSide, MOST_LINES, MOST_PAIRS, Modes, Orders, Peak, Poles,
-    Reduction, choose_lines, relocate_once,
+    ForceMixing, Lines, LinesPerSide, MOST_LINES, MOST_PAIRS, Modes, Orders, Poles, Reduction,
+    relocate_once,
 };
 
 /// The modal fit of a test under its layout.
@@ -149,10 +148,8 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
     /// The noise of a reading in a draw, (m/s²)/N.
     pub fn noise_of(&self, draw: u32, line: usize, channel: usize, hit: usize) -> Complex<R> {
         let Self { readings, noise, .. } = self;
-        let part = *noise * readings.correlation * R::of(core::f64::consts::FRAC_1_SQRT_2);
         let place = (line * readings.channels() + channel) * readings.hits() + hit;
-        let [re, im] = random_signs(draw, place).map(|sign| part * R::of(f64::from(sign)));
-        Complex::new(re, im)
+        noise_in_draw(*noise * readings.correlation, draw, place)
     }
 
     /// The motions and modes of changed data: noise moves the poles, which are found again by one step from where they
@@ -169,16 +166,9 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
         };
         memory.fill(changed.layout, reference, mixing, s, reading)?;
         let responses = memory.responses();
-        let (all, places) = Modes::of_poles(&responses, &relocate_once(&responses, poles)?)?;
-        // Noise may change the order of close modes, or find one where there was none.
-        let nearest = |kept: &usize| {
-            let distance = |place: &usize| (all.poles[*place] - poles[*kept]).norm_sqr();
-            let nearer = |a: usize, b: usize| if distance(&b) < distance(&a) { b } else { a };
-            (0..places.len()).reduce(nearer)
-        };
-        let kept: Vec<usize, MOST_PAIRS> = self.kept.iter().map(nearest).collect::<Option<_>>()?;
-        let twice = kept.iter().enumerate().any(|(k, place)| kept[..k].contains(place));
-        (!twice).then(|| all.only(&kept))
+        let (all, _) = Modes::of_poles(&responses, &relocate_once(&responses, poles)?)?;
+        let places = found_again(&all.poles, poles, self.kept.iter().copied())?;
+        Some(all.only(&places))
     }
 
     /// The answer of a method to these motions and modes, as a body in the body frame without the attached ones.
@@ -192,50 +182,14 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
         memory: &Reduction<R>,
         modes: &Modes<R>,
     ) -> Result<Answer<R>, Diagnostics> {
-        let mut answer = self.answer_with(method, layout, memory, modes, R::one())?;
-        // The weight of a known centre of mass depends on the mass.
-        if layout.priors.iter().any(|prior| (1..4).contains(&prior.property)) {
-            answer = self.answer_with(method, layout, memory, modes, answer.body.mass)?;
-        }
-        let mut phi = answer.body.shifted_to(&-self.reference).phi();
-        for attached in &layout.attached {
-            phi -= SVector::from(attached.phi);
-        }
-        let body = RigidBody::from_phi(&phi).filter(|body| body.mass > R::zero());
-        let body = body.ok_or_else(|| fatal(Code::MassNotPositive, phi[0]))?;
-        Ok(Answer { body, ..answer })
-    }
-
-    /// The answer about the reference point, with the attached bodies, for this expected mass in kg.
-    fn answer_with(
-        &self,
-        method: Method,
-        layout: &Layout<R, S, H>,
-        memory: &Reduction<R>,
-        modes: &Modes<R>,
-        mass: R,
-    ) -> Result<Answer<R>, Diagnostics> {
-        let known = known_properties(layout, &self.reference, mass);
         let responses = memory.responses();
         let Self { lines, noise, .. } = self;
-        let suspension =
-            Suspension { responses: &responses, modes, lines, noise: *noise, known: &known };
-        method.of_suspension(&suspension).unwrap_or_else(|| Err(fatal(Code::FrfMissing, R::zero())))
+        let observed = Observed { responses: &responses, modes, lines, noise: *noise };
+        answer(method, layout, &self.reference, &observed)
     }
 
     /// The layout of the test.
     pub fn layout(&self) -> &'a Layout<R, S, H> {
         self.layout
     }
-}
-
-/// The lines about these poles.
-fn lines_about<R: Real>(poles: &Poles<R>, s: &[Complex<R>], per_side: LinesPerSide) -> Lines {
-    let peak = |pole: &Complex<R>| {
-        let size = pole.norm_sqr().sqrt();
-        Peak { frequency_hz: size / R::two_pi(), damping_ratio: -pole.re / size }
-    };
-    let peaks: Vec<_, MOST_PAIRS> = poles.iter().map(peak).collect();
-    let frequencies: Vec<R, MOST_LINES> = s.iter().map(|s| s.im / R::two_pi()).collect();
-    choose_lines(&frequencies, &peaks, per_side)
 }

@@ -24,9 +24,12 @@ pub(super) fn suspect_points<R: Real, const S: usize, const H: usize>(
     lines: &Lines,
 ) -> Diagnostics {
     let all = lines.below.iter().chain(&lines.above).copied();
-    let Some(points) = point_motions(layout, readings, reference, all) else {
-        return Diagnostics::new();
-    };
+    let points = point_motions(layout, readings, reference, all);
+    points.map_or_else(Diagnostics::new, |points| suspects(&points))
+}
+
+/// The same from the motions of these points.
+pub(in crate::identify) fn suspects<R: Real>(points: &[PointMotion<R>]) -> Diagnostics {
     // Of all hits together: the real part of one accelerance may have its sign at nearly all lines.
     let mean = |part: fn(&PointMotion<R>) -> R| {
         points.iter().fold(R::zero(), |sum, point| sum + part(point)) / R::of(points.len() as f64)
@@ -36,5 +39,5 @@ pub(super) fn suspect_points<R: Real, const S: usize, const H: usize>(
     if real_is_kept && !is_kept(mean(|point| point.imaginary_negative), AGAINST_THE_FORCE) {
         return fatal(Code::LooksLikeMobility, R::zero());
     }
-    reversed_points(&points, PointMotion::gives_power)
+    reversed_points(points, PointMotion::gives_power)
 }

@@ -24,17 +24,21 @@ const TOO_MUCH: f64 = 0.1;
 const TOO_MUCH_OUTSIDE: f64 = 1.0;
 
 /// The suspension modes, and what speaks against them.
-pub(super) struct Selection {
+pub(in crate::identify) struct Selection {
     /// Places of the suspension modes.
-    pub(super) kept: Vec<usize, MOST_PAIRS>,
+    pub(in crate::identify) kept: Vec<usize, MOST_PAIRS>,
     /// A finding about one more mode.
-    pub(super) one_more: Option<Diagnostic>,
+    pub(in crate::identify) one_more: Option<Diagnostic>,
 }
 
 /// Selects the modes within the band, and at most six, since a body on its suspension has no more and any others are hum,
 /// drift or an elastic mode. Those with the highest peaks are kept. `s` has the lines of the fit, ascending, and `length`
 /// is L in m.
-pub(super) fn select<R: Real>(all: &Modes<R>, s: &[Complex<R>], length: R) -> Selection {
+pub(in crate::identify) fn select<R: Real>(
+    all: &Modes<R>,
+    s: &[Complex<R>],
+    length: R,
+) -> Selection {
     let hertz = |s: Option<&Complex<R>>| s.map_or(R::zero(), |s| s.im / R::two_pi());
     let (low, high) = (hertz(s.first()), hertz(s.last()));
     let inside = |place: &usize| {

@@ -1,7 +1,7 @@
 //! The fit recovers body and suspension, and refuses bad input.
 
 mod sensitivities;
-mod wheel;
+pub(in crate::identify) mod wheel;
 mod wheel_tests;
 
 use super::unknowns::real;

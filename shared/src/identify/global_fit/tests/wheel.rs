@@ -7,14 +7,14 @@ use crate::body::RigidBody;
 use crate::layout::{Hit, HitUncertainty, Layout, Sensor, SensorUncertainty};
 
 type C = Complex<f64>;
-pub(super) type Wheel = Layout<f64, 3, 5>;
+pub(in crate::identify) type Wheel = Layout<f64, 3, 5>;
 
 /// Standard deviation of an accelerance, (m/s²)/N: real and imaginary part each have it over √2.
-pub(super) const NOISE: f64 = 0.002;
+pub(in crate::identify) const NOISE: f64 = 0.002;
 /// The Cramér-Rao bound of the total error for this noise, five forces and the 97 bins, from derivatives by
 /// differences.
-pub(super) const BOUND: f64 = 0.000_489;
-pub(super) const THETA: [f64; 10] = [
+pub(in crate::identify) const BOUND: f64 = 0.000_489;
+pub(in crate::identify) const THETA: [f64; 10] = [
     17.294999999999998,
     0.0004394333622434229,
     0.0004379878577623591,
@@ -27,7 +27,7 @@ pub(super) const THETA: [f64; 10] = [
     -0.0003129592367736341,
 ];
 /// Mass-normalised shapes at the origin, one mode per column.
-pub(super) const SHAPES: [[f64; 6]; 6] = [
+pub(in crate::identify) const SHAPES: [[f64; 6]; 6] = [
     [
         0.04107691707273531,
         0.18460441971830402,
@@ -77,7 +77,7 @@ pub(super) const SHAPES: [[f64; 6]; 6] = [
         0.035342972610285225,
     ],
 ];
-pub(super) const HZ: [f64; 6] = [
+pub(in crate::identify) const HZ: [f64; 6] = [
     2.8235241361379306,
     3.22203034352507,
     3.559573196102735,
@@ -85,7 +85,7 @@ pub(super) const HZ: [f64; 6] = [
     7.157606831606127,
     7.661501057612119,
 ];
-pub(super) const DAMPING: [f64; 6] = [
+pub(in crate::identify) const DAMPING: [f64; 6] = [
     0.012368152734777657,
     0.012247865967295825,
     0.012298613042987355,
@@ -95,7 +95,7 @@ pub(super) const DAMPING: [f64; 6] = [
 ];
 
 /// Uniform and normal numbers (xorshift, Box and Muller).
-pub(super) struct Random(pub(super) u64);
+pub(in crate::identify) struct Random(pub(in crate::identify) u64);
 
 impl Random {
     fn uniform(&mut self) -> f64 {
@@ -105,7 +105,7 @@ impl Random {
         ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
     }
 
-    pub(super) fn normal(&mut self) -> f64 {
+    pub(in crate::identify) fn normal(&mut self) -> f64 {
         (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
     }
 
@@ -115,7 +115,7 @@ impl Random {
 }
 
 /// The object on its suspension.
-pub(super) struct Object {
+pub(in crate::identify) struct Object {
     mass: Matrix6<f64>,
     stiffness: Matrix6<f64>,
     damping: Matrix6<f64>,
@@ -124,7 +124,7 @@ pub(super) struct Object {
 }
 
 impl Object {
-    pub(super) fn new(tyre_kg: f64) -> Self {
+    pub(in crate::identify) fn new(tyre_kg: f64) -> Self {
         let inverse = Matrix6::from(SHAPES).transpose().try_inverse().unwrap();
         let omega = Vector6::from(HZ) * std::f64::consts::TAU;
         let ratio = Vector6::from(DAMPING) * 2.0;
@@ -158,7 +158,7 @@ impl Object {
 }
 
 /// Three sensors and five forces.
-pub(super) fn layout() -> Wheel {
+pub(in crate::identify) fn layout() -> Wheel {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let mut layout = Wheel { gravity: Some([0.0, 0.0, -9.80665]), ..Wheel::default() };
     for (n, angle) in [90.0_f64, 210.0, 330.0].iter().enumerate() {
@@ -178,7 +178,9 @@ pub(super) fn layout() -> Wheel {
     layout
 }
 
-pub(super) fn without_errors(mut layout: Wheel) -> Wheel {
+pub(in crate::identify) fn without_errors<const H: usize>(
+    mut layout: Layout<f64, 3, H>,
+) -> Layout<f64, 3, H> {
     layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());
     layout.hits.iter_mut().for_each(|h| h.uncertainty = HitUncertainty::none());
     layout.hammer_gain = 0.0;
@@ -187,13 +189,13 @@ pub(super) fn without_errors(mut layout: Wheel) -> Wheel {
 }
 
 /// Bins from 0.5 to 12.5 Hz.
-pub(super) fn bins() -> Vec<f64> {
+pub(in crate::identify) fn bins() -> Vec<f64> {
     (0..97).map(|k| 0.5 + 0.125 * f64::from(k)).collect()
 }
 
 /// Accelerances with errors of the layout's budget, and with noise.
-pub(super) fn measure(
-    layout: &Wheel,
+pub(in crate::identify) fn measure<const H: usize>(
+    layout: &Layout<f64, 3, H>,
     object: &Object,
     frequencies: &[f64],
     noise: f64,
@@ -247,7 +249,11 @@ pub(super) fn measure(
 }
 
 /// Mean force of the hits on a DOF, each beside its mark and turned.
-fn mean_force(hit: &Hit<f64>, layout: &Wheel, random: &mut Random) -> Vector6<f64> {
+fn mean_force<const H: usize>(
+    hit: &Hit<f64>,
+    layout: &Layout<f64, 3, H>,
+    random: &mut Random,
+) -> Vector6<f64> {
     let nominal = Vector3::from(hit.direction);
     let across = |v: Vector3<f64>| v - nominal * nominal.dot(&v);
     let sigma = hit.uncertainty;

@@ -7,6 +7,8 @@ mod modes;
 #[cfg(target_os = "none")]
 mod outcome;
 #[cfg(target_os = "none")]
+mod solver;
+#[cfg(target_os = "none")]
 mod work;
 
 #[cfg(not(target_os = "none"))]

@@ -7,18 +7,18 @@ use massline_shared::identify::Method;
 use massline_shared::identify::suspension::Suspension;
 use massline_shared::layout::RigLayout;
 use massline_shared::modes::{
-    LinesPerSide, MOST_LINES, Modes, Orders, OriginResponses, Peak, SUSPENSION_MODES, choose_lines,
-    norm_indicator,
+    LinesPerSide, MOST_LINES, Modes, Motions, Orders, OriginResponses, Peak, SUSPENSION_MODES,
+    choose_lines, norm_indicator,
 };
 use nalgebra::{Complex, Matrix3x6, Matrix6, Vector3, Vector6};
 
 use super::outcome::{close, report};
 
-const FORCES: usize = 6;
+pub const FORCES: usize = 6;
 /// Standard deviation of the real and of the imaginary part of a motion.
 const NOISE: f32 = 0.001;
 
-type Motions = [Vector6<Complex<f32>>; MOST_LINES * FORCES];
+pub type AllMotions = [Vector6<Complex<f32>>; MOST_LINES * FORCES];
 
 /// Measures how the modes are found and how each method answers.
 pub fn measure_modes(layout: &RigLayout, body: &RigidBody<f32>) {
@@ -26,12 +26,16 @@ pub fn measure_modes(layout: &RigLayout, body: &RigidBody<f32>) {
     let length = layout.characteristic_length();
     let forces: [Vector6<f32>; FORCES] =
         core::array::from_fn(|hit| layout.hits[hit].unit_force(&reference));
-    let frequencies: [f32; MOST_LINES] = core::array::from_fn(|line| 0.5 + 0.1 * line as f32);
-    let s = frequencies.map(|f| Complex::new(0.0, core::f32::consts::TAU * f));
-    let motions = motions(&s, &forces, &body.shifted_to(&reference), &reference);
-    let sigma = [Vector6::repeat(1.0); MOST_LINES];
-    let responses =
-        OriginResponses { s: &s, motions: &motions, sigma: &sigma, forces: &forces, length };
+    let frequencies = frequencies();
+    let (s, motions) = simulated(layout, body);
+    let sigma = [[1.0; 6]; MOST_LINES];
+    let responses = OriginResponses {
+        s: &s,
+        motions: Motions::Full(&motions),
+        sigma: &sigma,
+        forces: &forces,
+        length,
+    };
     let (orders, cost) = measured(|| Orders::up_to(&responses, SUSPENSION_MODES + 1));
     report("modes_orders", cost);
     let order = orders.sufficient().expect("the modes show");
@@ -68,6 +72,23 @@ pub fn measure_modes(layout: &RigLayout, body: &RigidBody<f32>) {
     }
 }
 
+/// Frequencies of the lines, Hz.
+fn frequencies() -> [f32; MOST_LINES] {
+    core::array::from_fn(|line| 0.5 + 0.1 * line as f32)
+}
+
+/// The Laplace variables of the lines, and the motions of the reference point at them.
+pub fn simulated(
+    layout: &RigLayout,
+    body: &RigidBody<f32>,
+) -> ([Complex<f32>; MOST_LINES], AllMotions) {
+    let reference = layout.sensor_centroid();
+    let forces: [Vector6<f32>; FORCES] =
+        core::array::from_fn(|hit| layout.hits[hit].unit_force(&reference));
+    let s = frequencies().map(|f| Complex::new(0.0, core::f32::consts::TAU * f));
+    (s, motions(&s, &forces, &body.shifted_to(&reference), &reference))
+}
+
 /// The result of some work, and what it cost.
 fn measured<T>(work: impl FnOnce() -> T) -> (T, Cost) {
     let mut result = None;
@@ -81,7 +102,7 @@ fn motions(
     forces: &[Vector6<f32>; FORCES],
     body: &RigidBody<f32>,
     reference: &Vector3<f32>,
-) -> Motions {
+) -> AllMotions {
     let real = |v: f32| Complex::new(v, 0.0);
     let (mass, stiffness) = (body.mass_matrix(), stiffness(reference));
     let mut motions = [Vector6::zeros(); MOST_LINES * FORCES];

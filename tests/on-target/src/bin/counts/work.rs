@@ -25,6 +25,7 @@ use nalgebra::{ComplexField, SVector};
 
 use super::modes::measure_modes;
 use super::outcome::{close, report};
+use super::solver::{measure_comparison, measure_solver};
 
 const ADC: AdcProperties = AdcProperties {
     rate: Hertz(4000.0),
@@ -75,6 +76,8 @@ fn main() -> ! {
     );
     report("ml_outlier_5", fitted.whole);
     measure_modes(&self::layout(6), &body());
+    measure_solver(&self::layout(6), &body());
+    measure_comparison();
     end(true)
 }
 
