@@ -39,6 +39,7 @@ use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_protocol::MAX_LAYOUT;
 use massline_shared::measurement;
+use massline_shared::signal::COMPACT_RESPONSE;
 
 use crate::board::{Board, Link, Panel, Sampler};
 use crate::checkpoint::{Checkpoint, CheckpointBuffer};
@@ -47,7 +48,7 @@ use crate::own_frame::poll_in_own_frame;
 use crate::panel::task::{PanelMemory, PanelTask};
 use crate::rig::Rig;
 use crate::session::{Session, SessionMemory};
-use crate::store::{MAX_DOF, Store};
+use crate::store::Store;
 
 /// All large memory of the application, about 80 KiB. It starts as all zeros, so that it lies in `.bss`.
 pub struct Memory {
@@ -68,7 +69,7 @@ impl Memory {
     pub const fn new() -> Self {
         Self {
             measurement: measurement::Memory::<f32>::new(),
-            room: [0; MAX_DOF],
+            room: [0; COMPACT_RESPONSE],
             session: SessionMemory::new(),
             panel: PanelMemory::new(),
         }

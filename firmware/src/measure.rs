@@ -13,7 +13,7 @@ use massline_shared::signal::{CHANNELS, Scan};
 use massline_shared::units::ScanIndex;
 
 use crate::board::{SampleError, Sampler};
-use crate::checkpoint::{Checkpoint, CheckpointBuffer};
+use crate::checkpoint::{Checkpoint, CheckpointBuffer, fetch_lines};
 use crate::deadline::Deadline;
 use crate::levels::Levels;
 use crate::outcome::StoredResult;
@@ -52,6 +52,9 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
                 }
                 NextAction::StoreLines { dof } => {
                     self.checkpoint.store_lines(self.rig, self.store, self.room, dof).await;
+                }
+                NextAction::FetchLines { dof, response } => {
+                    fetch_lines(self.rig, self.store, self.room, (dof, response)).await;
                 }
                 NextAction::Store => self.keep_result().await,
             }
@@ -133,7 +136,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
     async fn keep_result(&mut self) {
         let rig = self.rig;
         let mut store = self.store.lock().await;
-        let mass = rig.measurement.borrow().result().estimates.first().map(mass_of);
+        let mass = rig.measurement.borrow().estimates().next().map(|best| mass_of(&best));
         let result = StoredResult::new(rig, store.next_number());
         let put = store.put_result(&result, rig.layout_hash.get(), mass).await;
         let mut measurement = rig.measurement.borrow_mut();

@@ -63,9 +63,9 @@ impl<'a, 'm> StoredResult<'a, 'm> {
         for (details, lines) in result.dofs.iter().zip(result.lines) {
             bytes.put(&LinesHead::of(details, lines));
         }
-        bytes.put(&(result.estimates.len() as u32));
-        for estimate in result.estimates {
-            bytes.put(&StoredEstimate::from(estimate));
+        bytes.put(&(measurement.estimates().count() as u32));
+        for estimate in measurement.estimates() {
+            bytes.put(&StoredEstimate::from(&estimate));
         }
         bytes.put(&DiagnosticList(result.diagnostics.clone()));
     }

@@ -39,7 +39,7 @@ fn directly(
                 }
             }
             NextAction::Compute => measurement.work(),
-            NextAction::StoreLines { dof } => {
+            NextAction::StoreLines { dof } | NextAction::FetchLines { dof, .. } => {
                 panic!("DOF {dof} has lines under the mass-line profile")
             }
             NextAction::Store => break,

@@ -105,7 +105,8 @@ pub fn measure(
                 // Cannot fail in this phase.
                 let _ = rig.command(Command::Conclude);
             }
-            NextAction::Store | NextAction::Wait => break,
+            // The host solves the lines itself, with the global fit.
+            NextAction::FetchLines { .. } | NextAction::Store | NextAction::Wait => break,
         }
         while let Some(hit) = rig.next_hit() {
             hits.push((rig.armings(), hit));

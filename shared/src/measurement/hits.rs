@@ -39,6 +39,8 @@ pub(super) enum Task<R> {
     StoreLines,
     /// The identification methods are running.
     Identify,
+    /// The suspension modes are computed, and the answers of their methods.
+    Solve,
     /// A further hit is searched for.
     Search(FurtherHitSearch<R>),
     /// The estimate is complete.

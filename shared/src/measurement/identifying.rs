@@ -27,19 +27,19 @@ impl<R: RealFft> Measurement<'_, R> {
         match task {
             Task::Identify => self.step_methods(campaign, HitCandidates::Measured),
             Task::Search(search) => self.step_search(campaign, search),
+            Task::Solve => self.step_solver(),
             Task::Identified => Task::Identified,
             _ => {
                 self.name_unfinished_dofs(campaign);
                 if let Object::Block { mass } = campaign.started().object {
-                    self.memory.identification.begin([]);
+                    self.memory.answers.begin([]);
                     self.block = Some(self.weigh(mass));
                     return Task::Identified;
                 }
                 if self.is_long() {
-                    self.memory.identification.begin([]);
-                    return Task::Identified;
+                    return self.begin_solving();
                 }
-                self.memory.identification.begin(Method::of_mass_lines());
+                self.memory.answers.begin(Method::of_mass_lines());
                 Task::Identify
             }
         }
@@ -63,7 +63,7 @@ impl<R: RealFft> Measurement<'_, R> {
                     campaign.estimated(false);
                     return Task::None;
                 }
-                self.memory.identification.begin(Method::of_mass_lines());
+                self.memory.answers.begin(Method::of_mass_lines());
                 Task::Identify
             }
         }
@@ -77,11 +77,12 @@ impl<R: RealFft> Measurement<'_, R> {
         let memory = &mut *self.memory;
         let observed = Observations::of_mass_lines(layout, &memory.mass_lines);
         let settings = IdentifySettings::default();
-        let step = memory.identification.step(&observed, &settings, &mut memory.scratch);
+        let Some(identification) = memory.answers.mass_lines() else { return Task::Identified };
+        let step = identification.step(&observed, &settings, &mut memory.scratch);
         if step == Progress::Going {
             return Task::Identify;
         }
-        let estimates = memory.identification.estimates();
+        let estimates = identification.estimates();
         let length = layout.characteristic_length();
         let precision = Precision::of(estimates, layout.target, length);
         let dofs = memory.mass_lines.len() as u8;
@@ -126,9 +127,9 @@ impl<R: RealFft> Measurement<'_, R> {
     /// Reports why methods have no answer: as an error only for the best method, and only when no other
     /// method has an answer.
     fn explain_refusals(&mut self) {
-        let identification = &self.memory.identification;
-        let answered = !identification.estimates().is_empty();
-        for (place, (_, reasons)) in identification.refusals().iter().enumerate().rev() {
+        let answers = &self.memory.answers;
+        let answered = !answers.estimates().is_empty();
+        for (place, (_, reasons)) in answers.refusals().iter().enumerate().rev() {
             let severity = if answered || place > 0 { Severity::Warning } else { Severity::Error };
             for reason in reasons {
                 let reason = Diagnostic { severity, ..*reason };

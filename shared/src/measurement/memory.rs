@@ -3,12 +3,11 @@
 use heapless::Vec;
 use nalgebra::Complex;
 
+use super::answering::Answering;
 use super::averaging::{DofSpectra, HitMemory};
 use super::lines::StoredLines;
 use super::result::MeasuredDof;
-use crate::identify::{
-    DofMassLines, Identification, MASS_LINE_METHODS, ScatterAccumulator, maximum_likelihood,
-};
+use crate::identify::{DofMassLines, ScatterAccumulator, maximum_likelihood};
 use crate::layout::{RIG_HITS, RIG_SENSORS};
 use crate::mass_line::BasisRow;
 use crate::signal::{KnownScatter, RECORD_SCANS, RealFft, Record, SPECTRUM_BINS};
@@ -34,7 +33,7 @@ pub struct Memory<R> {
     pub(super) mass_lines: Vec<DofMassLines<R, RIG_SENSORS>, RIG_HITS>,
     /// Or, in the suspension profile, what is known of their stored lines.
     pub(super) lines: Vec<StoredLines<R>, RIG_HITS>,
-    pub(super) identification: Identification<R, MASS_LINE_METHODS>,
+    pub(super) answers: Answering<R>,
 }
 
 macro_rules! memory {
@@ -52,7 +51,7 @@ macro_rules! memory {
                     dofs: Vec::new(),
                     mass_lines: Vec::new(),
                     lines: Vec::new(),
-                    identification: Identification::idle(),
+                    answers: Answering::idle(),
                 }
             }
         }
@@ -80,7 +79,7 @@ impl<R> Memory<R> {
         self.dofs.clear();
         self.mass_lines.clear();
         self.lines.clear();
-        self.identification.begin([]);
+        self.answers.begin([]);
     }
 
     /// Stores the data of a DOF and replaces previous data of it.

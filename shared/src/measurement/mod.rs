@@ -29,10 +29,13 @@
 //! | [`averaging`] | from the hits of one DOF to its mass lines |
 //! | `closing` | from averaged hits to mass lines |
 //! | [`lines`] | closes a DOF whose lines the driver stores |
+//! | `solving` | from stored lines to the suspension modes and the estimates |
+//! | `answering` | the methods under either profile |
 //! | `identifying` | from mass lines to the estimates, after each DOF and at the end |
 //! | `precision` | how precise the answer would be after each DOF, and whether the target is reached |
 //! | `view` | the state of the measurement, for display |
 
+mod answering;
 mod averaged_hit;
 pub mod averaging;
 pub mod campaign;
@@ -48,6 +51,7 @@ mod memory;
 mod precision;
 mod result;
 mod setup;
+mod solving;
 mod undo;
 mod view;
 
@@ -90,6 +94,14 @@ pub enum NextAction {
     StoreLines {
         /// Index of the DOF in the layout.
         dof: usize,
+    },
+    /// Read the stored lines of a response of a DOF of this campaign, then report [`Measurement::take_lines`] or
+    /// [`Measurement::lines_not_readable`].
+    FetchLines {
+        /// Index of the DOF in the layout.
+        dof: usize,
+        /// The response, from 0 on.
+        response: usize,
     },
     /// Store [`Measurement::result`], then report [`Measurement::stored`] or [`Measurement::not_stored`].
     Store,
@@ -187,6 +199,10 @@ impl<'m, R: RealFft> Measurement<'m, R> {
                 }
                 (Step::CloseDof { dof }, Task::StoreLines) => NextAction::StoreLines { dof },
                 (Step::Identify, Task::Identified) => NextAction::Store,
+                (Step::Identify, Task::Solve) => match self.wanted_lines() {
+                    Some((dof, response)) => NextAction::FetchLines { dof, response },
+                    None => NextAction::Compute,
+                },
                 _ => NextAction::Compute,
             },
         }

@@ -1,6 +1,6 @@
 //! What the computation has found.
 
-use nalgebra::{SVector, Vector3, Vector6};
+use nalgebra::{Complex, SVector, Vector3, Vector6};
 
 use super::{MethodAnswer, RigLayout, SolverMemory, Stage, SuspensionSolver};
 use crate::diagnosis::{Diagnostic, Diagnostics};
@@ -128,12 +128,22 @@ impl<R: Real> SuspensionSolver<R> {
         layout: &RigLayout<R>,
         memory: &SolverMemory<'_, R>,
     ) -> Option<Result<Estimate<R>, Diagnostics>> {
+        self.estimate_from(method, layout, memory.readings)
+    }
+
+    /// The same, given only the lent memory of the readings, in which the covariances are by then.
+    pub fn estimate_from(
+        &self,
+        method: Method,
+        layout: &RigLayout<R>,
+        readings: &[Complex<R>],
+    ) -> Option<Result<Estimate<R>, Diagnostics>> {
         let Stage::Done(_) = self.stage else { return None };
         let place = Method::of_modes().position(|other| other == method)?;
         match &self.answers[place] {
             MethodAnswer::Answer(answer) => {
                 let length = layout.characteristic_length();
-                let judged = self.judged(place, method, answer, length, memory)?;
+                let judged = self.judged(place, method, answer, length, readings)?;
                 Some(judged.map(|mut estimate| {
                     add_doubts(&mut estimate, &self.diagnostics);
                     estimate
@@ -150,9 +160,9 @@ impl<R: Real> SuspensionSolver<R> {
         method: Method,
         answer: &Answer<R>,
         length: R,
-        memory: &SolverMemory<'_, R>,
+        readings: &[Complex<R>],
     ) -> Option<Result<Estimate<R>, Diagnostics>> {
-        let covariances = self.propagation.as_ref()?.covariances(memory.readings);
+        let covariances = self.propagation.as_ref()?.covariances(readings);
         Some(judged_estimate(method, answer, place, &covariances, length))
     }
 
@@ -169,7 +179,7 @@ impl<R: Real> SuspensionSolver<R> {
         for (place, method) in Method::of_modes().enumerate() {
             let judged = self.answers[place]
                 .answer()
-                .and_then(|answer| self.judged(place, method, answer, length, memory));
+                .and_then(|answer| self.judged(place, method, answer, length, memory.readings));
             self.accepted[place] = judged.is_some_and(|judged| judged.is_ok());
         }
         let thetas = self.accepted_answers();

@@ -1,0 +1,63 @@
+//! The methods under either profile, in the same memory.
+
+use crate::diagnosis::Diagnostics;
+use crate::identify::suspension_solver::SuspensionSolver;
+use crate::identify::{Estimate, Identification, MASS_LINE_METHODS, Method};
+
+/// The methods that run, or their answers.
+#[expect(clippy::large_enum_variant, reason = "there is one at a time, and no allocator")]
+pub(super) enum Answering<R> {
+    /// Those that use mass lines.
+    MassLines(Identification<R, MASS_LINE_METHODS>),
+    /// Those that use the suspension modes.
+    Suspension(SuspensionSolver<R>),
+}
+
+impl<R> Answering<R> {
+    /// No methods.
+    pub const fn idle() -> Self {
+        Self::MassLines(Identification::idle())
+    }
+
+    /// Starts again with these methods of mass lines.
+    pub fn begin(&mut self, wanted: impl IntoIterator<Item = Method>) {
+        if let Self::Suspension(_) = self {
+            *self = Self::idle();
+        }
+        if let Self::MassLines(identification) = self {
+            identification.begin(wanted);
+        }
+    }
+
+    /// The methods of mass lines that run.
+    pub fn mass_lines(&mut self) -> Option<&mut Identification<R, MASS_LINE_METHODS>> {
+        match self {
+            Self::MassLines(identification) => Some(identification),
+            Self::Suspension(_) => None,
+        }
+    }
+
+    /// The answers of the methods of mass lines, best first.
+    pub fn estimates(&self) -> &[Estimate<R>] {
+        match self {
+            Self::MassLines(identification) => identification.estimates(),
+            Self::Suspension(_) => &[],
+        }
+    }
+
+    /// Those of them without an answer, and why.
+    pub fn refusals(&self) -> &[(Method, Diagnostics)] {
+        match self {
+            Self::MassLines(identification) => identification.refusals(),
+            Self::Suspension(_) => &[],
+        }
+    }
+
+    /// The computation of the suspension modes.
+    pub fn solver(&self) -> Option<&SuspensionSolver<R>> {
+        match self {
+            Self::MassLines(_) => None,
+            Self::Suspension(solver) => Some(solver),
+        }
+    }
+}
