@@ -47,7 +47,12 @@ pub const MAX_LINES: usize = RESPONSES * COMPACT_RESPONSE;
 /// Most bytes of one estimate in a result.
 pub const MAX_ESTIMATE: usize = 424;
 /// Most bytes of one result: its head and diagnostics, its DOFs and its estimates.
-pub const MAX_RESULT: usize = 238 + RIG_HITS * MAX_DOF + MASS_LINE_METHODS * MAX_ESTIMATE;
+pub const MAX_RESULT: usize =
+    MAX_RESULT_HEAD + RIG_HITS * MAX_DOF + MASS_LINE_METHODS * MAX_ESTIMATE;
+/// Most bytes of the head and the diagnostics of a result.
+pub const MAX_RESULT_HEAD: usize = 238;
+/// Most bytes of what a result says of a DOF besides its lines.
+pub const MAX_LINES_HEAD: usize = 72;
 /// Most bytes of the progress of a campaign.
 pub const MAX_PROGRESS: usize = 280;
 

@@ -3,13 +3,17 @@
 //! In the smallest flash a campaign with lines needs almost all of it, so layouts that are not in use give way to it.
 
 use embedded_storage_async::nor_flash::NorFlash;
+use massline_shared::identify::SUSPENSION_METHODS;
 use massline_shared::layout::RIG_HITS;
 
 use super::contents::{Change, Contents, DOFS, MAX_CHANGE, MAX_SHORT_CHANGE};
 use super::log::Log;
 use super::record::Kind;
 use super::writing::{MAX_PIECE, MIN_PIECE};
-use super::{MAX_DOF, MAX_LINES, MAX_PROGRESS, MAX_RESULT, RESULTS, Store, StoreError};
+use super::{
+    MAX_DOF, MAX_ESTIMATE, MAX_LINES, MAX_LINES_HEAD, MAX_PROGRESS, MAX_RESULT, MAX_RESULT_HEAD,
+    RESULTS, Store, StoreError,
+};
 
 /// Changes without an object, such as deletions, for which a full store still has room.
 const SMALL_CHANGES: u32 = 4;
@@ -69,7 +73,9 @@ impl<F: NorFlash> Store<F> {
 
     /// Bytes that a campaign takes with its result.
     fn needed(&self, dofs: usize, lines: usize) -> u32 {
-        let longest_result = MAX_RESULT - (RIG_HITS - dofs) * MAX_DOF;
+        let of_mass_lines = MAX_RESULT - (RIG_HITS - dofs) * MAX_DOF;
+        let of_modes = MAX_RESULT_HEAD + dofs * MAX_LINES_HEAD + SUSPENSION_METHODS * MAX_ESTIMATE;
+        let longest_result = if lines > 0 { of_modes } else { of_mass_lines };
         2 * self.cost(MAX_PROGRESS, MAX_SHORT_CHANGE)
             + dofs as u32 * self.cost(MAX_DOF + lines, MAX_SHORT_CHANGE)
             + self.cost(longest_result, MAX_SHORT_CHANGE)

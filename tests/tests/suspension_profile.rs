@@ -1,0 +1,138 @@
+//! A campaign of the suspension profile from scans to answers: what the rig finds in single precision, against the host in double
+//! precision on the same stored lines.
+
+use std::collections::BTreeMap;
+
+use massline::commands::bench_test::nominal_calibration;
+use massline::layout_file::LayoutFile;
+use massline::suspension::{DofLines, MeasuredLines};
+use massline_shared::identify::{Estimate, Method};
+use massline_shared::layout::RigLayout;
+use massline_shared::measurement::campaign::Start;
+use massline_shared::measurement::{Measurement, Memory, NextAction};
+use massline_shared::nalgebra::Complex;
+use massline_shared::signal::{
+    COMPACT_RESPONSE, CompactLines, SPECTRUM_BINS, expand_response, ringing_s,
+};
+use massline_shared::units::ScanIndex;
+use massline_virtual::bench::{Bench, BenchSource};
+use massline_virtual::source::ScanSource;
+
+const SEED: u64 = 4;
+/// Hits at each DOF: fewer than usual, which is enough to compare two computations.
+const HITS: u8 = 2;
+
+/// The wheel's layout under the profile.
+fn layout() -> RigLayout {
+    let text = include_str!("../../host/examples/wheel.toml");
+    let mut text: String =
+        text.lines()
+            .filter(|line| !line.starts_with("[test]"))
+            .fold(String::new(), |text, line| {
+                if line.starts_with("profile") { text } else { text + line + "\n" }
+            });
+    text += &format!("\n[test]\nprofile = \"suspension\"\nhits_per_dof = {HITS}\n");
+    let file = LayoutFile::parse(&text, "wheel.toml").expect("a layout");
+    file.layout.cast().expect("it fits a rig")
+}
+
+/// The bytes of every response that has been stored, by DOF and response.
+type Flash = BTreeMap<(usize, usize), [u8; COMPACT_RESPONSE]>;
+
+/// The lines of a DOF as bytes.
+fn store(rig: &Measurement<'_, f32>, dof: usize, flash: &mut Flash) {
+    let responses = rig.adc_in_use().responses();
+    let lines = CompactLines::new(responses, |response, line| rig.line(response, line));
+    let lines = lines.expect("finite lines");
+    for response in 0..responses {
+        let mut bytes = [0; COMPACT_RESPONSE];
+        lines.read(response * COMPACT_RESPONSE, &mut bytes);
+        flash.insert((dof, response), bytes);
+    }
+}
+
+/// A campaign on the wheel: the stored lines, and the rig's answers.
+fn campaign(layout: &RigLayout) -> (Flash, Vec<Estimate<f32>>, [f32; 6], f64) {
+    let bench = Bench::named("wheel").expect("bundled");
+    let mut source = BenchSource::new(&bench, &layout.cast().unwrap(), SEED).unwrap();
+    let mut memory = Box::new(Memory::<f32>::new());
+    let mut rig = Measurement::new(source.adc(), &mut memory);
+    rig.set_layout(layout.clone());
+    rig.set_calibration(nominal_calibration(&bench), None);
+    rig.start(Start::DEFAULT, false, true).unwrap();
+    let mut flash = Flash::new();
+    loop {
+        match rig.next_action() {
+            NextAction::Sample => {
+                rig.sampling_started();
+                source.armed(rig.armings(), rig.campaign().unwrap().dof());
+                for index in 0.. {
+                    rig.feed(ScanIndex(index), &[source.next_scan().unwrap()]);
+                    if rig.next_action() != NextAction::Sample {
+                        break;
+                    }
+                }
+            }
+            NextAction::Compute => rig.work(),
+            NextAction::StoreLines { dof } => {
+                store(&rig, dof, &mut flash);
+                rig.lines_stored();
+            }
+            NextAction::FetchLines { dof, response } => {
+                let lines = expand_response(&flash[&(dof, response)]).expect("stored lines");
+                rig.take_lines(&lines);
+            }
+            NextAction::Store => break,
+            NextAction::Wait => panic!("the campaign was interrupted: {:?}", rig.diagnostics()),
+        }
+    }
+    let solver = rig.solver().expect("the rig has solved");
+    assert!(!solver.has_failed(), "{:?}", rig.diagnostics());
+    let frequencies = solver.modes().iter().map(|mode| mode.frequency_hz).collect::<Vec<_>>();
+    let frequencies = frequencies.try_into().expect("six modes");
+    (flash, rig.estimates().collect(), frequencies, ringing_s(rig.adc()))
+}
+
+#[test]
+fn rig_and_host_answer_the_same_lines_alike() {
+    let layout = layout();
+    let (flash, estimates, frequencies, record_s) = campaign(&layout);
+    // The wheel's modes; 0.5 % of a frequency is a third of the width of the peak.
+    for (found, expected) in frequencies.iter().zip([2.82, 3.22, 3.56, 6.14, 7.16, 7.66_f32]) {
+        assert!((found / expected - 1.0).abs() < 0.005, "{found} Hz, {expected} Hz");
+    }
+    let lines: Vec<DofLines> = (0..layout.hits.len())
+        .map(|dof| {
+            let of = |response| {
+                let lines: [Complex<f64>; SPECTRUM_BINS] =
+                    expand_response(&flash[&(dof, response)]).expect("stored lines");
+                lines
+            };
+            DofLines { dof, lines: (0..9).flat_map(of).collect() }
+        })
+        .collect();
+    let bench = Bench::named("wheel").expect("bundled");
+    let source = BenchSource::new(&bench, &layout.cast().unwrap(), SEED).unwrap();
+    let measured = MeasuredLines::new(&layout.cast().unwrap(), &source.adc(), &lines);
+    let wanted: Vec<Method> = Method::of_modes().collect();
+    let host = measured.solve(record_s, &wanted, |_, _| ()).expect("the host has answers");
+    let mut compared = 0;
+    for estimate in &estimates {
+        let Some(other) = host.estimates.iter().find(|of| of.method == estimate.method) else {
+            continue;
+        };
+        compared += 1;
+        let sigma = other.sigma().expect("the answers have intervals");
+        for k in 0..10 {
+            let difference = f64::from(estimate.theta()[k]) - other.theta()[k];
+            // The part of a standard deviation by which rig and host may differ.
+            assert!(
+                difference.abs() < 0.05 * sigma[k],
+                "{:?} {k}: {difference} of {}",
+                estimate.method,
+                sigma[k]
+            );
+        }
+    }
+    assert!(compared >= 3, "{estimates:?}");
+}
