@@ -70,6 +70,7 @@ fn archive() -> Archive {
         calibration: Some(CalibrationTable::of_record(&CalibrationRecord::default())),
         result,
         spectra: Vec::new(),
+        lines: Vec::new(),
         hit_records: Vec::new(),
         hit_log: Vec::new(),
         answers: Document(serde_json::value::to_raw_value(&json!({ "a": 1 })).unwrap()),

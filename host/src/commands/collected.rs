@@ -146,20 +146,27 @@ impl Collected {
 
 /// The number of hits averaged at a DOF.
 fn hits_of(result: &MeasurementResult, name: &str) -> Option<u8> {
-    result.dofs.iter().find(|dof| dof.dof.to_string() == name).map(|dof| dof.hits)
+    dofs_of(result).find(|(dof, _)| dof == name).map(|(_, hits)| hits)
+}
+
+/// The DOFs of a result with their numbers of hits.
+fn dofs_of(result: &MeasurementResult) -> impl Iterator<Item = (String, u8)> {
+    let lines = result.lines.iter().map(|dof| (dof.dof, dof.hits as u8));
+    let dofs = result.dofs.iter().map(|dof| (dof.dof, dof.hits)).chain(lines);
+    dofs.map(|(dof, hits)| (dof.to_string(), hits))
 }
 
 /// What an archive should have and has not, in sentences.
 fn missing(archive: &Archive, records: bool) -> Vec<String> {
-    let dofs = archive.result.dofs.iter().map(|dof| (dof.dof.to_string(), usize::from(dof.hits)));
-    let without: Vec<_> = dofs
-        .clone()
-        .filter(|(name, _)| archive.spectra.iter().all(|of| of.dof != *name))
-        .map(|(name, _)| name)
+    let dofs: Vec<_> = dofs_of(&archive.result).collect();
+    let has_lines = |name: &str| archive.lines.iter().any(|of| of.dof == name);
+    let without: Vec<_> = (dofs.iter().map(|(name, _)| name.as_str()))
+        .filter(|name| archive.spectra.iter().all(|of| of.dof != *name) && !has_lines(name))
         .collect();
     let of = |name: &str| archive.hit_records.iter().filter(|record| record.dof == name).count();
     let other: Vec<_> = dofs
-        .filter(|(name, hits)| records && of(name) != *hits)
+        .iter()
+        .filter(|(name, hits)| records && of(name) != usize::from(*hits))
         .map(|(name, hits)| format!("{} for {hits} hits at {name}", of(&name)))
         .collect();
     let spectra = (!without.is_empty()).then(|| format!(

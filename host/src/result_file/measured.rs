@@ -48,6 +48,12 @@ impl ResultFile {
         }
     }
 
+    /// The numbers of averaged hits of the DOFs whose lines were measured; none in the mass-line profile.
+    pub fn hits_of_lines(&self) -> Vec<u16> {
+        let dofs = self.document["lines"].as_array().into_iter().flatten();
+        dofs.filter_map(|of| u16::try_from(of["hits"].as_u64()?).ok()).collect()
+    }
+
     /// The standard deviations that the calibration has contributed to the error budget, as old as it was during the test;
     /// `None` where it has contributed none.
     pub fn gains(&self) -> Option<CalibrationSigma> {

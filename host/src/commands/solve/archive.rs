@@ -10,6 +10,7 @@ use crate::commands::{files, show};
 use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::output::Output;
+use crate::rig_lines::{RigLines, StoredTest};
 use crate::single_fault::NominalTest;
 
 /// Prints the answer that the archive holds and what this program finds from its mass lines, with the archive's layout or
@@ -59,7 +60,9 @@ pub(super) fn solve(
         );
         return Err(Error::input("usage", message));
     }
-    show::solved_again(&archive.result, &nominal, selection, output)
+    let lines = RigLines::of_archive(&archive);
+    let test = StoredTest { result: &archive.result, lines: &lines };
+    show::solved_again(test, &nominal, selection, output)
 }
 
 /// True when the sensors are on the same nodes and the hits at the same DOFs, in the same order.
