@@ -59,7 +59,7 @@ impl RigLines {
 impl StoredTest<'_> {
     /// What was measured.
     pub fn profile(&self) -> TestProfile {
-        profile_of(self.result)
+        self.result.profile()
     }
 
     /// The DOFs of the result whose lines are missing.
@@ -78,13 +78,5 @@ impl StoredTest<'_> {
         };
         let dofs: Vec<_> = self.lines.dofs.iter().filter_map(of).collect();
         Some((MeasuredLines::new(layout, &adc, &dofs), ringing_s(&adc)))
-    }
-}
-
-/// What a rig has measured for a result.
-pub fn profile_of(result: &MeasurementResult) -> TestProfile {
-    match result.lines.is_empty() {
-        true => TestProfile::MassLine,
-        false => TestProfile::Suspension,
     }
 }

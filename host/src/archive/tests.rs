@@ -84,6 +84,7 @@ fn archive() -> Archive {
         findings: Vec::new(),
         peak_force_n: Some(0.1),
         peak_acceleration_m_per_s2: None,
+        impulse_n_s: None,
         graded: Some("2026-11-24T08:30:00Z".into()),
     }];
     archive

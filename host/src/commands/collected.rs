@@ -105,7 +105,7 @@ impl Collected {
         output: &mut Output,
     ) -> Archive {
         archive.spectra = self.archived_spectra(layout);
-        archive.spectra.retain(|of| hits_of(&archive.result, &of.dof) == Some(of.hits));
+        archive.spectra.retain(|of| hits_of(&archive.result, &of.dof) == Some(of.hits.into()));
         archive.hit_records = self.hit_records();
         archive.hit_log = self.hit_log_of(&archive.result, layout);
         for missing in missing(&archive, records) {
@@ -145,20 +145,14 @@ impl Collected {
 }
 
 /// The number of hits averaged at a DOF.
-fn hits_of(result: &MeasurementResult, name: &str) -> Option<u8> {
-    dofs_of(result).find(|(dof, _)| dof == name).map(|(_, hits)| hits)
-}
-
-/// The DOFs of a result with their numbers of hits.
-fn dofs_of(result: &MeasurementResult) -> impl Iterator<Item = (String, u8)> {
-    let lines = result.lines.iter().map(|dof| (dof.dof, dof.hits as u8));
-    let dofs = result.dofs.iter().map(|dof| (dof.dof, dof.hits)).chain(lines);
-    dofs.map(|(dof, hits)| (dof.to_string(), hits))
+fn hits_of(result: &MeasurementResult, name: &str) -> Option<u16> {
+    result.measured().find(|(dof, ..)| dof.to_string() == name).map(|(.., hits)| hits)
 }
 
 /// What an archive should have and has not, in sentences.
 fn missing(archive: &Archive, records: bool) -> Vec<String> {
-    let dofs: Vec<_> = dofs_of(&archive.result).collect();
+    let measured = archive.result.measured();
+    let dofs: Vec<_> = measured.map(|(dof, _, hits)| (dof.to_string(), hits)).collect();
     let has_lines = |name: &str| archive.lines.iter().any(|of| of.dof == name);
     let without: Vec<_> = (dofs.iter().map(|(name, _)| name.as_str()))
         .filter(|name| archive.spectra.iter().all(|of| of.dof != *name) && !has_lines(name))

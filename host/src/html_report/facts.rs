@@ -47,7 +47,7 @@ pub(super) fn groups(source: &ResultFile) -> Result<Vec<Group>> {
     if let Some(layout) = source.layout() {
         groups.push(settings(source, &layout.test, &lines)?);
     }
-    groups.push(spectra::group(source, &lines));
+    groups.push(spectra::group(source, &source.measured_dofs()?));
     groups.extend(source.layout_in_force().map(|layout| budget(&layout)));
     groups.push(files(source));
     groups.retain(|group| !group.rows.is_empty());
@@ -118,8 +118,8 @@ fn settings(
         rows.push(fact("mass lines", terms));
     }
     if by_rig {
-        let of_lines = lines.iter().filter_map(|line| line.hits.map(u16::from));
-        let hits: Vec<u16> = of_lines.chain(source.hits_of_lines()).collect();
+        let measured = source.measured_dofs()?;
+        let hits: Vec<u16> = measured.iter().filter_map(|of| of.hits).collect();
         let estimator = document["frf_estimator"].as_str().unwrap_or(test.frf_estimator.name());
         let estimator = estimator.replacen('h', "H", 1);
         let windows = format!(

@@ -9,7 +9,6 @@ use super::message::message_of_result;
 use super::{diagnostics_json, estimate_json, hash_text, sentences, table};
 use crate::clock;
 use crate::document::{Marked, MeasuredDof, MeasuredMassLine, Measurement};
-use crate::rig_lines::profile_of;
 
 /// The rig's estimates by the methods that this program knows, the best first, converted to double precision.
 pub fn estimates_of(result: &MeasurementResult) -> Vec<Estimate<f64>> {
@@ -33,7 +32,7 @@ pub fn measurement_json(result: &MeasurementResult) -> Measurement {
         frf_estimator: head.frf_estimator.name(),
         terms: head.terms.name(),
         band_automatic: head.band_automatic,
-        profile: profile_of(result).name(),
+        profile: result.profile().name(),
         mass_lines: result.dofs.iter().map(dof_json).collect(),
         lines: result.lines.iter().map(lines_json).collect(),
         notes: notes(result),
@@ -75,9 +74,8 @@ fn lines_json(head: &LinesHead) -> MeasuredDof {
 /// A result of a rig as text.
 pub fn measurement_text(result: &MeasurementResult) -> String {
     let head = &result.head;
-    let of_lines = result.lines.iter().map(|d| (d.dof, d.hits));
-    let hits = result.dofs.iter().map(|d| (d.dof, u16::from(d.hits))).chain(of_lines);
-    let hits: Vec<String> = hits.map(|(dof, hits)| format!("{dof} ({hits} hits)")).collect();
+    let hits: Vec<String> =
+        result.measured().map(|(dof, _, hits)| format!("{dof} ({hits} hits)")).collect();
     let origin = [Some(head.title.to_string()), clock::moment(head.started_unix_s)];
     let origin: Vec<String> = origin.into_iter().flatten().filter(|of| !of.is_empty()).collect();
     let mut text = format!(
@@ -94,7 +92,7 @@ pub fn measurement_text(result: &MeasurementResult) -> String {
         text += &table(&estimate, None);
     }
     let estimator = head.frf_estimator.name();
-    text += &match profile_of(result) {
+    text += &match result.profile() {
         TestProfile::MassLine => format!("mass lines ({}) of {estimator}, ", head.terms.name()),
         TestProfile::Suspension => format!("frequency responses by {estimator}, "),
     };

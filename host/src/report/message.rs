@@ -83,9 +83,7 @@ fn name_in<R: Real, const S: usize, const H: usize>(
 pub fn message_of_result(diagnostic: &Diagnostic, result: &MeasurementResult) -> String {
     sentence(diagnostic, &|subject| match subject {
         Subject::Hit(index) => {
-            let lines = result.lines.iter().map(|dof| (dof.index, dof.dof));
-            let mut dofs = result.dofs.iter().map(|dof| (dof.index, dof.dof)).chain(lines);
-            dofs.find(|(of, _)| *of == index).map(|(_, dof)| dof.to_string())
+            result.measured().find(|(_, of, _)| *of == index).map(|(dof, ..)| dof.to_string())
         }
         _ => None,
     })

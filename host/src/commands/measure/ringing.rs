@@ -11,21 +11,32 @@ pub struct Ringing {
     record: Duration,
     /// The arming whose record is taken, and when it was hit.
     hit: Option<(u32, Instant)>,
+    /// The arming whose hit is graded: what the rig is busy with is no record.
+    graded: Option<u32>,
 }
 
 impl Ringing {
     /// Records that last so long after the hit, s.
     pub fn new(record_s: f64) -> Self {
-        Self { record: Duration::try_from_secs_f64(record_s).unwrap_or_default(), hit: None }
+        Self {
+            record: Duration::try_from_secs_f64(record_s).unwrap_or_default(),
+            hit: None,
+            graded: None,
+        }
     }
 
     /// Takes the phase of the campaign and the number of its arming at this time.
     pub fn status(&mut self, phase: Option<Phase>, arming: u32, now: Instant) {
         self.hit = match self.hit {
-            _ if phase != Some(Phase::Busy) => None,
+            _ if phase != Some(Phase::Busy) || self.graded == Some(arming) => None,
             Some((same, since)) if same == arming => Some((same, since)),
             _ => Some((arming, now)),
         };
+    }
+
+    /// The hit of this record is graded.
+    pub fn graded(&mut self) {
+        self.graded = self.hit.take().map(|(arming, _)| arming).or(self.graded);
     }
 
     /// Whole seconds that are left of the record; `None` when none is taken, or it is complete.
@@ -54,7 +65,11 @@ mod tests {
         assert_eq!(ringing.left_s(later), Some(30));
         // The record is complete, and the rig computes.
         assert_eq!(ringing.left_s(hit + Duration::from_secs(40)), None);
-        ringing.status(Some(Phase::Armed), 2, later);
+        // It averages the hit, and is busy yet.
+        ringing.graded();
+        ringing.status(Some(Phase::Busy), 1, later);
         assert_eq!(ringing.left_s(later), None);
+        ringing.status(Some(Phase::Busy), 2, later);
+        assert_eq!(ringing.left_s(later), Some(40));
     }
 }

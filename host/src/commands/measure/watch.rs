@@ -198,6 +198,9 @@ impl Observer for Person<'_> {
     }
 
     fn hit(&mut self, hit: &HitEvent) {
+        if let Some(ringing) = &mut self.ringing {
+            ringing.graded();
+        }
         self.presenter.hit(hit);
     }
 
