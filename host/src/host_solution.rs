@@ -44,6 +44,10 @@ use crate::suspension::{
 
 /// Heading of the host's findings in text.
 const HEADING: &str = "solved again here, in double precision";
+/// The same where the rig leaves all of it to the host.
+const HEADING_OF_ALL: &str = "solved here, in double precision; the rig has no answer of its own";
+/// Digits of a frequency that single precision keeps, Hz.
+const SINGLE: f64 = 1e4;
 
 /// The host's findings from what a rig has measured.
 #[derive(Clone, Debug)]
@@ -124,7 +128,7 @@ impl<'a> HostSolution<'a> {
                     identification.estimates.iter().find(|e| !e.method.entry().uses_priors);
                 let mut found = solved.modes.diagnostics.clone();
                 found.extend(without_priors.iter().flat_map(|e| contradicted(&layout.priors, e)));
-                let band = layout.test.expected_band();
+                let band = layout.test.expected_band().map(|end| (end * SINGLE).round() / SINGLE);
                 Self {
                     found,
                     modes: Some((solved.modes, band)),
@@ -260,13 +264,15 @@ impl<'a> HostSolution<'a> {
 
     /// The findings as text under a heading.
     pub fn to_text(&self) -> String {
-        let mut text = format!("{HEADING}\n");
         let of_rig = estimates_of(self.result);
+        let is_alone = of_rig.is_empty() && self.profile == TestProfile::Suspension;
+        let mut text = format!("{}\n", if is_alone { HEADING_OF_ALL } else { HEADING });
         for (place, estimate) in self.identification.estimates.iter().enumerate() {
             match of_rig.iter().find(|rig| rig.method == estimate.method) {
                 Some(rig) => text += &self.comparison(estimate, rig),
                 // The many answers to the suspension modes are compared in one table, after the best.
                 None if self.profile == TestProfile::Suspension && place > 0 => {}
+                None if is_alone => text += &table(estimate, None),
                 None => text += &format!("the rig has no such answer:\n{}", table(estimate, None)),
             }
         }

@@ -108,6 +108,12 @@ fn an_archive_without_a_log_of_hits_reads() {
     let bytes = serde_json::to_vec(&older).unwrap();
     assert!(!String::from_utf8_lossy(&bytes).contains("hit_log"));
     assert_eq!(Archive::parse(&bytes, "a.massline").unwrap(), older);
+    // One from before the suspension profile knows no lines, neither of the result nor besides.
+    let mut all: Value = serde_json::from_slice(&bytes).unwrap();
+    assert!(all.get("lines").is_none());
+    assert!(all["result"].as_object_mut().unwrap().remove("lines").is_some());
+    let bytes = serde_json::to_vec(&all).unwrap();
+    assert_eq!(Archive::parse(&bytes, "a.massline").unwrap(), older);
 }
 
 #[test]

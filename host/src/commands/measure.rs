@@ -344,3 +344,23 @@ pub(super) fn paused(status: &Status) -> Error {
          resumes it, --restart starts over"
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout_file::LayoutFile;
+
+    #[test]
+    fn a_full_store_is_explained_by_what_the_lines_need() {
+        let full = || ClientError::Refused { request: "start", reason: Reason::StoreFull as u16 };
+        let wheel = include_str!("../../examples/wheel.toml");
+        let wheel = LayoutFile::parse(wheel, "wheel.toml").unwrap().rig_layout().unwrap();
+        let said = advised(full(), &wheel).to_string();
+        // Five DOFs with nine responses of 513 bytes.
+        assert!(said.contains("the lines of 5 DOFs need 24 kB"), "{said}");
+        assert!(said.contains("delete the oldest"), "{said}");
+        let frame = include_str!("../../examples/three-bar-test-1.toml");
+        let frame = LayoutFile::parse(frame, "frame.toml").unwrap().rig_layout().unwrap();
+        assert_eq!(advised(full(), &frame).to_string(), Error::from(full()).to_string());
+    }
+}

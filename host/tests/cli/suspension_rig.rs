@@ -106,20 +106,24 @@ fn the_option_for_the_profile_replaces_that_of_the_layout() {
     // A band that is found from the data goes with mass lines only: the port is not even looked for.
     let automatic = changed(&folder, "profile = \"suspension\"", "band_hz = \"auto\"");
     let no_port = ["--port", "/dev/no-such-port"];
-    let measure = |more: &[&str]| [&["measure", &automatic][..], more, &no_port].concat();
-    let (code, message) = refusal(2, &measure(&["--profile", "suspension"]));
+    let of_band = ["measure", &automatic];
+    let (code, message) =
+        refusal(2, &[&of_band[..], &["--profile", "suspension"], &no_port].concat());
     assert_eq!(code, "layout_malformed", "{message}");
     assert!(message.contains("band of the suspension profile"), "{message}");
-    assert_eq!(refusal(4, &measure(&["--profile", "mass-line"])).0, refusal(4, &measure(&[])).0);
-    assert_eq!(refusal(2, &measure(&["--profile", "modal"])).0, "usage");
+    let in_profile =
+        |profile| refusal(4, &[&of_band[..], &["--profile", profile], &no_port].concat());
+    assert_eq!(in_profile("mass-line"), refusal(4, &[&of_band[..], &no_port].concat()));
+    let unknown = [&of_band[..], &["--profile", "modal"], &no_port].concat();
+    assert_eq!(refusal(2, &unknown).0, "usage");
     // Records of half a second are those of mass lines.
     let archive = folder.path().join("a.massline").display().to_string();
-    let records = ["--output", &archive, "--records"];
-    let wheel = |more: &[&str]| [&["measure", WHEEL][..], &records, more, &no_port].concat();
-    let (code, message) = refusal(2, &wheel(&[]));
+    let wheel = ["measure", WHEEL, "--output", &archive, "--records", no_port[0], no_port[1]];
+    let (code, message) = refusal(2, &wheel);
     assert_eq!(code, "usage");
     assert!(message.contains("--records"), "{message}");
-    assert_eq!(refusal(4, &wheel(&["--profile", "mass-line"])).0, "port_not_found");
+    let mass_lines = [&wheel[..], &["--profile", "mass-line"]].concat();
+    assert_eq!(refusal(4, &mass_lines).0, in_profile("mass-line").0);
 }
 
 #[cfg(unix)]
@@ -134,11 +138,11 @@ mod on_a_rig {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name).display().to_string();
         let (measured_to, fetched_to) = (path("measured.massline"), path("fetched.massline"));
-        let with_port = |command: &[&str]| [command, &["--port", &rig.port]].concat();
+        let port = ["--port", &rig.port];
         let plain =
             changed(&folder, "[test]\nprofile = \"suspension\"\n", "[test]\nhits_per_dof = 2\n");
         let measure = ["measure", &plain, "--profile", "suspension", "-o", &measured_to];
-        let (run, measured) = run_json(&with_port(&measure));
+        let (run, measured) = run_json(&[&measure[..], &port].concat());
         assert_eq!(run.exit, 0, "{}", run.stderr);
         for said in
             ["when it hangs still, hit 101:+X", "ringing, 40 s left: do not touch it", "N s"]
@@ -152,7 +156,8 @@ mod on_a_rig {
             let impulse = hit["impulse_n_s"].as_f64().unwrap();
             assert!((0.8..=1.3).contains(&impulse), "the profile's default: {impulse}");
         }
-        let fetched = success(&with_port(&["results", "get", "1", "--output", &fetched_to]));
+        let fetched =
+            success(&[&["results", "get", "1", "--output", &fetched_to][..], &port].concat());
         for (file, document) in [(&measured_to, &measured), (&fetched_to, &fetched)] {
             let solved = success(&["solve", file]);
             for key in FOUND {
@@ -163,8 +168,8 @@ mod on_a_rig {
         }
         lines_that_are_missing(&measured_to, &path("cut.massline"));
 
-        success(&with_port(&["results", "delete", "1"]));
-        let (code, message) = refusal(2, &with_port(&["results", "get", "1"]));
+        success(&[&["results", "delete", "1", "--yes"][..], &port].concat());
+        let (code, message) = refusal(2, &[&["results", "get", "1"][..], &port].concat());
         assert_eq!(code, "not_found", "{message}");
     }
 
