@@ -13,6 +13,7 @@
 //! | `calibration` | the calibration in force, with the keys of a calibration file; null when the rig has another one by now |
 //! | `result` | the result as the rig has stored it: for each DOF its mass lines, their noise, and number and scatter of its hits; the answers of all methods |
 //! | `spectra` | for each DOF whose spectra were read: G_FF, G_XF and G_XX of all responses, each hit divided by the root of its force's energy in the band; H1 = G_XF / G_FF |
+//! | `lines` | for each DOF in the suspension profile, its frequency responses as the rig has stored them; missing in the mass-line profile |
 //! | `hit_records` | codes of all channels for each accepted hit, when they were kept |
 //! | `hit_log` | every hit that was graded while the program followed the campaign: its DOF, number, peaks and time, what became of it and why; missing in files that older programs have written, and when nobody has followed |
 //! | `answers` | the document that `measure` or `results get` printed with `--json`; null when there was no answer |
@@ -25,6 +26,7 @@
 //! `format` and `schema_version` come first in a file that this program has written; a reader finds them at any place.
 
 mod check;
+mod lines;
 mod part;
 mod records;
 mod spectra;
@@ -35,8 +37,8 @@ use massline_protocol::calibration_checksum;
 use massline_protocol::message::Identity;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::layout::{HOST_HITS, HostLayout};
-use massline_shared::signal::AdcProperties;
+use massline_shared::layout::{HOST_HITS, HostLayout, TestProfile};
+use massline_shared::signal::{AdcProperties, resolution};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use serde_json::value::RawValue;
@@ -53,6 +55,7 @@ use crate::single_fault::NominalTest;
 use crate::uff::Frf;
 use crate::{Error, Result};
 
+pub use lines::ArchivedLines;
 pub use part::{CampaignId, Part};
 pub use records::{HitRecord, RecordCollection};
 pub use spectra::ArchivedSpectra;
@@ -89,6 +92,13 @@ pub struct Archive {
     /// Spectra of the DOFs.
     #[serde(deserialize_with = "at_most::<HOST_HITS, _, _>")]
     pub spectra: Vec<ArchivedSpectra>,
+    /// Lines of the DOFs, in the suspension profile.
+    #[serde(
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        deserialize_with = "at_most::<HOST_HITS, _, _>"
+    )]
+    pub lines: Vec<ArchivedLines>,
     /// Records of the accepted hits.
     #[serde(deserialize_with = "at_most::<{ records::MOST }, _, _>")]
     pub hit_records: Vec<HitRecord>,
@@ -234,6 +244,7 @@ impl Archive {
             calibration: is_that.then(|| CalibrationTable::of_record(calibration)),
             result,
             spectra: Vec::new(),
+            lines: Vec::new(),
             hit_records: Vec::new(),
             hit_log: Vec::new(),
             answers: Document(answers),
@@ -295,18 +306,32 @@ impl Archive {
         self.calibration.as_ref().map(CalibrationTable::record).transpose()
     }
 
-    /// The frequency responses H1 of all DOFs with spectra, at every sensor, corrected for cross-axis sensitivities.
-    /// They are those at `s = σ + iω`, with the decay rate σ of [`ArchivedSpectra::decay_per_s`]. Empty when the
-    /// calibration is not known.
+    /// The frequency responses of all DOFs with lines, or else H1 of those with spectra, at every sensor, corrected for
+    /// cross-axis sensitivities. They are those at `s = σ + iω`, with σ of [`Self::decay_per_s`]. From spectra, empty when
+    /// the calibration is not known.
     ///
     /// # Errors
     /// As [`Archive::calibration`].
     pub fn frfs(&self) -> Result<Vec<Frf>> {
-        let Some(calibration) = self.calibration()? else { return Ok(Vec::new()) };
         let sensors = &self.layout.resolved.sensors;
         let nodes: Vec<u16> = sensors.iter().map(|sensor| sensor.node).collect();
+        if let Some(ArchivedSampler { adc, .. }) =
+            self.rig.sampler.filter(|_| !self.lines.is_empty())
+        {
+            let spacing = resolution::<f64>(&adc, TestProfile::Suspension);
+            return Ok(self.lines.iter().flat_map(|of| of.frfs(&nodes, spacing)).collect());
+        }
+        let Some(calibration) = self.calibration()? else { return Ok(Vec::new()) };
         let frfs = |of: &ArchivedSpectra| of.frfs(&nodes, &calibration.calibration);
         Ok(self.spectra.iter().flat_map(frfs).collect())
+    }
+
+    /// Decay rate σ of the exponential window of the frequency responses, 1/s; `None` without them.
+    pub fn decay_per_s(&self) -> Option<f64> {
+        if !self.lines.is_empty() {
+            return Some(self.layout.resolved.test.exponential_decay);
+        }
+        self.spectra.first().map(|of| of.decay_per_s)
     }
 }
 

@@ -168,8 +168,8 @@ impl HitLog {
 /// ones.
 pub fn settle_with(hits: &mut [LoggedHit], result: &MeasurementResult) {
     let in_result = |name: &str| {
-        let dof = result.dofs.iter().find(|dof| dof.dof.to_string() == name);
-        dof.map_or(0, |dof| usize::from(dof.hits))
+        let dof = result.measured().find(|(dof, ..)| dof.to_string() == name);
+        dof.map_or(0, |(.., hits)| usize::from(hits))
     };
     let mut left: BTreeMap<String, usize> = BTreeMap::new();
     for hit in hits.iter_mut().rev().filter(|hit| hit.verdict == HitVerdict::Accepted) {
@@ -213,6 +213,7 @@ impl Entry {
             findings: by_code(&event.findings, layout).into_iter().map(remark).collect(),
             peak_force_n: known(event.peak_force),
             peak_acceleration_m_per_s2: known(event.peak_acceleration),
+            impulse_n_s: event.impulse.and_then(known),
             graded: self.graded.clone(),
         })
     }

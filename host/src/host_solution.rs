@@ -1,4 +1,5 @@
-//! A rig's result, solved again on the host in double precision from the mass lines in it.
+//! A rig's result, solved again on the host in double precision: from the mass lines in it, or in the suspension profile
+//! from the lines that the rig has stored with it.
 //!
 //! The rig's and the host's findings are never mixed: the rig's answer stays as it is stored, and the host's
 //! findings are marked.
@@ -9,6 +10,7 @@
 //! | `diagnostics` | the rig; an entry with `"found_by": "host"` is the host's |
 //! | `not_applicable` | the methods without an answer by the rig, and why; `found_by` is `host` where the host found the reason [^1] |
 //! | `host` | the host: `results`, `not_applicable`, `details`, `agreement`, `diagnostics`, `single_faults` |
+//! | `suspension`, `global_fit` | the host, in the suspension profile |
 //! | `agreement`, `details`, `single_faults` | the host, same contents as under `host` |
 //!
 //! [^1]: A rig does not store to which method a reason belongs. The host's reason is given where the host
@@ -17,67 +19,188 @@
 use massline_protocol::object::MeasurementResult;
 use massline_shared::body::scale;
 use massline_shared::diagnosis::{Diagnostic, Severity, Subject};
-use massline_shared::identify::{Estimate, IdentifySettings, Method, Observations};
-use massline_shared::layout::HostLayout;
+use massline_shared::identify::global_fit::GlobalFitSolution;
+use massline_shared::identify::{Estimate, IdentifySettings, Method, Observable, Observations};
+use massline_shared::layout::{HostLayout, TestProfile};
+use nalgebra::SVector;
 
+use crate::Error;
 use crate::document::{FoundBy, HostFindings, Marked, Measurement, Unseen};
 use crate::identification::{
-    Identification, MeasuredLines, Selection, identify, layout_of, learned, lines_of,
+    Identification, MeasuredLines, Selection, contradicted, identify, layout_of, learned, lines_of,
 };
 use crate::report::{
-    cannot_see, comparison_json, comparison_text, diagnostics_json, estimates_of, message_in,
-    refusals_json, refusals_text, sentences, table,
+    cannot_see, comparison_json, comparison_text, diagnostics_json, estimates_of, global_fit_json,
+    global_fit_text, message_in, modes_json, modes_text, refusals_json, refusals_text, sentences,
+    table,
 };
+use crate::rig_lines::StoredTest;
 use crate::single_fault::{Examination, NominalTest};
-use crate::suspension::{Comparison, MassLineAnswers, compare, reciprocity_of_mass_lines};
+use crate::solve::no_modal_answer;
+use crate::suspension::{
+    Comparison, MassLineAnswers, SuspensionModes, compare, reciprocity_of_mass_lines,
+    warn_of_flexible_mode,
+};
 
 /// Heading of the host's findings in text.
 const HEADING: &str = "solved again here, in double precision";
+/// The same where the rig leaves all of it to the host.
+const HEADING_OF_ALL: &str = "solved here, in double precision; the rig has no answer of its own";
+/// Digits of a frequency that single precision keeps, Hz.
+const SINGLE: f64 = 1e4;
 
-/// The host's findings from the mass lines of a rig's result.
+/// The host's findings from what a rig has measured.
 #[derive(Clone, Debug)]
 pub struct HostSolution<'a> {
     /// The estimates, and the nuisance parameters of the fit.
     pub identification: Identification,
     /// The search for a single mistake that explains the data, where one was done.
     pub examination: Option<Examination>,
-    /// Hits that move against their force or are not reciprocal.
-    reciprocity: Vec<Diagnostic>,
+    /// Hits that move against their force or are not reciprocal; in the suspension profile what was found about modes and
+    /// lines.
+    found: Vec<Diagnostic>,
+    /// The suspension modes, in the suspension profile.
+    modes: Option<(SuspensionModes, [f64; 2])>,
+    /// What the global fit found besides the ten properties.
+    global_fit: Option<GlobalFitSolution<f64>>,
+    /// What is missing of the test.
+    notes: Vec<String>,
     /// How the methods agree.
     comparison: Comparison,
     result: &'a MeasurementResult,
+    /// In the suspension profile with the hits that have lines.
     layout: HostLayout,
     selection: Selection,
+    profile: TestProfile,
 }
 
 impl<'a> HostSolution<'a> {
-    /// Solves the mass lines of a result with the layout of its measurement.
-    pub fn new(result: &'a MeasurementResult, layout: &HostLayout, selection: Selection) -> Self {
-        let lines = lines_of(result);
-        let layout = layout_of(result, layout);
-        let observed = Observations::of_mass_lines(&layout, &lines);
-        let identification = identify(&observed, selection, &IdentifySettings::default());
-        let reciprocity = reciprocity_of_mass_lines(&layout, &lines).to_vec();
-        let comparison = comparison(&identification, &layout, &lines);
-        Self {
-            identification,
-            examination: None,
-            reciprocity,
-            comparison,
-            result,
-            layout,
-            selection,
+    /// Solves the mass lines of a result, or the lines that belong to it, with the layout of its measurement.
+    pub fn new(test: StoredTest<'a>, layout: &HostLayout, selection: Selection) -> Self {
+        let layout = layout_of(test.result, layout);
+        match test.profile() {
+            TestProfile::MassLine => Self::of_mass_lines(test.result, layout, selection),
+            TestProfile::Suspension => Self::of_lines(test, layout, selection),
         }
     }
 
-    /// As [`Self::new`], with a search for the single mistake that explains the data.
-    pub fn examined(
+    fn of_mass_lines(
         result: &'a MeasurementResult,
-        nominal: &NominalTest,
+        layout: HostLayout,
         selection: Selection,
     ) -> Self {
-        let examination = Some(nominal.examine_result(result));
-        Self { examination, ..Self::new(result, &nominal.layout, selection) }
+        let lines = lines_of(result);
+        let observed = Observations::of_mass_lines(&layout, &lines);
+        let identification = identify(&observed, selection, &IdentifySettings::default());
+        let comparison = comparison(&identification, &layout, &lines);
+        Self {
+            found: reciprocity_of_mass_lines(&layout, &lines).to_vec(),
+            comparison,
+            ..Self::without_answer(result, layout, selection, identification)
+        }
+    }
+
+    fn of_lines(test: StoredTest<'a>, layout: HostLayout, selection: Selection) -> Self {
+        let wanted = modal_methods(selection);
+        let Some((lines, record_s)) = test.measured_lines(&layout) else {
+            let nothing = Identification::default();
+            let notes = missing_lines(test).into_iter().collect();
+            let profile = TestProfile::Suspension;
+            return Self {
+                notes,
+                profile,
+                ..Self::without_answer(test.result, layout, selection, nothing)
+            };
+        };
+        let layout = lines.layout().clone();
+        let mut all = match lines.solve(record_s, &wanted, |_, _| ()) {
+            Ok(solved) => {
+                let mut identification = Identification {
+                    estimates: solved.estimates,
+                    not_applicable: solved.not_applicable,
+                    ..Identification::default()
+                };
+                identification.sort();
+                if let Some(global) = &solved.global {
+                    warn_of_flexible_mode(&mut identification.estimates, global, &layout);
+                }
+                let without_priors =
+                    identification.estimates.iter().find(|e| !e.method.entry().uses_priors);
+                let mut found = solved.modes.diagnostics.clone();
+                found.extend(without_priors.iter().flat_map(|e| contradicted(&layout.priors, e)));
+                let band = layout.test.expected_band().map(|end| (end * SINGLE).round() / SINGLE);
+                Self {
+                    found,
+                    modes: Some((solved.modes, band)),
+                    global_fit: solved.global,
+                    comparison: solved.comparison,
+                    ..Self::without_answer(test.result, layout, selection, identification)
+                }
+            }
+            Err(reasons) => {
+                let refused = wanted.iter().map(|method| (*method, reasons.clone()));
+                let identification =
+                    Identification { not_applicable: refused.collect(), ..Default::default() };
+                Self::without_answer(test.result, layout, selection, identification)
+            }
+        };
+        all.profile = TestProfile::Suspension;
+        all.notes.extend(missing_lines(test));
+        all
+    }
+
+    /// An identification, and nothing else.
+    fn without_answer(
+        result: &'a MeasurementResult,
+        layout: HostLayout,
+        selection: Selection,
+        identification: Identification,
+    ) -> Self {
+        Self {
+            identification,
+            examination: None,
+            found: Vec::new(),
+            modes: None,
+            global_fit: None,
+            notes: Vec::new(),
+            comparison: Comparison::default(),
+            result,
+            layout,
+            selection,
+            profile: TestProfile::MassLine,
+        }
+    }
+
+    /// As [`Self::new`], with a search for the single mistake that explains mass lines.
+    pub fn examined(test: StoredTest<'a>, nominal: &NominalTest, selection: Selection) -> Self {
+        let examination = match test.profile() {
+            TestProfile::MassLine => Some(nominal.examine_result(test.result)),
+            TestProfile::Suspension => None,
+        };
+        Self { examination, ..Self::new(test, &nominal.layout, selection) }
+    }
+
+    /// The best answer: the rig's, or else the host's.
+    pub fn best(&self) -> Option<Estimate<f64>> {
+        let of_rig = estimates_of(self.result).into_iter().next();
+        of_rig.or_else(|| self.identification.estimates.first().cloned())
+    }
+
+    /// The ten properties by every method of the host, and what all of them say together, each with its name.
+    pub fn answers(&self) -> Vec<(&'static str, SVector<f64, 10>)> {
+        let each = self.identification.estimates.iter().map(|e| (e.method.name(), e.theta()));
+        let combined = self.comparison.agreement.as_ref().map(|of| ("combined", of.theta));
+        each.chain(combined).collect()
+    }
+
+    /// Why there is no answer; `None` with one.
+    pub fn error(&self) -> Option<Error> {
+        if !self.identification.estimates.is_empty() {
+            return None;
+        }
+        let reasons = self.identification.not_applicable.first();
+        let none = || Error::undetermined("lines_missing", self.notes.join("; "));
+        Some(reasons.map_or_else(none, |(_, reasons)| no_modal_answer(&self.layout, reasons)))
     }
 
     /// Drops the details of sensors and hits; for a bench whose truth is known.
@@ -97,7 +220,7 @@ impl<'a> HostSolution<'a> {
     pub fn add_to(&self, document: &mut Measurement) {
         let Self { identification, layout, .. } = self;
         let message_of = |d: &Diagnostic| message_in(d, layout);
-        let warnings = [identification.warnings(), self.reciprocity.clone()].concat();
+        let warnings = [identification.warnings(), self.found.clone()].concat();
         // A diagnostic that the rig has reported itself is not repeated.
         let is_new = |d: &&Diagnostic| {
             !self.result.diagnostics.iter().any(|of| (of.code, of.subject) == (d.code, d.subject))
@@ -122,6 +245,10 @@ impl<'a> HostSolution<'a> {
             refusals.map(move |refusal| Marked::by(found_by, refusal))
         });
         document.not_applicable = Some(refusals.collect());
+        document.notes.extend(self.notes.iter().cloned());
+        let modes = self.modes.as_ref().map(|(modes, band)| modes_json(modes, *band, layout));
+        document.suspension = modes.map(of_host);
+        document.global_fit = self.global_fit.as_ref().map(global_fit_json).map(of_host);
         document.details = Some(host.details.clone().map(of_host));
         document.agreement = Some(host.agreement.clone().map(of_host));
         document.single_faults = host.single_faults.clone().map(of_host);
@@ -137,17 +264,28 @@ impl<'a> HostSolution<'a> {
 
     /// The findings as text under a heading.
     pub fn to_text(&self) -> String {
-        let mut text = format!("{HEADING}\n");
         let of_rig = estimates_of(self.result);
-        for estimate in &self.identification.estimates {
+        let is_alone = of_rig.is_empty() && self.profile == TestProfile::Suspension;
+        let mut text = format!("{}\n", if is_alone { HEADING_OF_ALL } else { HEADING });
+        for (place, estimate) in self.identification.estimates.iter().enumerate() {
             match of_rig.iter().find(|rig| rig.method == estimate.method) {
                 Some(rig) => text += &self.comparison(estimate, rig),
+                // The many answers to the suspension modes are compared in one table, after the best.
+                None if self.profile == TestProfile::Suspension && place > 0 => {}
+                None if is_alone => text += &table(estimate, None),
                 None => text += &format!("the rig has no such answer:\n{}", table(estimate, None)),
             }
         }
+        if let Some((modes, band)) = &self.modes {
+            text += &modes_text(modes, *band, &self.layout);
+        }
+        text += &self.global_fit.as_ref().map_or_else(String::new, global_fit_text);
         text += &comparison_text(&self.comparison, &self.identification.estimates, &self.layout);
         text += &self.identification.nuisance_text(&self.layout);
-        text += &sentences(&self.reciprocity, |d| message_in(d, &self.layout));
+        text += &sentences(&self.found, |d| message_in(d, &self.layout));
+        for note in &self.notes {
+            text += &format!("note: {note}\n");
+        }
         if let Some(examination) = &self.examination {
             text += &examination.to_text(&self.layout);
         }
@@ -175,6 +313,14 @@ impl<'a> HostSolution<'a> {
                 None => ((method, self.reasons_of_the_rig()), FoundBy::Rig),
             }
         };
+        if self.profile == TestProfile::Suspension {
+            // A rig runs some of these methods only.
+            let refused = self.identification.not_applicable.iter();
+            let refused = refused.filter(|(method, _)| missing(method));
+            return refused
+                .map(|(method, reasons)| ((*method, reasons.to_vec()), FoundBy::Host))
+                .collect();
+        }
         Method::of_mass_lines().filter(missing).map(refused).collect()
     }
 
@@ -183,6 +329,23 @@ impl<'a> HostSolution<'a> {
         let whole = self.result.diagnostics.iter().filter(|d| d.subject == Subject::Whole);
         whole.filter(|d| d.severity > Severity::Note).copied().collect()
     }
+}
+
+/// The selected methods that use the suspension modes.
+fn modal_methods(selection: Selection) -> Vec<Method> {
+    let uses_modes = |method: &Method| method.entry().observes != Observable::MassLines;
+    selection.methods().into_iter().filter(uses_modes).collect()
+}
+
+/// What is said of DOFs whose lines the rig does not have any more.
+fn missing_lines(test: StoredTest<'_>) -> Option<String> {
+    let missing = test.missing();
+    (!missing.is_empty()).then(|| {
+        format!(
+            "the lines of {} are missing: they are deleted with their result, or were lost on the rig; measure these DOFs again",
+            missing.join(", ")
+        )
+    })
 }
 
 /// How the methods agree that have answered these mass lines.

@@ -25,7 +25,7 @@ use std::path::Path;
 use massline_protocol::LayoutHash;
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::Setting;
-use massline_shared::layout::{Dof, HostLayout, RigLayout};
+use massline_shared::layout::{Dof, HostLayout, RigLayout, TestProfile};
 
 pub(crate) use error::Place;
 pub use error::{Fault, LayoutFileError, Place as LayoutPlace};
@@ -146,7 +146,21 @@ impl LayoutFile {
     /// # Errors
     /// When the file cannot be read, is not TOML, has an unknown key, or an invalid value.
     pub fn read(path: &Path) -> Result<Self, LayoutFileError> {
-        Self::parse_bytes(&bytes_of(path)?, &path.display().to_string())
+        Self::read_in_profile(path, None)
+    }
+
+    /// As [`LayoutFile::read`], in another profile than the file states, where one is given. Settings that the file leaves
+    /// out have the defaults of that profile.
+    ///
+    /// # Errors
+    /// As [`LayoutFile::read`], and when a setting does not go with the profile.
+    pub fn read_in_profile(
+        path: &Path,
+        profile: Option<TestProfile>,
+    ) -> Result<Self, LayoutFileError> {
+        let file = path.display().to_string();
+        let bytes = bytes_of(path)?;
+        Self::parse_in_profile(utf8(&bytes, &file)?, &file, profile)
     }
 
     /// Checks a layout from raw bytes; `file` is its name in errors.
@@ -179,7 +193,18 @@ impl LayoutFile {
     /// # Ok::<(), massline::layout_file::LayoutFileError>(())
     /// ```
     pub fn parse(text: &str, file: &str) -> Result<Self, LayoutFileError> {
-        let (raw, source) = (raw(text, file)?, Source { file, text });
+        Self::parse_in_profile(text, file, None)
+    }
+
+    fn parse_in_profile(
+        text: &str,
+        file: &str,
+        profile: Option<TestProfile>,
+    ) -> Result<Self, LayoutFileError> {
+        let (mut raw, source) = (raw(text, file)?, Source { file, text });
+        if profile.is_some() {
+            raw.test.get_or_insert_default().profile = profile;
+        }
         resolve::is_complete(&raw, &source)?;
         resolve::resolve(raw, &source)
     }

@@ -23,6 +23,7 @@
 //! | [`solve`] | the offline solver |
 //! | [`precision`] | how precise the answer of a campaign would be so far |
 //! | [`host_solution`] | a rig's result, solved again on the host |
+//! | [`rig_lines`] | the lines of a rig's result in the suspension profile |
 //! | [`single_fault`] | which mistake explains data that contradict their budget |
 //! | [`monte_carlo`] | many simulated tests, compared with the truth and the Cramér-Rao bound |
 //! | `embedded` | results inside an HTML report |
@@ -78,6 +79,7 @@ pub mod recording;
 pub mod report;
 pub mod result_file;
 pub mod rig;
+pub mod rig_lines;
 mod screen;
 pub mod single_fault;
 pub mod solve;

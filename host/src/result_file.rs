@@ -24,7 +24,7 @@ use crate::layout_file::{LayoutFile, all_known};
 use crate::output::SCHEMA_VERSION;
 
 pub use answers::Combined;
-pub use measured::{ShownDetails, ShownMassLine};
+pub use measured::{ShownDetails, ShownDof, ShownMassLine};
 pub use modes::ShownModes;
 pub use names::distinct_names;
 pub use responses::{Band, DofResponses};

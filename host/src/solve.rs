@@ -41,6 +41,7 @@ use driving_points::{after_points, blame_option, reversed_points};
 use errors::{blame_the_responses, both_errors, undetermined};
 use frfs::{FittedLines, LayoutResponses};
 use layout_checks::{admitted, layout_problem};
+pub(crate) use suspension::no_modal_answer;
 use suspension::{Looked, ModalPart};
 
 pub use answer::FrfSolution;
@@ -282,8 +283,7 @@ pub fn modes_of_archive(
 ) -> Result<(SuspensionModes, HostLayout)> {
     let archive = Archive::read(path)?;
     let frfs = archive.frfs()?;
-    let Some(decay) = archive.spectra.first().map(|of| of.decay_per_s).filter(|_| !frfs.is_empty())
-    else {
+    let Some(decay) = archive.decay_per_s().filter(|_| !frfs.is_empty()) else {
         let text = format!(
             "{}: it holds no frequency responses; `massline measure -o` keeps them, `results get -o` cannot",
             path.display()

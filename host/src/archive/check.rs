@@ -70,7 +70,7 @@ pub(super) fn head(bytes: &[u8], file: &str) -> Result<()> {
 
 /// What no test gives, in words.
 pub(super) fn contents(archive: &Archive) -> Result<(), String> {
-    let Archive { layout, calibration, result, spectra, .. } = archive;
+    let Archive { layout, calibration, result, spectra, lines, .. } = archive;
     let found = LayoutReport::new(&layout.resolved, None).diagnostics;
     let has = |code: Code| found.iter().any(|found| found.code == code);
     if has(Code::LayoutNotFinite) {
@@ -85,6 +85,22 @@ pub(super) fn contents(archive: &Archive) -> Result<(), String> {
     for (place, dof) in result.dofs.iter().enumerate() {
         belongs(dof, &layout.resolved)
             .map_err(|what| format!("result.dofs[{place}] ({}): {what}", dof.dof))?;
+    }
+    for (place, head) in result.lines.iter().enumerate() {
+        let hit = layout.resolved.hits.get(usize::from(head.index));
+        if hit.is_none_or(|hit| hit.dof != head.dof) {
+            let dof = head.dof;
+            return Err(format!(
+                "result.lines[{place}] ({dof}): the layout has another hit at this index"
+            ));
+        }
+    }
+    for (place, of) in lines.iter().enumerate() {
+        of.check(&result.lines, layout.resolved.sensors.len())
+            .map_err(|what| format!("lines[{place}] ({}): {what}", of.dof))?;
+    }
+    if !lines.is_empty() && archive.rig.sampler.is_none() {
+        return Err("rig.sampler: it is missing, and lines are there".into());
     }
     if archive.rig.sampler.is_some_and(|sampler| !is_usable(&sampler.adc)) {
         return Err("rig.sampler.adc: no converter has these properties".into());

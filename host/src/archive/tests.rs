@@ -70,6 +70,7 @@ fn archive() -> Archive {
         calibration: Some(CalibrationTable::of_record(&CalibrationRecord::default())),
         result,
         spectra: Vec::new(),
+        lines: Vec::new(),
         hit_records: Vec::new(),
         hit_log: Vec::new(),
         answers: Document(serde_json::value::to_raw_value(&json!({ "a": 1 })).unwrap()),
@@ -83,6 +84,7 @@ fn archive() -> Archive {
         findings: Vec::new(),
         peak_force_n: Some(0.1),
         peak_acceleration_m_per_s2: None,
+        impulse_n_s: None,
         graded: Some("2026-11-24T08:30:00Z".into()),
     }];
     archive
@@ -105,6 +107,12 @@ fn an_archive_without_a_log_of_hits_reads() {
     older.hit_log.clear();
     let bytes = serde_json::to_vec(&older).unwrap();
     assert!(!String::from_utf8_lossy(&bytes).contains("hit_log"));
+    assert_eq!(Archive::parse(&bytes, "a.massline").unwrap(), older);
+    // One from before the suspension profile knows no lines, neither of the result nor besides.
+    let mut all: Value = serde_json::from_slice(&bytes).unwrap();
+    assert!(all.get("lines").is_none());
+    assert!(all["result"].as_object_mut().unwrap().remove("lines").is_some());
+    let bytes = serde_json::to_vec(&all).unwrap();
     assert_eq!(Archive::parse(&bytes, "a.massline").unwrap(), older);
 }
 

@@ -3,11 +3,13 @@
 use std::time::{Duration, Instant};
 
 use massline_protocol::crc32;
+use massline_protocol::lines::{LinesHead, LinesId, split_dof};
 use massline_protocol::message::{GetObjectInfo, ReadObject, Reason};
 use massline_protocol::object::{
     ChunkRequest, MAX_CHUNK, MeasurementResult, ObjectId, ObjectInfo, ObjectKind, READING,
 };
-use massline_shared::signal::Scan;
+use massline_shared::signal::{Scan, expand_response};
+use nalgebra::Complex;
 
 use super::{Client, ClientError, DofSpectra, SpectraError, scans_of};
 
@@ -17,6 +19,25 @@ const ATTEMPTS: u32 = 3;
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Size limit, bytes; no object of any rig is larger.
 const LONGEST: u32 = 16 << 20;
+
+/// A finished DOF with lines, as a rig has stored it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredDof {
+    /// What is known of it besides its lines.
+    pub head: LinesHead,
+    /// The frequency response of each channel, line by line from 0 Hz on, (m/s²)/N.
+    pub responses: Vec<Vec<Complex<f32>>>,
+}
+
+impl StoredDof {
+    /// Reads an object of kind [`ObjectKind::Lines`]; `None` when it is none.
+    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let (head, compact) = split_dof::<LinesHead>(bytes)?;
+        let of = |bytes| expand_response::<f32>(bytes).map(|lines| lines.to_vec());
+        let responses = compact.iter().map(of).collect::<Option<_>>()?;
+        Some(Self { head, responses })
+    }
+}
 
 impl Client {
     /// Downloads an object, resumes after a lost link, and checks the whole. `progress` is called with the
@@ -49,6 +70,21 @@ impl Client {
         let bytes = self.download(object, |_, _| ())?;
         postcard::from_bytes(&bytes)
             .map_err(|_| ClientError::Unreadable { kind: object.kind, number })
+    }
+
+    /// Downloads a finished DOF with lines; `None` when the rig does not have it.
+    ///
+    /// # Errors
+    /// As [`Client::download`]; [`ClientError::Unreadable`] when it does not decode, or is another DOF.
+    pub fn lines(&mut self, id: LinesId) -> Result<Option<StoredDof>, ClientError> {
+        let Some(object) = id.object() else { return Ok(None) };
+        let bytes = match self.download(object, |_, _| ()) {
+            Err(e) if e.refusal() == Some(Reason::NotFound) => return Ok(None),
+            bytes => bytes?,
+        };
+        let ObjectId { kind, number } = object;
+        let dof = StoredDof::from_bytes(&bytes).filter(|dof| dof.head.index == id.dof);
+        dof.map(Some).ok_or(ClientError::Unreadable { kind, number })
     }
 
     /// Downloads the record of a hit; the rig has that of its last hit until the next one triggers.

@@ -17,6 +17,7 @@ mod spectra;
 mod tcp;
 mod transport;
 
+pub use download::StoredDof;
 pub use error::ClientError;
 pub use exchange::{Client, Event, Timing};
 pub use pipe::PipeTransport;

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use massline_protocol::object::MeasurementResult;
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::HostLayout;
@@ -12,7 +11,7 @@ use massline_virtual::bench::{Bench, BenchError, BenchSource, Bundled, Fault};
 use massline_virtual::source::ScanSource;
 
 use super::number::seed;
-use super::simulated::{SimulatedCampaign, narrow};
+use super::simulated::{Simulated, SimulatedCampaign, narrow};
 use crate::archive::{Archive, ArchivedLayout};
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
@@ -111,7 +110,7 @@ impl BenchTest<'_> {
         &self,
         output: &mut Output,
         wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
-    ) -> Result<MeasurementResult> {
+    ) -> Result<Simulated> {
         self.run_with(&nominal_calibration(self.bench).into(), output, wrap)
     }
 
@@ -124,7 +123,7 @@ impl BenchTest<'_> {
         calibration: &CalibrationRecord,
         output: &mut Output,
         wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
-    ) -> Result<MeasurementResult> {
+    ) -> Result<Simulated> {
         self.on_rig(calibration, wrap, |campaign, rig| {
             campaign.run(rig, output, &mut |_, _, _| Ok(None))
         })

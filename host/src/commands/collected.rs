@@ -105,7 +105,7 @@ impl Collected {
         output: &mut Output,
     ) -> Archive {
         archive.spectra = self.archived_spectra(layout);
-        archive.spectra.retain(|of| hits_of(&archive.result, &of.dof) == Some(of.hits));
+        archive.spectra.retain(|of| hits_of(&archive.result, &of.dof) == Some(of.hits.into()));
         archive.hit_records = self.hit_records();
         archive.hit_log = self.hit_log_of(&archive.result, layout);
         for missing in missing(&archive, records) {
@@ -145,21 +145,22 @@ impl Collected {
 }
 
 /// The number of hits averaged at a DOF.
-fn hits_of(result: &MeasurementResult, name: &str) -> Option<u8> {
-    result.dofs.iter().find(|dof| dof.dof.to_string() == name).map(|dof| dof.hits)
+fn hits_of(result: &MeasurementResult, name: &str) -> Option<u16> {
+    result.measured().find(|(dof, ..)| dof.to_string() == name).map(|(.., hits)| hits)
 }
 
 /// What an archive should have and has not, in sentences.
 fn missing(archive: &Archive, records: bool) -> Vec<String> {
-    let dofs = archive.result.dofs.iter().map(|dof| (dof.dof.to_string(), usize::from(dof.hits)));
-    let without: Vec<_> = dofs
-        .clone()
-        .filter(|(name, _)| archive.spectra.iter().all(|of| of.dof != *name))
-        .map(|(name, _)| name)
+    let measured = archive.result.measured();
+    let dofs: Vec<_> = measured.map(|(dof, _, hits)| (dof.to_string(), hits)).collect();
+    let has_lines = |name: &str| archive.lines.iter().any(|of| of.dof == name);
+    let without: Vec<_> = (dofs.iter().map(|(name, _)| name.as_str()))
+        .filter(|name| archive.spectra.iter().all(|of| of.dof != *name) && !has_lines(name))
         .collect();
     let of = |name: &str| archive.hit_records.iter().filter(|record| record.dof == name).count();
     let other: Vec<_> = dofs
-        .filter(|(name, hits)| records && of(name) != *hits)
+        .iter()
+        .filter(|(name, hits)| records && of(name) != usize::from(*hits))
         .map(|(name, hits)| format!("{} for {hits} hits at {name}", of(&name)))
         .collect();
     let spectra = (!without.is_empty()).then(|| format!(

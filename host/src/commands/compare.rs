@@ -3,6 +3,7 @@
 use massline_protocol::object::MeasurementResult;
 use massline_shared::body::{INERTIAL_PARAMETERS, scale};
 use massline_shared::identify::Estimate;
+use nalgebra::SVector;
 
 use crate::document::{ComparedTest, Measurement};
 use crate::error::{Error, Result};
@@ -26,6 +27,8 @@ pub struct Comparison {
     pub length: f64,
     /// The rig's result.
     pub result: MeasurementResult,
+    /// The answer that is compared with the truth: the rig's best, or the host's where the rig has none.
+    pub answer: Option<Estimate<f64>>,
 }
 
 impl Comparison {
@@ -34,13 +37,23 @@ impl Comparison {
     /// # Errors
     /// When the result has no answer.
     pub fn errors_percent(&self) -> Result<[f64; 10]> {
-        let measured = self.estimate()?.theta();
-        let scale = scale(self.truth[0], self.length);
-        let mut errors = [0.0; 10];
-        for (k, error) in errors.iter_mut().enumerate() {
-            *error = 100.0 * (measured[k] - self.truth[k]) / scale[k];
+        Ok(self.errors_of(&self.estimate()?.theta()))
+    }
+
+    /// The same of any ten properties.
+    fn errors_of(&self, theta: &SVector<f64, 10>) -> [f64; 10] {
+        let errors = theta - SVector::from(self.truth);
+        (100.0 * errors.component_div(&scale(self.truth[0], self.length))).into()
+    }
+
+    /// The answers of several methods beside the truth: for each the largest error and the root mean square.
+    pub fn of_methods(&self, answers: &[(&str, SVector<f64, 10>)]) -> String {
+        let mut table = output::table();
+        table.set_header(["method", "worst, % of scale", "at", "rms, % of scale"]);
+        for (name, theta) in answers {
+            table.add_row(row(name, &self.errors_of(theta)));
         }
-        Ok(errors)
+        format!("{table}\n")
     }
 
     /// The largest of [`Comparison::errors_percent`] by absolute value, and the symbol of its property.
@@ -48,12 +61,7 @@ impl Comparison {
     /// # Errors
     /// When the result has no answer.
     pub fn worst(&self) -> Result<(&'static str, f64)> {
-        let errors = self.errors_percent()?;
-        let named = INERTIAL_PARAMETERS.iter().map(|parameter| parameter.symbol).zip(errors);
-        let larger = |worst: (&'static str, f64), next: (&'static str, f64)| {
-            if next.1.abs() > worst.1.abs() { next } else { worst }
-        };
-        Ok(named.reduce(larger).unwrap_or_default())
+        Ok(worst_of(&self.errors_percent()?))
     }
 
     /// The result in its usual form, with name, seed, truth and errors; `further` adds to it.
@@ -79,12 +87,11 @@ impl Comparison {
     /// When the result has no answer.
     pub fn table(&self) -> Result<String> {
         let truth = Truth { properties: self.truth.map(Some), length: self.length };
-        Ok(report::table(&self.estimate()?, Some(&truth)))
+        Ok(report::table(self.estimate()?, Some(&truth)))
     }
 
-    /// The rig's best answer.
-    fn estimate(&self) -> Result<Estimate<f64>> {
-        report::estimates_of(&self.result).into_iter().next().ok_or_else(|| {
+    fn estimate(&self) -> Result<&Estimate<f64>> {
+        self.answer.as_ref().ok_or_else(|| {
             Error::undetermined("no_answer", format!("{}: the result has no answer", self.name))
         })
     }
@@ -98,14 +105,25 @@ pub fn summary(comparisons: &[Comparison]) -> Result<String> {
     let mut table = output::table();
     table.set_header(["test", "worst, % of scale", "at", "rms, % of scale"]);
     for comparison in comparisons {
-        let (symbol, worst) = comparison.worst()?;
-        let errors = comparison.errors_percent()?;
-        let rms = (errors.iter().map(|e| e * e).sum::<f64>() / 10.0).sqrt();
-        let cells =
-            [comparison.name.clone(), format!("{worst:+.3}"), symbol.into(), format!("{rms:.3}")];
-        table.add_row(cells);
+        table.add_row(row(&comparison.name, &comparison.errors_percent()?));
     }
     Ok(table.to_string())
+}
+
+/// The largest error by absolute value, and the symbol of its property.
+fn worst_of(errors: &[f64; 10]) -> (&'static str, f64) {
+    let named = INERTIAL_PARAMETERS.iter().map(|parameter| parameter.symbol).zip(*errors);
+    let larger = |worst: (&'static str, f64), next: (&'static str, f64)| {
+        if next.1.abs() > worst.1.abs() { next } else { worst }
+    };
+    named.reduce(larger).unwrap_or_default()
+}
+
+/// The name of what has these errors, % of scale, the largest of them, and the root mean square.
+fn row(name: &str, errors: &[f64; 10]) -> [String; 4] {
+    let (symbol, worst) = worst_of(errors);
+    let rms = (errors.iter().map(|e| e * e).sum::<f64>() / 10.0).sqrt();
+    [name.into(), format!("{worst:+.3}"), symbol.into(), format!("{rms:.3}")]
 }
 
 #[cfg(test)]
@@ -129,30 +147,26 @@ mod tests {
             learned: None,
             diagnostics: heapless::Vec::new(),
         };
-        Comparison {
-            name: "t".into(),
-            seed: 1,
-            truth: TRUTH,
-            length: 0.5,
-            result: MeasurementResult {
-                head: ResultHead {
-                    title: heapless::String::new(),
-                    started_unix_s: 0,
-                    number: 1,
-                    layout_hash: 1,
-                    calibration: 1,
-                    gains: None,
-                    firmware: heapless::String::new(),
-                    frf_estimator: FrfEstimator::H1,
-                    terms: Terms::Abc,
-                    band_automatic: false,
-                },
-                dofs: heapless::Vec::new(),
-                lines: Default::default(),
-                estimates: [estimate].into_iter().collect(),
-                diagnostics: heapless::Vec::new(),
+        let result = MeasurementResult {
+            head: ResultHead {
+                title: heapless::String::new(),
+                started_unix_s: 0,
+                number: 1,
+                layout_hash: 1,
+                calibration: 1,
+                gains: None,
+                firmware: heapless::String::new(),
+                frf_estimator: FrfEstimator::H1,
+                terms: Terms::Abc,
+                band_automatic: false,
             },
-        }
+            dofs: heapless::Vec::new(),
+            lines: Default::default(),
+            estimates: [estimate].into_iter().collect(),
+            diagnostics: heapless::Vec::new(),
+        };
+        let answer = report::estimates_of(&result).into_iter().next();
+        Comparison { name: "t".into(), seed: 1, truth: TRUTH, length: 0.5, result, answer }
     }
 
     #[test]
@@ -183,7 +197,7 @@ mod tests {
     #[test]
     fn a_result_without_an_answer_is_no_comparison() {
         let mut c = comparison(|_| ());
-        c.result.estimates.clear();
+        c.answer = None;
         assert_eq!(c.worst().unwrap_err().exit_code(), 3);
     }
 }

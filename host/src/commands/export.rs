@@ -18,6 +18,7 @@ use crate::export::{
 };
 use crate::file;
 use crate::output::Output;
+use crate::rig_lines::{RigLines, StoredTest};
 
 /// Arguments of `massline export`.
 #[derive(Debug, clap::Args)]
@@ -106,7 +107,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let exported = match (&archive, args.number()) {
         (Some((archive, name)), _) => {
-            super::show::require_answer(&archive.result)?;
+            if archive.result.lines.is_empty() {
+                super::show::require_answer(&archive.result)?;
+            }
             of_archive(archive, name, args.method)?
         }
         (None, Some(number)) => on_rig(number, args, output)?,
@@ -173,13 +176,17 @@ impl Args {
 
 /// A result that is stored on the rig, solved again here where the rig still has its layout.
 fn on_rig(number: u32, args: &Args, output: &mut Output) -> Result<Exported> {
-    let (mut client, _) = args.port.connect(output)?;
+    let (mut client, identity) = args.port.connect(output)?;
     let result = client.result(number)?;
-    super::show::require_answer(&result)?;
+    let lines = RigLines::read(&mut client, identity.adc, &result)?;
     let layout = client.layout().ok().filter(|kept| kept.hash() == result.head.layout_hash);
     let layout: Option<HostLayout> = layout.and_then(|kept| kept.cast());
+    if layout.is_none() || result.lines.is_empty() {
+        super::show::require_answer(&result)?;
+    }
     let source = format!("result {number} of the rig");
-    let exported = of_measurement(&result, layout.as_ref(), &source, args.method)?;
+    let test = StoredTest { result: &result, lines: &lines };
+    let exported = of_measurement(test, layout.as_ref(), &source, args.method)?;
     Ok(match layout {
         Some(layout) => exported.with_test(|test| test.with_rig_layout(layout)),
         None => exported,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::diagnosis::Code;
-use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout};
+use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout, TestProfile};
 
 use crate::calibration_file::CalibrationFile;
 use crate::error::{Error, Result};
@@ -32,7 +32,19 @@ impl ReplaceArgs {
 /// # Errors
 /// When the file is bad.
 pub fn layout(path: &Path, output: &mut Output) -> Result<LayoutFile> {
-    let file = LayoutFile::read(path)?;
+    layout_in_profile(path, None, output)
+}
+
+/// The same in another profile than the file states, where one is given.
+///
+/// # Errors
+/// When the file is bad, or has a setting that does not go with the profile.
+pub fn layout_in_profile(
+    path: &Path,
+    profile: Option<TestProfile>,
+    output: &mut Output,
+) -> Result<LayoutFile> {
+    let file = LayoutFile::read_in_profile(path, profile)?;
     warn_of_units(&file, path, output);
     Ok(file)
 }

@@ -2,17 +2,20 @@
 
 mod full_screen;
 mod presenter;
+mod ringing;
 mod watch;
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use massline_protocol::LayoutHash;
-use massline_protocol::message::{CampaignCommand, Identity, LayoutAnswer, Status};
+use massline_protocol::message::{CampaignCommand, Identity, LayoutAnswer, Reason, Status};
 use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::diagnosis::Diagnostic;
-use massline_shared::layout::{HostLayout, RigLayout};
+use massline_shared::layout::{HostLayout, RigLayout, TestProfile};
 use massline_shared::measurement::campaign::Phase;
+use massline_shared::signal::{COMPACT_RESPONSE, ringing_s};
 
 use super::archive::ArchiveArgs;
 use super::collected::Collected;
@@ -24,13 +27,14 @@ use crate::archive::{Archive, ArchivedLayout, Part};
 use crate::calibration::day::age_in_days;
 use crate::campaign::phase_name;
 use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
-use crate::client::Client;
+use crate::client::{Client, ClientError};
 use crate::clock;
 use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::output::Output;
 use crate::precision::PrecisionMonitor;
 use crate::report;
+use crate::rig_lines::{RigLines, StoredTest};
 use crate::single_fault::NominalTest;
 
 pub use full_screen::ScreenArgs;
@@ -52,14 +56,23 @@ After each DOF the 95 % intervals so far are printed, and which further hit of t
 narrow the worst of them most. With a [target] table in the layout, the command asks whether to
 finish as soon as the target is reached; without a keyboard or with --yes it finishes.
 
+With the suspension profile, which the layout states as profile = 'suspension' in [test], each record
+takes 40 s: hit with a soft mallet, let the object ring without touching it, and wait until it hangs
+still before the next hit.
+
 Examples:
   massline measure frame.toml
+  massline measure wheel.toml --profile suspension
   massline measure frame.toml --port /dev/ttyACM0 --confirm
   massline measure frame.toml --output frame.massline
   massline measure frame.toml --restart --yes --json > result.json")]
 pub struct Args {
     /// The layout file.
     layout: PathBuf,
+    /// Measure this instead of what the layout states: its settings that the layout leaves out have the defaults of this
+    /// profile.
+    #[arg(long, value_name = "PROFILE", value_parser = profile())]
+    profile: Option<TestProfile>,
     #[command(flatten)]
     port: PortArgs,
     /// Ask for a verdict on each hit.
@@ -81,7 +94,7 @@ pub struct Args {
     calibration: Option<PathBuf>,
     #[command(flatten)]
     archive: ArchiveArgs,
-    /// Keep the record of every accepted hit in the archive as well, about 0.1 MB each.
+    /// Keep the record of every accepted hit in the archive as well, about 0.1 MB each; not in the suspension profile.
     #[arg(long, requires = "output")]
     records: bool,
 }
@@ -92,7 +105,7 @@ pub struct Args {
 /// When a file is bad, the rig cannot be reached or refuses, the data cannot determine the answer, or the
 /// user interrupts the command.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let file = files::layout(&args.layout, output)?;
+    let file = files::layout_in_profile(&args.layout, args.profile, output)?;
     files::for_rig(&file, &args.layout)?;
     args.archive.check()?;
     let calibration = files::calibration(args.calibration.as_deref(), &file)?;
@@ -101,6 +114,13 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             "no_keyboard",
             "--confirm asks for a verdict on each hit, and there is no keyboard: run it in a \
              terminal or leave --confirm out",
+        ));
+    }
+    let profile = file.layout.test.profile;
+    if args.records && profile == TestProfile::Suspension {
+        return Err(Error::input(
+            "usage",
+            "--records keeps records of half a second: a rig does not give those of the suspension profile; leave it out",
         ));
     }
     let (mut client, identity) = args.port.connect(output)?;
@@ -139,21 +159,31 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         started_unix_s: clock::unix_seconds(),
         ..StartOptions::default()
     };
-    match begin(&mut client, how)? {
+    let began = begin(&mut client, how).map_err(|error| advised(error, &layout));
+    match began? {
         StartOutcome::Started => {}
         StartOutcome::Resumed => output.note("resuming the interrupted campaign"),
         StartOutcome::Joined => output.note("joins the campaign that is under way"),
     }
     let archive = args.archive.path();
     let mut collected = Collected::of_campaign(archive, &layout, &mut client)?;
-    let followed =
-        follow(args, &mut client, &layout, (&mut monitor, shown), &mut collected, output);
+    let record_s = (profile == TestProfile::Suspension).then(|| ringing_s(&identity.adc));
+    let followed = follow(
+        (args, record_s),
+        &mut client,
+        &layout,
+        (&mut monitor, shown),
+        &mut collected,
+        output,
+    );
     if followed.is_err() {
         collected.keep(&layout, output);
     }
     let result = followed?;
+    let lines = RigLines::read(&mut client, identity.adc, &result)?;
     let nominal = NominalTest::of_file(&file);
-    let mut shown = show::document(&result, Some(&nominal), Selection::All, output);
+    let test = StoredTest { result: &result, lines: &lines };
+    let mut shown = show::document(test, Some(&nominal), Selection::All, output);
     if let Ok(shown) = &mut shown {
         shown.value.archive = args.archive.path().map(Path::to_owned);
         shown.value.after_each_dof = Some(monitor.into_reports());
@@ -164,7 +194,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let printed = shown.and_then(|shown| shown.print(output));
     if let Some(path) = archive {
         let archived = ArchivedLayout::of_file(&file);
-        let archive = Archive::new(&identity, archived, in_force, result, &answers)?;
+        let mut archive = Archive::new(&identity, archived, in_force, result, &answers)?;
+        archive.lines = lines.into_dofs();
         let archive = collected.added_to(archive, &layout, args.records, output);
         args.archive.write_anywhere(&archive, output)?;
         output.note(format!(
@@ -178,7 +209,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 
 /// Follows the campaign to its result, and reads what the archive is to hold.
 fn follow(
-    args: &Args,
+    (args, record_s): (&Args, Option<f64>),
     client: &mut Client,
     layout: &RigLayout,
     (monitor, shown): (&mut PrecisionMonitor, Option<Shown<'_>>),
@@ -187,12 +218,14 @@ fn follow(
 ) -> Result<MeasurementResult> {
     let archived = args.archive.path().is_some();
     let watching = Watching {
-        monitor: Some(&mut *monitor),
+        // The intervals so far come from mass lines.
+        monitor: record_s.is_none().then_some(&mut *monitor),
         collection: archived.then_some(&mut collected.spectra),
         records: args.records.then_some(&mut collected.records),
         log: archived.then_some(&mut collected.log),
         confirm: args.confirm,
         yes: args.yes,
+        record_s,
         shown,
     };
     let number = match watch(client, layout, watching, output)? {
@@ -217,6 +250,27 @@ fn follow(
         collected.spectra.collect(client, &status)?;
     }
     Ok(result)
+}
+
+/// A parser for the name of a profile.
+fn profile() -> impl TypedValueParser<Value = TestProfile> {
+    let names = PossibleValuesParser::new(TestProfile::ALL.map(TestProfile::name));
+    names.try_map(|name| TestProfile::from_name(&name).ok_or("there is no profile of this name"))
+}
+
+/// The refusal to start, with what helps against a full store: lines take much room.
+fn advised(error: ClientError, layout: &RigLayout) -> Error {
+    let is_full = error.refusal() == Some(Reason::StoreFull);
+    let error = Error::from(error);
+    if !is_full || layout.test.profile != TestProfile::Suspension {
+        return error;
+    }
+    error.advising(format!(
+        "the lines of {} DOFs need {} kB: keep old results with `massline results get N --output FILE`, delete the oldest, and \
+         repeat the command",
+        layout.hits.len(),
+        (layout.hits.len() * 3 * layout.sensors.len() * COMPACT_RESPONSE).div_ceil(1000),
+    ))
 }
 
 /// The layout with the standard deviations that a calibration of this age, in days, contributes.
@@ -289,4 +343,24 @@ pub(super) fn paused(status: &Status) -> Error {
         "the campaign is interrupted; the rig keeps the {accepted} accepted hits: the same command \
          resumes it, --restart starts over"
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout_file::LayoutFile;
+
+    #[test]
+    fn a_full_store_is_explained_by_what_the_lines_need() {
+        let full = || ClientError::Refused { request: "start", reason: Reason::StoreFull as u16 };
+        let wheel = include_str!("../../examples/wheel.toml");
+        let wheel = LayoutFile::parse(wheel, "wheel.toml").unwrap().rig_layout().unwrap();
+        let said = advised(full(), &wheel).to_string();
+        // Five DOFs with nine responses of 513 bytes.
+        assert!(said.contains("the lines of 5 DOFs need 24 kB"), "{said}");
+        assert!(said.contains("delete the oldest"), "{said}");
+        let frame = include_str!("../../examples/three-bar-test-1.toml");
+        let frame = LayoutFile::parse(frame, "frame.toml").unwrap().rig_layout().unwrap();
+        assert_eq!(advised(full(), &frame).to_string(), Error::from(full()).to_string());
+    }
 }

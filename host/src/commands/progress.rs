@@ -3,7 +3,7 @@
 use indicatif::ProgressBar;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Reason, Status};
-use massline_shared::layout::RigLayout;
+use massline_shared::layout::{RigLayout, TestProfile};
 use massline_shared::measurement::campaign::Phase;
 
 use crate::campaign::{explain_refusal, phase_name};
@@ -23,6 +23,8 @@ pub struct Progress<'o> {
     prompts: Prompts,
     /// Number of rejected hits in a row.
     rejected: u32,
+    /// Seconds for which the object rings yet in its record.
+    rings_s: Option<u64>,
 }
 
 /// A bench that taps by itself is given up after this many rejected hits in a row.
@@ -46,7 +48,17 @@ impl<'o> Progress<'o> {
         let dofs: Vec<_> = layout.hits.iter().map(|hit| hit.dof.to_string()).collect();
         let bar = output.bar(u64::from(hits_per_dof) * dofs.len() as u64, label);
         let layout = layout.clone();
-        Self { output, bar, layout, dofs, hits_per_dof, prompted: None, prompts, rejected: 0 }
+        Self {
+            output,
+            bar,
+            layout,
+            dofs,
+            hits_per_dof,
+            prompted: None,
+            prompts,
+            rejected: 0,
+            rings_s: None,
+        }
     }
 
     /// The name of the DOF with this index.
@@ -72,7 +84,12 @@ impl<'o> Progress<'o> {
         if self.prompts == Prompts::Nothing || self.prompted == Some(prompt) {
             return;
         }
+        let long = self.layout.test.profile == TestProfile::Suspension;
         match phase {
+            Some(Phase::Armed) if long => {
+                let name = self.dof(dof).to_owned();
+                self.line(&format!("when it hangs still, hit {name} ({place})"));
+            }
             Some(Phase::Armed) => self.line(&format!("hit {} now ({place})", self.dof(dof))),
             Some(Phase::Confirming) if self.prompts == Prompts::HitsAndVerdicts => {
                 self.line("accept this hit? a yes, r no");
@@ -80,6 +97,22 @@ impl<'o> Progress<'o> {
             _ => return,
         }
         self.prompted = Some(prompt);
+    }
+
+    /// The object rings for so many seconds yet, or not any more: said once, and counted down beside the bar.
+    pub fn ringing(&mut self, left_s: Option<u64>) {
+        if self.rings_s == left_s {
+            return;
+        }
+        let begins = self.rings_s.is_none();
+        self.rings_s = left_s;
+        if let Some(left) = left_s {
+            let text = format!("ringing, {left} s left");
+            self.bar.set_message(text.clone());
+            if begins {
+                self.line(&format!("{text}: do not touch it"));
+            }
+        }
     }
 
     /// Gives up a bench whose taps are all rejected.
@@ -109,8 +142,10 @@ impl<'o> Progress<'o> {
         let said = HitSaid::of(hit, &self.layout);
         let toned = self.output.toned(said.verdict, said.tone);
         let verdict = said.to_string().replacen(said.verdict, &toned, 1);
+        let impulse =
+            hit.impulse.map_or_else(String::new, |impulse| format!("  {impulse:5.2} N s"));
         let line = format!(
-            "hit {:3}  {:7}  {:6.1} N  {:6.1} m/s²  {verdict}",
+            "hit {:3}  {:7}  {:6.1} N{impulse}  {:6.1} m/s²  {verdict}",
             hit.number,
             self.dof(usize::from(hit.dof)),
             hit.peak_force,

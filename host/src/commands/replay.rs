@@ -80,7 +80,12 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let mut player = Player { tape: progress, silent_since: None };
     let result = campaign
         .run(&mut rig, output, &mut |client, status, shown| player.steer(client, status, shown))?;
-    show::measurement(&result, Some(&NominalTest::of_file(&file)), args.method.selection(), output)
+    show::measurement(
+        result.test(),
+        Some(&NominalTest::of_file(&file)),
+        args.method.selection(),
+        output,
+    )
 }
 
 /// Finishes a DOF whose segments are used up.

@@ -3,6 +3,7 @@
 use massline_protocol::message::Status;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::{Diagnostic, Severity};
+use massline_shared::layout::TestProfile;
 use serde_json::json;
 
 use crate::document::Measurement;
@@ -11,21 +12,22 @@ use crate::host_solution::HostSolution;
 use crate::identification::Selection;
 use crate::output::{Output, Tone};
 use crate::report;
+use crate::rig_lines::StoredTest;
 use crate::single_fault::NominalTest;
 pub(crate) use crate::solve::first_error;
 
 /// Prints a rig's result as the rig stored it. With the nominal test, also prints what the host finds when it
-/// solves the mass lines again in double precision.
+/// solves it again in double precision.
 ///
 /// # Errors
 /// Exit 3 when the result has no answer by the selected methods.
 pub fn measurement(
-    result: &MeasurementResult,
+    test: StoredTest<'_>,
     nominal: Option<&NominalTest>,
     selection: Selection,
     output: &mut Output,
 ) -> Result<()> {
-    document(result, nominal, selection, output)?.print(output)
+    document(test, nominal, selection, output)?.print(output)
 }
 
 /// A result as it is printed.
@@ -58,12 +60,15 @@ impl Shown {
 /// # Errors
 /// As [`measurement`].
 pub fn document(
-    result: &MeasurementResult,
+    test: StoredTest<'_>,
     nominal: Option<&NominalTest>,
     selection: Selection,
     output: &mut Output,
 ) -> Result<Shown> {
-    let result = selected(result, selection);
+    if let (TestProfile::Suspension, Some(nominal)) = (test.profile(), nominal) {
+        return of_lines(test, nominal, selection, output);
+    }
+    let result = selected(test.result, selection);
     if let Err(error) = require_answer(&result) {
         if let Some(nominal) = nominal {
             look_for_mistakes(&result, nominal, output);
@@ -73,8 +78,30 @@ pub fn document(
     let mut shown =
         Shown { value: report::measurement_json(&result), text: report::measurement_text(&result) };
     if let Some(nominal) = nominal {
-        shown.add(&HostSolution::examined(&result, nominal, selection));
+        let of_rig = StoredTest { result: &result, ..test };
+        shown.add(&HostSolution::examined(of_rig, nominal, selection));
     }
+    Ok(shown)
+}
+
+/// The same of a test whose lines are solved here; a rig answers by some of the methods, or by none.
+fn of_lines(
+    test: StoredTest<'_>,
+    nominal: &NominalTest,
+    selection: Selection,
+    output: &mut Output,
+) -> Result<Shown> {
+    let result = selected(test.result, selection);
+    let of_rig = StoredTest { result: &result, ..test };
+    let again = HostSolution::new(of_rig, &nominal.layout, selection);
+    if result.estimates.is_empty() {
+        again.error().map_or(Ok(()), Err)?;
+    } else if let Some(error) = again.error() {
+        output.warn(error.to_string());
+    }
+    let mut shown =
+        Shown { value: report::measurement_json(&result), text: report::measurement_text(&result) };
+    shown.add(&again);
     Ok(shown)
 }
 
@@ -84,21 +111,22 @@ pub fn document(
 /// # Errors
 /// Exit 3 when neither has an answer by the selected methods.
 pub fn solved_again(
-    result: &MeasurementResult,
+    test: StoredTest<'_>,
     nominal: &NominalTest,
     selection: Selection,
     output: &mut Output,
 ) -> Result<()> {
-    let of_rig = selected(result, selection);
-    if require_answer(&of_rig).is_ok() {
-        return measurement(result, Some(nominal), selection, output);
+    let of_rig = selected(test.result, selection);
+    if test.profile() == TestProfile::Suspension || require_answer(&of_rig).is_ok() {
+        return measurement(test, Some(nominal), selection, output);
     }
-    let again = HostSolution::examined(&of_rig, nominal, selection);
+    let of_rig = StoredTest { result: &of_rig, ..test };
+    let again = HostSolution::examined(of_rig, nominal, selection);
     if again.identification.estimates.is_empty() {
-        return measurement(result, Some(nominal), selection, output);
+        return measurement(test, Some(nominal), selection, output);
     }
     output.note("the rig has no answer of its own");
-    let mut shown = Shown { value: report::measurement_json(&of_rig), text: String::new() };
+    let mut shown = Shown { value: report::measurement_json(of_rig.result), text: String::new() };
     shown.add(&again);
     shown.print(output)
 }
@@ -140,6 +168,15 @@ pub fn require_answer(result: &MeasurementResult) -> Result<()> {
                 result.head.number,
             ),
         ));
+    }
+    if !result.lines.is_empty() {
+        let text = format!(
+            "result {} has the lines of {} DOFs and no answer of its own; with the layout of the test (--layout) they are \
+             solved here",
+            result.head.number,
+            result.lines.len()
+        );
+        return Err(Error::undetermined("no_answer", text));
     }
     if result.dofs.is_empty() {
         let text = format!("result {} has no hits: every DOF was skipped", result.head.number);

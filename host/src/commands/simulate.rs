@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use massline_protocol::LayoutHash;
-use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::layout::{Dof, RigLayout};
+use massline_shared::layout::{Dof, RigLayout, TestProfile};
 use massline_shared::signal::{AdcProperties, Calibration, PRE_TRIGGER_SCANS, Scan};
 use massline_virtual::source::ScanSource;
 
@@ -14,7 +13,7 @@ use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
 use super::compare::{Comparison, SIGMA_NOTE};
 use super::files;
 use super::monte_carlo::{self, MonteCarloArgs};
-use super::simulated::{ReportArgs, RigArgs, results_of};
+use super::simulated::{ReportArgs, RigArgs, Simulated, results_of};
 use crate::archive::Archive;
 use crate::commands::files::ReplaceArgs;
 use crate::document::Simulation;
@@ -24,6 +23,7 @@ use crate::host_solution::HostSolution;
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
+use crate::rig_lines::RigLines;
 use crate::single_fault::NominalTest;
 use crate::tape::{Segment, Sidecar, TapeWriter};
 
@@ -31,7 +31,8 @@ use crate::tape::{Segment, Sidecar, TapeWriter};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 The object hangs on the bench; the sensors and marks are where the layout says, up to the errors of
-the bench. The result is printed beside the truth.
+the bench. The result is printed beside the truth. A layout with profile = 'suspension' in its
+[test] has records of 40 s taken, of a bench on springs such as `wheel`.
 
 With --runs the test is repeated with other errors each time, on all cores, from ADC codes to the
 ten properties by every method: bias, rms error, rms error over the Cramér-Rao bound, and how
@@ -44,6 +45,7 @@ Examples:
   massline simulate frame.toml --bench ideal --seed 5 --json
   massline simulate frame.toml --bench uncalibrated --calibration rig.toml
   massline simulate frame.toml --report frame.html
+  massline simulate wheel.toml --bench wheel
   massline simulate frame.toml --runs 1000
   massline simulate frame.toml --runs 200 --budget bench --json
   massline simulate frame.toml --bench box.toml --tape box-tape.npy
@@ -95,7 +97,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         firmware: firmware.as_deref(),
     };
     let mut taped = Ok(None);
-    let (result, archive) = match &args.tape {
+    let (measured, archive) = match &args.tape {
         None => measure(args, &test, &file, &calibration, output, |source| source)?,
         Some(path) => {
             TapeWriter::check(path, args.replace.existing())?;
@@ -110,16 +112,20 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             measured?
         }
     };
+    let nominal = NominalTest::of_file(&file);
+    let again = HostSolution::examined(measured.test(), &nominal, Selection::All).without_details();
+    let answer = again.best();
+    if let Some(error) = again.error().filter(|_| answer.is_none()) {
+        return Err(error);
+    }
     let comparison = Comparison {
         name: name.clone(),
         seed: args.bench.seed,
         truth: test.truth(),
         length: file.layout.characteristic_length(),
-        result,
+        result: measured.result.clone(),
+        answer,
     };
-    let nominal = NominalTest::of_file(&file);
-    let again =
-        HostSolution::examined(&comparison.result, &nominal, Selection::All).without_details();
     let existing = args.replace.existing();
     let report = args.report.write(|| results_of(archive.map(|of| (name, of))), existing);
     let value = Simulation {
@@ -129,10 +135,14 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     };
     let (symbol, worst) = comparison.worst()?;
     let table = comparison.table()?;
+    let remark = match measured.test().profile() {
+        TestProfile::MassLine => format!("{SIGMA_NOTE}\n"),
+        TestProfile::Suspension => comparison.of_methods(&again.answers()),
+    };
     output.answer(&value, |output| {
         let heading = output.toned(&file.title, Tone::Strong);
         format!(
-            "{heading}\n{table}worst: {worst:+.3} % of scale at {symbol}\n{SIGMA_NOTE}\n\n{}",
+            "{heading}\n{table}worst: {worst:+.3} % of scale at {symbol}\n{remark}\n{}",
             again.to_text().trim_end()
         )
     })?;
@@ -149,12 +159,14 @@ fn measure(
     calibration: &CalibrationRecord,
     output: &mut Output,
     wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
-) -> Result<(MeasurementResult, Option<Archive>)> {
+) -> Result<(Simulated, Option<Archive>)> {
     if !args.report.is_wanted() {
         return Ok((test.run_with(calibration, output, wrap)?, None));
     }
     let archive = test.archived(file, calibration, output, wrap)?;
-    Ok((archive.result.clone(), Some(archive)))
+    let measured =
+        Simulated { result: archive.result.clone(), lines: RigLines::of_archive(&archive) };
+    Ok((measured, Some(archive)))
 }
 
 /// Records the scans of a source on a tape, one segment per arming.

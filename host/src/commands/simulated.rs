@@ -9,7 +9,7 @@ use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Identity, Reason, Status};
 use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::layout::{HostLayout, RigLayout};
+use massline_shared::layout::{HostLayout, RigLayout, TestProfile};
 use serde_json::json;
 
 use super::collected::Collected;
@@ -23,6 +23,7 @@ use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::report::measurement_json;
 use crate::rig::{RigKind, SimulatedRig};
+use crate::rig_lines::{RigLines, StoredTest};
 use crate::single_fault::NominalTest;
 use crate::spectra::Collecting;
 
@@ -67,6 +68,22 @@ pub fn narrow(layout: &HostLayout) -> Result<RigLayout> {
 pub type Policy<'p> =
     dyn FnMut(&mut Client, &Status, &mut Progress) -> Result<Option<CampaignCommand>> + 'p;
 
+/// What a campaign on a simulated rig has measured.
+#[derive(Clone, Debug)]
+pub struct Simulated {
+    /// The rig's result.
+    pub result: MeasurementResult,
+    /// The lines that belong to it.
+    pub lines: RigLines,
+}
+
+impl Simulated {
+    /// The same, borrowed.
+    pub fn test(&self) -> StoredTest<'_> {
+        StoredTest { result: &self.result, lines: &self.lines }
+    }
+}
+
 /// A campaign on a simulated rig.
 #[derive(Clone, Copy, Debug)]
 pub struct SimulatedCampaign<'a> {
@@ -88,9 +105,9 @@ impl SimulatedCampaign<'_> {
         rig: &mut SimulatedRig,
         output: &mut Output,
         policy: &mut Policy<'_>,
-    ) -> Result<MeasurementResult> {
+    ) -> Result<Simulated> {
         let measured = self.try_run(rig, output, policy, None);
-        measured.map(|(_, result)| result).map_err(|e| rig.explain(e))
+        measured.map(|(_, measured)| measured).map_err(|e| rig.explain(e))
     }
 
     /// Runs the campaign to its archive, with the frequency responses and the records of all hits. They are read while a
@@ -107,10 +124,16 @@ impl SimulatedCampaign<'_> {
     ) -> Result<Archive> {
         let mut collected = Collected::simulated();
         let measured = self.try_run(rig, output, policy, Some(&mut collected));
-        let (identity, result) = measured.map_err(|e| rig.explain(e))?;
+        let (identity, Simulated { result, lines }) = measured.map_err(|e| rig.explain(e))?;
         let answers = json!(measurement_json(&result));
-        let archive = Archive::new(&identity, layout, self.calibration, result, &answers)?;
-        Ok(collected.added_to(archive, self.layout, true, output))
+        let mut archive = Archive::new(&identity, layout, self.calibration, result, &answers)?;
+        archive.lines = lines.into_dofs();
+        Ok(collected.added_to(archive, self.layout, self.has_records(), output))
+    }
+
+    /// Records of hits are scans in the mass-line profile only.
+    fn has_records(&self) -> bool {
+        self.layout.test.profile == TestProfile::MassLine
     }
 
     fn try_run(
@@ -119,7 +142,7 @@ impl SimulatedCampaign<'_> {
         output: &mut Output,
         policy: &mut Policy<'_>,
         mut collected: Option<&mut Collected>,
-    ) -> Result<(Identity, MeasurementResult)> {
+    ) -> Result<(Identity, Simulated)> {
         let (mut client, identity) = rig.connect()?;
         client.put_calibration(self.calibration)?;
         judge_layout(&client.put_layout(self.layout)?, self.layout, false, output)?;
@@ -134,7 +157,7 @@ impl SimulatedCampaign<'_> {
             Some(collected) => observe(&mut Collecting {
                 observer: &mut operator,
                 collection: &mut collected.spectra,
-                records: Some((&mut collected.records, self.layout)),
+                records: self.has_records().then_some((&mut collected.records, self.layout)),
                 log: Some(&mut collected.log),
                 accepts: true,
             }),
@@ -144,7 +167,10 @@ impl SimulatedCampaign<'_> {
         match ending {
             CampaignOutcome::Done(number) => {
                 let result = client.result(number)?;
-                if let Err(error) = show::require_answer(&result) {
+                let lines = RigLines::read(&mut client, identity.adc, &result)?;
+                if result.lines.is_empty()
+                    && let Err(error) = show::require_answer(&result)
+                {
                     if let Some(layout) = self.layout.cast() {
                         show::look_for_mistakes(&result, &NominalTest::of_layout(layout), output);
                     }
@@ -155,7 +181,7 @@ impl SimulatedCampaign<'_> {
                     let status = client.status()?;
                     collected.spectra.collect(&mut client, &status)?;
                 }
-                Ok((identity, result))
+                Ok((identity, Simulated { result, lines }))
             }
             CampaignOutcome::Stopped(status) => Err(show::stopped(&status)),
             CampaignOutcome::Paused(_) | CampaignOutcome::Aborted => {

@@ -19,6 +19,9 @@ pub struct LoggedHit {
     pub peak_force_n: Option<f32>,
     /// Largest acceleration of any channel; `null` where it is not known.
     pub peak_acceleration_m_per_s2: Option<f32>,
+    /// Impulse of the force, in the suspension profile.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub impulse_n_s: Option<f32>,
     /// When it was graded, by the clock of the computer, RFC 3339 in UTC; `null` for a simulated hit.
     pub graded: Option<String>,
 }

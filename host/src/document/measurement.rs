@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
-    Agreement, CalibrationSigma, Details, Estimate, Finding, FoundBy, LoggedHit, Refusal,
-    SingleFaults, Unseen,
+    Agreement, CalibrationSigma, Details, Estimate, Finding, FoundBy, GlobalFit, LoggedHit, Modes,
+    Refusal, SingleFaults, Unseen,
 };
 
 /// A result of a rig. What the host has found is marked; it is missing where the layout is not known.
@@ -37,8 +37,12 @@ pub struct Measurement {
     pub terms: &'static str,
     /// Whether the bands were found from the data.
     pub band_automatic: bool,
-    /// The mass lines of every DOF.
+    /// What was measured: `mass-line` or `suspension`.
+    pub profile: &'static str,
+    /// The mass lines of every DOF; none in the suspension profile.
     pub mass_lines: Vec<MeasuredMassLine>,
+    /// Every DOF of the suspension profile.
+    pub lines: Vec<MeasuredDof>,
     /// Notes on values that the result lacks.
     pub notes: Vec<String>,
     /// Findings of the rig, and of the host where it says so.
@@ -49,6 +53,12 @@ pub struct Measurement {
     /// Errors of sensors and hits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub details: Option<Option<Marked<Details>>>,
+    /// The suspension modes, in the suspension profile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub suspension: Option<Marked<Modes>>,
+    /// What the global fit finds besides the ten properties, in the suspension profile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub global_fit: Option<Marked<GlobalFit>>,
     /// How the methods agree.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub agreement: Option<Option<Marked<Agreement>>>,
@@ -114,7 +124,21 @@ pub struct MeasuredMassLine {
     pub coherence: Option<[f32; 9]>,
 }
 
-/// What the host finds from the mass lines of a rig.
+/// A DOF that a rig has measured in the suspension profile, whose lines are stored with the result.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "measured_dof")]
+pub struct MeasuredDof {
+    /// The DOF.
+    pub dof: String,
+    /// Number of hits.
+    pub hits: u16,
+    /// The band of the suspension modes.
+    pub band_hz: [f32; 2],
+    /// Mean coherence of every response; `null` for a single hit, whose coherence is one by definition.
+    pub coherence: Option<[f32; 9]>,
+}
+
+/// What the host finds from what a rig has measured.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "host_findings")]
 pub struct HostFindings {

@@ -54,8 +54,8 @@ pub use list::{
     DeletedResults, History, KeptResult, ListedArchive, ResultsList, Summary, Unreadable,
 };
 pub use measurement::{
-    FurtherHit, HalfWidths, HostFindings, Marked, MeasuredMassLine, Measurement, Precision,
-    WorstProperty,
+    FurtherHit, HalfWidths, HostFindings, Marked, MeasuredDof, MeasuredMassLine, Measurement,
+    Precision, WorstProperty,
 };
 pub use modes::{BetterHit, Indicator, Mode, Modes, Order, Pole};
 pub use rig_files::{AddressRange, Flashing, RecordedTape};

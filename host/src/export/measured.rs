@@ -1,6 +1,5 @@
 //! Results that a rig has measured: from the rig itself, or from an archive. They are solved again here.
 
-use massline_protocol::object::MeasurementResult;
 use massline_shared::identify::Method;
 use massline_shared::layout::HostLayout;
 use serde_json::{Value, json};
@@ -15,25 +14,26 @@ use crate::host_solution::HostSolution;
 use crate::identification::Selection;
 use crate::output::SCHEMA_VERSION;
 use crate::report;
+use crate::rig_lines::{RigLines, StoredTest};
 
 /// A result of a rig, solved again where its layout is known; `source` is its name in errors and in the file.
 ///
 /// # Errors
 /// Exit 2 when there is no answer by `method`, exit 3 without any answer.
 pub fn of_measurement(
-    result: &MeasurementResult,
+    test: StoredTest<'_>,
     layout: Option<&HostLayout>,
     source: &str,
     method: Option<Method>,
 ) -> Result<Exported> {
-    of_value(&document_of(result, layout), source, method)
+    of_value(&document_of(test, layout), source, method)
 }
 
 /// The document of a result, solved again where its layout is known.
-fn document_of(result: &MeasurementResult, layout: Option<&HostLayout>) -> Value {
-    let mut document = report::measurement_json(result);
+fn document_of(test: StoredTest<'_>, layout: Option<&HostLayout>) -> Value {
+    let mut document = report::measurement_json(test.result);
     if let Some(layout) = layout {
-        HostSolution::new(result, layout, Selection::All).add_to(&mut document);
+        HostSolution::new(test, layout, Selection::All).add_to(&mut document);
     }
     with_version(&document)
 }
@@ -41,7 +41,9 @@ fn document_of(result: &MeasurementResult, layout: Option<&HostLayout>) -> Value
 /// The document of an archive's result, solved again and searched for a single mistake, with what the test cannot see.
 pub fn document_of_archive(archive: &Archive) -> Value {
     let mut document = report::measurement_json(&archive.result);
-    let again = HostSolution::examined(&archive.result, &archive.layout.nominal(), Selection::All);
+    let lines = RigLines::of_archive(archive);
+    let test = StoredTest { result: &archive.result, lines: &lines };
+    let again = HostSolution::examined(test, &archive.layout.nominal(), Selection::All);
     again.add_to(&mut document);
     document.cannot_see = Some(again.cannot_see());
     with_version(&document)
@@ -59,7 +61,9 @@ fn with_version(document: &Measurement) -> Value {
 /// As [`of_measurement`], and as [`test_of_archive`].
 pub fn of_archive(archive: &Archive, source: &str, method: Option<Method>) -> Result<Exported> {
     let layout = &archive.layout.resolved;
-    let exported = of_measurement(&archive.result, Some(layout), source, method)?;
+    let lines = RigLines::of_archive(archive);
+    let measured = StoredTest { result: &archive.result, lines: &lines };
+    let exported = of_measurement(measured, Some(layout), source, method)?;
     let test = test_of_archive(archive, source)?;
     Ok(exported.with_test(|of_document| TestData { notes: of_document.notes, ..test }))
 }
@@ -75,12 +79,10 @@ pub fn test_of_archive(archive: &Archive, source: &str) -> Result<TestData> {
         position: position_m,
         axes,
     };
-    let responses = match archive.spectra.first() {
-        Some(spectra) => Some(Responses {
-            frfs: archive.frfs()?,
-            layout: layout.resolved.clone(),
-            decay_per_s: spectra.decay_per_s,
-        }),
+    let responses = match archive.decay_per_s() {
+        Some(decay_per_s) => {
+            Some(Responses { frfs: archive.frfs()?, layout: layout.resolved.clone(), decay_per_s })
+        }
         None => None,
     };
     let test = TestData {

@@ -4,7 +4,7 @@ mod calibration;
 mod rig;
 mod spectra;
 
-use massline_shared::layout::{HostLayout, TestSettings};
+use massline_shared::layout::{HostLayout, TestProfile, TestSettings};
 use massline_shared::mass_line::Terms;
 
 use crate::error::Result;
@@ -47,7 +47,7 @@ pub(super) fn groups(source: &ResultFile) -> Result<Vec<Group>> {
     if let Some(layout) = source.layout() {
         groups.push(settings(source, &layout.test, &lines)?);
     }
-    groups.push(spectra::group(source, &lines));
+    groups.push(spectra::group(source, &source.measured_dofs()?));
     groups.extend(source.layout_in_force().map(|layout| budget(&layout)));
     groups.push(files(source));
     groups.retain(|group| !group.rows.is_empty());
@@ -102,7 +102,8 @@ fn settings(
         let [low, high] = modes.band_hz;
         rows.push(fact("band of the suspension modes", format!("{low:.1} to {high:.1} Hz")));
     }
-    if by_rig || !lines.is_empty() {
+    let of_modes = test.profile == TestProfile::Suspension;
+    if by_rig && !of_modes || !lines.is_empty() {
         let automatic = document["band_automatic"] == true;
         let band = match test.band_hz {
             Some([low, high]) if !automatic => format!("{low:.1} to {high:.1} Hz"),
@@ -117,6 +118,8 @@ fn settings(
         rows.push(fact("mass lines", terms));
     }
     if by_rig {
+        let measured = source.measured_dofs()?;
+        let hits: Vec<u16> = measured.iter().filter_map(|of| of.hits).collect();
         let estimator = document["frf_estimator"].as_str().unwrap_or(test.frf_estimator.name());
         let estimator = estimator.replacen('h', "H", 1);
         let windows = format!(
@@ -127,19 +130,24 @@ fn settings(
         rows.extend([
             fact("frequency responses", format!("estimator {estimator}")),
             fact("windows", windows),
-            fact("averages at each DOF", averages(lines, test.hits_per_dof)),
+            fact("averages at each DOF", averages(&hits, test.hits_per_dof)),
             fact("trigger", format!("{:.1} N", test.trigger_n)),
-            fact("smallest peak force", format!("{:.1} N", test.min_peak_force_n)),
         ]);
+        rows.push(match of_modes {
+            true => {
+                let [least, most] = test.impulse_ns;
+                fact("impulse of a hit", format!("{least:.2} to {most:.2} N s"))
+            }
+            false => fact("smallest peak force", format!("{:.1} N", test.min_peak_force_n)),
+        });
     }
     Ok(Group::new("Settings", rows))
 }
 
 /// How many hits are averaged, and how many were wanted.
-fn averages(lines: &[ShownMassLine], wanted: u8) -> String {
-    let made: Vec<u8> = lines.iter().filter_map(|line| line.hits).collect();
+fn averages(made: &[u16], wanted: u8) -> String {
     match (made.iter().min(), made.iter().max()) {
-        (Some(&least), Some(&most)) if (least, most) == (wanted, wanted) => {
+        (Some(&least), Some(&most)) if [least, most] == [u16::from(wanted); 2] => {
             format!("{wanted} hits, as wanted")
         }
         (Some(least), Some(most)) if least == most => format!("{least} hits; {wanted} were wanted"),

@@ -32,6 +32,8 @@ pub(super) struct HitRow {
     pub is_in_answer: bool,
     pub reasons: Vec<Sentence>,
     pub peak_force: String,
+    /// N s; empty in the mass-line profile.
+    pub impulse: String,
     pub peak_acceleration: String,
     pub time: String,
 }
@@ -46,9 +48,9 @@ impl HitTable {
         if log.is_empty() {
             return Ok(Self::default());
         }
-        let lines = source.mass_lines()?;
+        let measured = source.measured_dofs()?;
         let at = |dof: &str| HitsOfDof { dof: dof.to_owned(), rows: Vec::new(), unlogged: 0 };
-        let mut dofs: Vec<HitsOfDof> = lines.iter().map(|line| at(&line.dof)).collect();
+        let mut dofs: Vec<HitsOfDof> = measured.iter().map(|of| at(&of.dof)).collect();
         for hit in &log {
             let place = dofs.iter().position(|of| of.dof == hit.dof).unwrap_or_else(|| {
                 dofs.push(at(&hit.dof));
@@ -56,9 +58,9 @@ impl HitTable {
             });
             dofs[place].rows.push(HitRow::of(hit));
         }
-        for (of, line) in dofs.iter_mut().zip(&lines) {
+        for (of, counted) in dofs.iter_mut().zip(&measured) {
             let logged = of.rows.iter().filter(|row| row.is_in_answer).count();
-            of.unlogged = line.hits.map_or(0, usize::from).saturating_sub(logged);
+            of.unlogged = counted.hits.map_or(0, usize::from).saturating_sub(logged);
         }
         let unlogged = dofs.iter().map(|of| of.unlogged).sum();
         let accepted = log.iter().filter(|hit| hit.verdict == HitVerdict::Accepted).count();
@@ -73,6 +75,11 @@ impl HitTable {
     /// True for a table that is folded.
     pub fn is_long(&self) -> bool {
         self.dofs.iter().map(|of| of.rows.len()).sum::<usize>() > MOST_SHOWN
+    }
+
+    /// True when the impulses of the hits are known.
+    pub fn has_impulses(&self) -> bool {
+        self.dofs.iter().flat_map(|of| &of.rows).any(|row| !row.impulse.is_empty())
     }
 
     /// True when the hits have times.
@@ -129,6 +136,7 @@ impl HitRow {
             is_in_answer: hit.verdict == HitVerdict::Accepted,
             reasons,
             peak_force: number(hit.peak_force_n),
+            impulse: hit.impulse_n_s.map_or(String::new(), |of| format!("{of:.2}")),
             peak_acceleration: number(hit.peak_acceleration_m_per_s2),
             time: hit.graded.as_deref().map_or(String::new(), for_people_to_the_second),
         }

@@ -27,10 +27,10 @@ pub(super) struct DofRow {
 /// When the details of the fit are malformed.
 pub(super) fn dofs(source: &ResultFile) -> Result<Vec<DofRow>> {
     let Some(layout) = source.layout() else { return Ok(Vec::new()) };
-    let (details, lines) = (source.details()?, source.mass_lines()?);
+    let (details, measured_dofs) = (source.details()?, source.measured_dofs()?);
     let row = |hit: &massline_shared::layout::Hit<f64>| {
         let dof = hit.dof.to_string();
-        let measured = lines.iter().find(|line| line.dof == dof);
+        let measured = measured_dofs.iter().find(|of| of.dof == dof);
         let fitted = details.iter().flat_map(|of| &of.hits).find(|of| of.dof == dof);
         let sensors = layout.sensors.len();
         let coherence = measured.and_then(|of| of.coherence.as_ref()).and_then(|all| {

@@ -1,12 +1,14 @@
 //! A rig's stored result, unchanged.
 
+use massline_protocol::lines::LinesHead;
 use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::identify::Estimate;
+use massline_shared::layout::TestProfile;
 
 use super::message::message_of_result;
 use super::{diagnostics_json, estimate_json, hash_text, sentences, table};
 use crate::clock;
-use crate::document::{Marked, MeasuredMassLine, Measurement};
+use crate::document::{Marked, MeasuredDof, MeasuredMassLine, Measurement};
 
 /// The rig's estimates by the methods that this program knows, the best first, converted to double precision.
 pub fn estimates_of(result: &MeasurementResult) -> Vec<Estimate<f64>> {
@@ -30,11 +32,15 @@ pub fn measurement_json(result: &MeasurementResult) -> Measurement {
         frf_estimator: head.frf_estimator.name(),
         terms: head.terms.name(),
         band_automatic: head.band_automatic,
+        profile: result.profile().name(),
         mass_lines: result.dofs.iter().map(dof_json).collect(),
+        lines: result.lines.iter().map(lines_json).collect(),
         notes: notes(result),
         diagnostics: found.into_iter().map(Marked::stored).collect(),
         not_applicable: None,
         details: None,
+        suspension: None,
+        global_fit: None,
         agreement: None,
         single_faults: None,
         host: None,
@@ -56,11 +62,20 @@ fn dof_json(dof: &DofResult) -> MeasuredMassLine {
     }
 }
 
+fn lines_json(head: &LinesHead) -> MeasuredDof {
+    MeasuredDof {
+        dof: head.dof.to_string(),
+        hits: head.hits,
+        band_hz: head.band_hz,
+        coherence: head.coherence,
+    }
+}
+
 /// A result of a rig as text.
 pub fn measurement_text(result: &MeasurementResult) -> String {
     let head = &result.head;
     let hits: Vec<String> =
-        result.dofs.iter().map(|d| format!("{} ({} hits)", d.dof, d.hits)).collect();
+        result.measured().map(|(dof, _, hits)| format!("{dof} ({hits} hits)")).collect();
     let origin = [Some(head.title.to_string()), clock::moment(head.started_unix_s)];
     let origin: Vec<String> = origin.into_iter().flatten().filter(|of| !of.is_empty()).collect();
     let mut text = format!(
@@ -76,7 +91,11 @@ pub fn measurement_text(result: &MeasurementResult) -> String {
     for estimate in estimates_of(result) {
         text += &table(&estimate, None);
     }
-    text += &format!("mass lines ({}) of {}, ", head.terms.name(), head.frf_estimator.name());
+    let estimator = head.frf_estimator.name();
+    text += &match result.profile() {
+        TestProfile::MassLine => format!("mass lines ({}) of {estimator}, ", head.terms.name()),
+        TestProfile::Suspension => format!("frequency responses by {estimator}, "),
+    };
     text += &bands_text(result);
     for note in notes(result) {
         text += &format!("note: {note}\n");
@@ -89,13 +108,15 @@ pub fn measurement_text(result: &MeasurementResult) -> String {
 fn bands_text(result: &MeasurementResult) -> String {
     let ends = |[low, high]: [f32; 2]| format!("{low:.1} to {high:.1} Hz");
     let origin = if result.head.band_automatic { "found from the data" } else { "as set" };
-    let first = result.dofs.first().map(|dof| dof.band_hz);
-    match first {
-        Some(band) if result.dofs.iter().all(|dof| dof.band_hz == band) => {
-            format!("over {}, {origin}\n", ends(band))
+    let of_lines = result.lines.iter().map(|dof| (dof.dof, dof.band_hz));
+    let bands: Vec<_> =
+        result.dofs.iter().map(|dof| (dof.dof, dof.band_hz)).chain(of_lines).collect();
+    match bands.first() {
+        Some((_, band)) if bands.iter().all(|(_, of)| of == band) => {
+            format!("over {}, {origin}\n", ends(*band))
         }
         Some(_) => {
-            let each = result.dofs.iter().map(|dof| format!("{} {}", dof.dof, ends(dof.band_hz)));
+            let each = bands.iter().map(|(dof, band)| format!("{dof} {}", ends(*band)));
             format!("{origin} over {}\n", each.collect::<Vec<_>>().join(", "))
         }
         None => format!("band {origin}\n"),
@@ -111,11 +132,11 @@ fn notes(result: &MeasurementResult) -> Vec<String> {
             "the rig has an answer by method {number}, which this program does not know; update it"
         ));
     }
-    let single: Vec<String> = result
-        .dofs
-        .iter()
-        .filter(|dof| dof.coherence.is_none())
-        .map(|dof| dof.dof.to_string())
+    let of_lines = result.lines.iter().map(|dof| (dof.dof, dof.coherence));
+    let coherence = result.dofs.iter().map(|dof| (dof.dof, dof.coherence)).chain(of_lines);
+    let single: Vec<String> = coherence
+        .filter(|(_, coherence)| coherence.is_none())
+        .map(|(dof, _)| dof.to_string())
         .collect();
     if !single.is_empty() {
         notes.push(format!(

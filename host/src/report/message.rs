@@ -83,7 +83,7 @@ fn name_in<R: Real, const S: usize, const H: usize>(
 pub fn message_of_result(diagnostic: &Diagnostic, result: &MeasurementResult) -> String {
     sentence(diagnostic, &|subject| match subject {
         Subject::Hit(index) => {
-            result.dofs.iter().find(|dof| dof.index == index).map(|dof| dof.dof.to_string())
+            result.measured().find(|(_, of, _)| *of == index).map(|(dof, ..)| dof.to_string())
         }
         _ => None,
     })

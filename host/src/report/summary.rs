@@ -31,6 +31,8 @@ pub enum ResultVerdict {
     Warned(usize),
     /// No object has such inertial parameters.
     Unphysical,
+    /// The lines of the suspension modes are there, and the rig has no answer to them.
+    Unsolved,
     /// The data did not determine an answer.
     NoAnswer,
 }
@@ -43,6 +45,7 @@ impl ResultVerdict {
             Self::Warned(1) => "1 warning".into(),
             Self::Warned(count) => format!("{count} warnings"),
             Self::Unphysical => "unphysical".into(),
+            Self::Unsolved => "to be solved".into(),
             Self::NoAnswer => "no answer".into(),
         }
     }
@@ -50,7 +53,7 @@ impl ResultVerdict {
     fn tone(self) -> Tone {
         match self {
             Self::Good => Tone::Good,
-            Self::Warned(_) => Tone::Warning,
+            Self::Warned(_) | Self::Unsolved => Tone::Warning,
             Self::Unphysical | Self::NoAnswer => Tone::Bad,
         }
     }
@@ -64,6 +67,11 @@ impl Summary {
         let is_grave = |d: &&Diagnostic| d.severity > Severity::Note;
         let warnings = of_best.chain(&result.diagnostics).filter(is_grave).count();
         let verdict = match &best {
+            None if !result.lines.is_empty()
+                && !result.diagnostics.iter().any(Diagnostic::is_error) =>
+            {
+                ResultVerdict::Unsolved
+            }
             None => ResultVerdict::NoAnswer,
             Some(best) if !best.body.is_physically_consistent() => ResultVerdict::Unphysical,
             Some(_) if warnings > 0 => ResultVerdict::Warned(warnings),

@@ -26,6 +26,19 @@ pub struct ShownMassLine {
     pub noise: Vec<Option<f64>>,
 }
 
+/// A DOF that was measured.
+#[derive(Clone, Debug, Deserialize)]
+pub struct ShownDof {
+    /// The DOF.
+    pub dof: String,
+    /// Number of averaged hits, where it is known.
+    pub hits: Option<u16>,
+    /// The band, Hz, where every DOF has its own.
+    pub band_hz: Option<[f64; 2]>,
+    /// Mean coherence of every response, where it is known.
+    pub coherence: Option<Vec<f64>>,
+}
+
 /// What pictures show of the details of a fit.
 pub struct ShownDetails {
     /// The sensors.
@@ -46,6 +59,21 @@ impl ResultFile {
             true => self.part(&self.document, "document", "mass_lines"),
             false => Ok(Vec::new()),
         }
+    }
+
+    /// The DOFs that are in the answers, with mass lines or with lines about the suspension modes.
+    ///
+    /// # Errors
+    /// Exit 2 when they are malformed.
+    pub fn measured_dofs(&self) -> Result<Vec<ShownDof>> {
+        let mut dofs: Vec<ShownDof> = match self.document["mass_lines"].is_array() {
+            true => self.part(&self.document, "document", "mass_lines")?,
+            false => Vec::new(),
+        };
+        if self.document["lines"].is_array() {
+            dofs.extend(self.part::<Vec<ShownDof>>(&self.document, "document", "lines")?);
+        }
+        Ok(dofs)
     }
 
     /// The standard deviations that the calibration has contributed to the error budget, as old as it was during the test;

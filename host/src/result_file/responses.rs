@@ -127,29 +127,32 @@ impl ResultFile {
 fn of_archive(archive: &Archive) -> Result<Vec<DofResponses>> {
     let (layout, frfs) = (&archive.layout.resolved, archive.frfs()?);
     let responses = 3 * layout.sensors.len().min(RIG_SENSORS);
-    let mut found = Vec::new();
-    for (place, lines) in lines_of(&archive.result) {
-        let Some(hit) = layout.hits.get(place) else { continue };
-        let Some(of) = archive.result.dofs.iter().find(|of| of.dof == hit.dof) else { continue };
-        let name = hit.dof.to_string();
+    let of_dof = |hit: usize, hits: u8, band: Band| {
+        let dof = layout.hits.get(hit)?.dof;
+        let name = dof.to_string();
         let spectra = archive.spectra.iter().find(|spectra| spectra.dof == name);
-        let reference = NodeDirection::from(hit.dof);
+        let reference = NodeDirection::from(dof);
         let frfs: Vec<_> =
             frfs.iter().filter(|frf| frf.reference == reference).take(responses).collect();
         let coherence = |of: &ArchivedSpectra| (0..responses).map(|k| of.coherence(k)).collect();
-        found.push(DofResponses {
-            dof: hit.dof,
-            hit: place,
-            hits: Some(of.hits),
+        Some(DofResponses {
+            dof,
+            hit,
+            hits: Some(hits),
             frequency_hz: frfs.first().map_or(Vec::new(), |frf| frf.frequency_hz.clone()),
             accelerance: frfs.iter().map(|frf| frf.accelerance.clone()).collect(),
             coherence: spectra.map_or(Vec::new(), coherence),
-            decay_per_s: spectra.map_or(0.0, |of| of.decay_per_s),
-            band: Band::MassLines(
-                of.band_hz.map(f64::from),
-                lines.accelerance.iter().copied().take(responses).collect(),
-            ),
-        });
-    }
-    Ok(found)
+            decay_per_s: archive.decay_per_s().unwrap_or_default(),
+            band,
+        })
+    };
+    let of_mass_lines = lines_of(&archive.result).into_iter().filter_map(|(place, lines)| {
+        let of = archive.result.dofs.iter().find(|of| usize::from(of.index) == place)?;
+        let accelerance = lines.accelerance.iter().copied().take(responses).collect();
+        of_dof(place, of.hits, Band::MassLines(of.band_hz.map(f64::from), accelerance))
+    });
+    let of_lines = archive.result.lines.iter().filter_map(|of| {
+        of_dof(of.index.into(), of.hits as u8, Band::Suspension(of.band_hz.map(f64::from)))
+    });
+    Ok(of_mass_lines.chain(of_lines).collect())
 }

@@ -39,6 +39,8 @@ pub struct Guide {
     pub(super) spectra: Option<DofSpectra>,
     /// Hits and spectra of this DOF are not read, because the link is slow.
     pub(super) slow: bool,
+    /// Seconds for which the object rings yet in its record.
+    pub(super) rings_s: Option<u64>,
     pub(super) precision: Vec<InterimEstimate>,
     pub(super) question: Option<String>,
     /// The last note, until something else happens.
@@ -91,6 +93,7 @@ impl Guide {
             readings: None,
             spectra: None,
             slow: false,
+            rings_s: None,
             precision: Vec::new(),
             question: None,
             note: None,
@@ -160,6 +163,11 @@ impl Guide {
     /// Whether the link is too slow to read hits and spectra at this DOF.
     pub fn link_is_slow(&mut self, slow: bool) {
         self.slow = slow;
+    }
+
+    /// The object rings for so many seconds yet, or not any more; true when that is new.
+    pub fn rings(&mut self, left_s: Option<u64>) -> bool {
+        std::mem::replace(&mut self.rings_s, left_s) != left_s
     }
 
     /// Takes the levels of the channels.

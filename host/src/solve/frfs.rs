@@ -3,7 +3,9 @@
 use massline_shared::FrequencyResponses;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::MassLines;
-use massline_shared::layout::{Axis, Dof, HOST_SENSORS, Hit, HostLayout, Sensor};
+use massline_shared::layout::{
+    Axis, Dof, HOST_SENSORS, Hit, HostLayout, Sensor, TestProfile, TestSettings,
+};
 use massline_shared::mass_line::{
     BasisRow, Bin, Fitting, MassLineError, ResponseFits, find_band, window_correlation,
 };
@@ -52,6 +54,15 @@ impl LinesOfBand {
 /// The bins of a mass line reach over at least this ratio of frequencies, where the band does.
 const OCTAVE: f64 = 2.0;
 
+/// The band of mass lines that a layout states; `None` to find it from the responses. A layout for a rig in the suspension
+/// profile states the band of the modes, and mass lines get the default one.
+fn stated_band(test: &TestSettings<f64>) -> Option<[f64; 2]> {
+    match test.profile {
+        TestProfile::MassLine => test.band_hz,
+        TestProfile::Suspension => Some(TestSettings::<f64>::default_band()),
+    }
+}
+
 /// One frequency response, with its sign corrected to the layout's directions.
 struct Response {
     name: String,
@@ -79,7 +90,7 @@ impl LayoutResponses {
     /// The mass lines of every hit of the layout; `decay` is σ of the exponential window used for the
     /// responses, 1/s.
     pub(super) fn mass_lines(&self, layout: &HostLayout, decay: f64) -> Result<FittedLines> {
-        let band_hz = match layout.test.band_hz {
+        let band_hz = match stated_band(&layout.test) {
             Some(band) => band,
             None => self.find_band(decay)?,
         };

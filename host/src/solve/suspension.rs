@@ -66,7 +66,8 @@ pub(super) fn look(layout: &HostLayout, responses: &LayoutResponses, options: &O
         return Looked::TooFewLines(too_few(&all, band));
     }
     let first = all.thinned().responses().and_then(|responses| {
-        find_modes(layout, &responses, all.record_s()).map_err(|found| said(layout, &found))
+        find_modes(layout, &responses, all.record_s())
+            .map_err(|found| no_modal_answer(layout, &found))
     });
     Looked::Seen(first.map(|first| Look { all, first }))
 }
@@ -105,11 +106,11 @@ pub(super) fn part(
     };
     let chosen = look.all.about(&look.first.modes);
     let solution = solve(layout, &chosen.responses()?, wanted, settings, answers, progress)
-        .map_err(|found| said(layout, &found))?;
+        .map_err(|found| no_modal_answer(layout, &found))?;
     if let (true, Some((_, reasons))) =
         (solution.estimates.is_empty(), solution.not_applicable.first())
     {
-        return Err(said(layout, reasons));
+        return Err(no_modal_answer(layout, reasons));
     }
     let mut diagnostics = solution.modes.diagnostics.clone();
     let without_priors = solution.estimates.iter().find(|e| !e.method.entry().uses_priors);
@@ -128,8 +129,8 @@ pub(super) fn modes_alone(
 ) -> Result<SuspensionModes> {
     let look = look(layout, responses, options).needed()?;
     let chosen = look.all.about(&look.first.modes);
-    let mut modes =
-        modes(layout, &chosen.responses()?, progress).map_err(|found| said(layout, &found))?;
+    let mut modes = modes(layout, &chosen.responses()?, progress)
+        .map_err(|found| no_modal_answer(layout, &found))?;
     modes.diagnostics.extend(look.first.diagnostics.iter().copied());
     modes.diagnostics.extend(gap(&look));
     Ok(modes)
@@ -142,7 +143,7 @@ fn gap(look: &Look) -> Option<Diagnostic> {
 }
 
 /// The errors of a method, and which hit would show what is missing.
-fn said(layout: &HostLayout, found: &[Diagnostic]) -> Error {
+pub(crate) fn no_modal_answer(layout: &HostLayout, found: &[Diagnostic]) -> Error {
     let error = first_error(found, |d| message_in(d, layout)).unwrap_or_else(undetermined);
     let more_hits = [
         Code::SuspensionModesMissing,

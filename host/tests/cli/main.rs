@@ -37,6 +37,7 @@ mod schema;
 mod shell;
 mod simulate;
 mod suspension;
+mod suspension_rig;
 #[cfg(unix)]
 mod tape_files;
 mod tcp;

@@ -13,7 +13,7 @@ use massline_shared::identify::{
     Consistency, DofMassLines, Estimate, ForceTrend, METHODS, MassLines, Method, lower_triangle,
     symmetric,
 };
-use massline_shared::layout::{Dof, FrfEstimator, RIG_HITS, RIG_SENSORS};
+use massline_shared::layout::{Dof, FrfEstimator, RIG_HITS, RIG_SENSORS, TestProfile};
 use massline_shared::mass_line::Terms;
 use massline_shared::measurement::MeasuredDof;
 use massline_shared::responses::{ResponseSquare, Responses};
@@ -292,6 +292,17 @@ pub struct MeasurementResult {
 }
 
 impl MeasurementResult {
+    /// What was measured; mass lines when every DOF was skipped.
+    pub fn profile(&self) -> TestProfile {
+        if self.lines.is_empty() { TestProfile::MassLine } else { TestProfile::Suspension }
+    }
+
+    /// The DOFs of either profile, each with its index in the layout and the number of its hits.
+    pub fn measured(&self) -> impl Iterator<Item = (Dof, u8, u16)> {
+        let lines = self.lines.iter().map(|of| (of.dof, of.index, of.hits));
+        self.dofs.iter().map(|of| (of.dof, of.index, of.hits.into())).chain(lines)
+    }
+
     /// The estimates, best first, and the numbers of the methods that this program does not know.
     pub fn estimates(&self) -> (Vec<Estimate<f32>, METHODS>, Vec<u8, METHODS>) {
         let known = self.estimates.iter().filter_map(StoredEstimate::estimate).collect();

@@ -20,6 +20,7 @@ use crate::document::{BeforeAndAfter, CalibratedTest, CalibrationDemo, Calibrati
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::{self, Output, Tone};
+use crate::report::estimates_of;
 use crate::rig::RigKind;
 
 /// Arguments of `massline calibrate demo`.
@@ -184,11 +185,12 @@ pub fn error_of_scale(
         rig: RigKind::Virtual,
         firmware: None,
     };
-    let result = test.run_with(calibration, output, |source| source)?;
+    let result = test.run_with(calibration, output, |source| source)?.result;
     let comparison = Comparison {
         name: name.into(),
         seed,
         truth: test.truth(),
+        answer: estimates_of(&result).into_iter().next(),
         length: layout.characteristic_length(),
         result,
     };

@@ -14,6 +14,8 @@ use crate::host_solution::HostSolution;
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
+use crate::report::estimates_of;
+use crate::rig_lines::{RigLines, StoredTest};
 
 /// The paper's four tests: sensors 1, 2, 3 or 1, 2, 4; hits 1Y, 2Z, 4X or 1X, 2Z, 2Y.
 pub const LAYOUTS: [(&str, &str); 4] = [
@@ -94,16 +96,19 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             archives.push((name.to_owned(), archive));
             result
         } else {
-            test.run(output, |source| source)?
+            test.run(output, |source| source)?.result
         };
         let comparison = Comparison {
             name: name.into(),
             seed: args.bench.seed,
             truth: test.truth(),
             length: layout.characteristic_length(),
+            answer: estimates_of(&result).into_iter().next(),
             result,
         };
-        let again = HostSolution::new(&comparison.result, layout, Selection::All).without_details();
+        let lines = RigLines::default();
+        let stored = StoredTest { result: &comparison.result, lines: &lines };
+        let again = HostSolution::new(stored, layout, Selection::All).without_details();
         if output.json() {
             tests.push(comparison.to_json(|document| again.add_to(document))?);
         } else {

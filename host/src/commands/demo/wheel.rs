@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::identify::Method;
+use massline_shared::layout::TestSettings;
 
 use crate::commands::files::ReplaceArgs;
 use crate::commands::number::seed;
@@ -137,9 +138,8 @@ const BELOW_TYRE: [f64; 2] = [24.0, 45.0];
 /// What the methods of mass lines say to the responses of an analyser. With a tyre, their band is clear of all modes.
 fn mass_lines(args: &Args) -> Result<String> {
     let mut file = LayoutFile::parse(LAYOUT, "wheel.toml")?;
-    if args.tyre {
-        file.layout.test.band_hz = Some(BELOW_TYRE);
-    }
+    let band = if args.tyre { BELOW_TYRE } else { TestSettings::<f64>::default_band() };
+    file.layout.test = TestSettings { band_hz: Some(band), ..TestSettings::default() };
     let wide = Wheel::wide(&file.layout, args.noise, args.tyre)?;
     let uff = UffFile::parse(&wide.universal_file(args.seed))?;
     let selection = Selection::Only(Method::InertiaRestraint);

@@ -6,7 +6,7 @@ use crossterm::event::KeyCode;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{Identity, Status};
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::layout::RigLayout;
+use massline_shared::layout::{RigLayout, TestProfile};
 use massline_shared::measurement::campaign::Phase;
 
 use super::presenter::Presenter;
@@ -58,6 +58,8 @@ pub(super) struct FullScreen {
     identity: Identity,
     calibration: CalibrationRecord,
     began: Instant,
+    /// Records of the suspension profile, which a rig does not give.
+    has_long_records: bool,
     /// When the levels were asked for; `None` from a rig that does not send them.
     levels: Option<Instant>,
     /// The last hit whose record was asked for.
@@ -87,6 +89,7 @@ impl FullScreen {
             identity: identity.clone(),
             calibration: calibration.clone(),
             began: Instant::now(),
+            has_long_records: layout.test.profile == TestProfile::Suspension,
             levels: Some(Instant::now()),
             record: 0,
             slow_at: None,
@@ -115,7 +118,7 @@ impl FullScreen {
     /// Reads the record of the last hit, good or bad, which the rig has until the next one triggers.
     fn read_record(&mut self, client: &mut Client, status: &Status) -> Result<()> {
         let number = status.last_hit;
-        if self.record == number || self.is_slow(status) {
+        if self.has_long_records || self.record == number || self.is_slow(status) {
             return Ok(());
         }
         self.record = number;
@@ -185,6 +188,12 @@ impl Presenter for FullScreen {
 
     fn reopened(&mut self, measured: usize) {
         self.screen.update(|guide| guide.reopened(measured));
+    }
+
+    fn ringing(&mut self, left_s: Option<u64>) {
+        if self.screen.update(|guide| guide.rings(left_s)) {
+            self.screen.draw();
+        }
     }
 
     fn acted(&mut self) {

@@ -26,6 +26,9 @@ pub(super) trait Presenter {
         let _ = measured;
     }
 
+    /// The object rings for so many seconds yet, or not any more.
+    fn ringing(&mut self, left_s: Option<u64>);
+
     /// A key has given the rig a command, so what was said before is dealt with.
     fn acted(&mut self) {}
 
@@ -67,6 +70,10 @@ impl Presenter for Progress<'_> {
 
     fn precision(&mut self, report: &PrecisionReport<'_>) {
         Progress::line(self, &report.to_text());
+    }
+
+    fn ringing(&mut self, left_s: Option<u64>) {
+        Progress::ringing(self, left_s);
     }
 
     fn question(&mut self, text: &str) {

@@ -1,5 +1,7 @@
 //! The person at the keyboard who follows a campaign: progress, verdicts, precision after each DOF.
 
+use std::time::Instant;
+
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Reason, Status};
 use massline_shared::layout::RigLayout;
@@ -19,6 +21,7 @@ use crate::spectra::{Collecting, SpectraCollection};
 
 use super::full_screen::{FullScreen, Shown};
 use super::presenter::Presenter;
+use super::ringing::Ringing;
 
 /// What becomes of a campaign whose rig does not answer; a link that is lost says so itself.
 const GOES_ON: &str =
@@ -39,6 +42,8 @@ pub(in crate::commands) struct Watching<'a> {
     pub confirm: bool,
     /// Finish at the target without asking.
     pub yes: bool,
+    /// Length of a record after its hit, s, in the suspension profile.
+    pub record_s: Option<f64>,
     /// What is shown on a full screen; lines without it, or without a terminal for it.
     pub shown: Option<Shown<'a>>,
 }
@@ -51,7 +56,8 @@ pub(in crate::commands) fn watch(
     output: &mut Output,
 ) -> Result<CampaignOutcome> {
     let interrupt = output.interrupt().clone();
-    let Watching { monitor, collection, records, log, confirm, yes, shown } = watching;
+    let Watching { monitor, collection, records, log, confirm, yes, record_s, shown } = watching;
+    let ringing = record_s.map(Ringing::new);
     // The rig waits with every hit until what is collected and shown of it has been read. It keeps waiting when its
     // campaign is resumed in another way.
     let accepts = !confirm;
@@ -69,7 +75,7 @@ pub(in crate::commands) fn watch(
             Box::new(Progress::new(output, "hits", layout, prompts))
         }
     };
-    let mut person = Person { presenter, keyboard, monitor, yes, accepts, asked: false };
+    let mut person = Person { presenter, keyboard, monitor, yes, accepts, ringing, asked: false };
     let ending = match collection {
         Some(collection) => {
             let records = records.map(|records| (records, layout));
@@ -95,6 +101,8 @@ struct Person<'o> {
     yes: bool,
     /// The program gives the verdicts.
     accepts: bool,
+    /// The record that is taken, in the suspension profile.
+    ringing: Option<Ringing>,
     /// The question at the target has been asked.
     asked: bool,
 }
@@ -182,10 +190,17 @@ fn is_at_target(status: &Status) -> bool {
 
 impl Observer for Person<'_> {
     fn status(&mut self, status: &Status) {
+        if let Some(ringing) = &mut self.ringing {
+            let phase = Phase::try_from(status.phase).ok();
+            ringing.status(phase, status.armings, Instant::now());
+        }
         self.presenter.status(status);
     }
 
     fn hit(&mut self, hit: &HitEvent) {
+        if let Some(ringing) = &mut self.ringing {
+            ringing.graded();
+        }
         self.presenter.hit(hit);
     }
 
@@ -193,6 +208,9 @@ impl Observer for Person<'_> {
         self.asked = false;
         self.follow_precision(client, status)?;
         let waits = Phase::try_from(status.phase).ok() == Some(Phase::Confirming);
+        if let Some(ringing) = &self.ringing {
+            self.presenter.ringing(ringing.left_s(Instant::now()));
+        }
         self.presenter.look(client, status)?;
         let accept = CampaignCommand::Accept;
         Ok(self.poll(status).or((waits && self.accepts).then_some(accept)))

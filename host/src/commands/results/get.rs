@@ -15,12 +15,14 @@ use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::output::Output;
 use crate::report::hash_text;
+use crate::rig_lines::{RigLines, StoredTest};
 
 /// Arguments of `massline results get`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-An archive holds what the rig has stored: mass lines, scatter and number of the hits, the answers of
-all methods, layout and calibration. Frequency responses are in it only when `massline measure
+An archive holds what the rig has stored: mass lines or, in the suspension profile, the frequency
+responses, scatter and number of the hits, the answers of all methods, layout and calibration. Other
+frequency responses are in it only when `massline measure
 --output` wrote it, because a rig does not store them.
 
 Examples:
@@ -49,12 +51,14 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     args.archive.check()?;
     let (mut client, identity) = args.port.connect(output)?;
     let result = client.result(args.number)?;
+    let lines = RigLines::read(&mut client, identity.adc, &result)?;
     let layout = layout(args, &mut client, &result, output)?;
     if args.archive.path().is_some() && layout.is_none() {
         return Err(no_layout(&result));
     }
     let nominal = layout.as_ref().map(ArchivedLayout::nominal);
-    let mut shown = show::document(&result, nominal.as_ref(), Selection::All, output);
+    let test = StoredTest { result: &result, lines: &lines };
+    let mut shown = show::document(test, nominal.as_ref(), Selection::All, output);
     if let Ok(shown) = &mut shown {
         shown.value.archive = args.archive.path().map(Path::to_owned);
     }
@@ -62,7 +66,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let printed = shown.and_then(|shown| shown.print(output));
     if args.archive.path().is_some() {
         let layout = layout.ok_or_else(|| no_layout(&result))?;
-        let archive = Archive::new(&identity, layout, &client.calibration()?, result, &answers)?;
+        let mut archive =
+            Archive::new(&identity, layout, &client.calibration()?, result, &answers)?;
+        archive.lines = lines.into_dofs();
         if archive.calibration()?.is_none() {
             output.warn(
                 "the rig has another calibration by now than the result was measured with: the archive has none",

@@ -1,19 +1,20 @@
-//! Solves the mass lines of an archive again.
+//! Solves the mass lines of an archive again, or its lines about the suspension modes.
 
 use std::path::Path;
 
-use massline_shared::identify::Method;
-use massline_shared::layout::HostLayout;
+use massline_shared::identify::{Method, Observable};
+use massline_shared::layout::{HostLayout, TestProfile};
 
 use crate::archive::Archive;
 use crate::commands::{files, show};
 use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::output::Output;
+use crate::rig_lines::{RigLines, StoredTest};
 use crate::single_fault::NominalTest;
 
-/// Prints the answer that the archive holds and what this program finds from its mass lines, with the archive's layout or
-/// the one of a file.
+/// Prints the answer that the archive holds and what this program finds from its mass lines, or from its lines about the
+/// suspension modes, with the archive's layout or the one of a file.
 ///
 /// # Errors
 /// When a file is bad, the layout is that of another test, or the data cannot determine the answer.
@@ -26,40 +27,73 @@ pub(super) fn solve(
     let archive = Archive::read(path)?;
     let nominal = match layout {
         None => archive.layout.nominal(),
-        Some(layout) => {
-            let file = files::layout(layout, output)?;
-            if !is_same_test(&file.layout, &archive.layout.resolved) {
-                let message = format!(
-                    "{}: its sensors or hits are not those of the test in {}; only positions, axes and settings may differ",
-                    layout.display(),
-                    path.display()
-                );
-                return Err(Error::input("another_layout", message));
+        Some(layout) => with_layout(layout, path, &archive, output)?,
+    };
+    if let Selection::Only(method) = selection {
+        suits(method, path, archive.result.profile())?;
+    }
+    let lines = RigLines::of_archive(&archive);
+    let test = StoredTest { result: &archive.result, lines: &lines };
+    show::solved_again(test, &nominal, selection, output)
+}
+
+/// The test with the layout of a file; settings with which the archive was measured stay.
+fn with_layout(
+    layout: &Path,
+    path: &Path,
+    archive: &Archive,
+    output: &mut Output,
+) -> Result<NominalTest> {
+    let file = files::layout(layout, output)?;
+    if !is_same_test(&file.layout, &archive.layout.resolved) {
+        let message = format!(
+            "{}: its sensors or hits are not those of the test in {}; only positions, axes and settings may differ",
+            layout.display(),
+            path.display()
+        );
+        return Err(Error::input("another_layout", message));
+    }
+    let (stated, measured) = (&file.layout.test, &archive.layout.resolved.test);
+    let mut nominal = NominalTest::of_file(&file);
+    let without_effect = match archive.result.profile() {
+        TestProfile::MassLine => {
+            let differ = (stated.band_hz, stated.terms) != (measured.band_hz, measured.terms);
+            differ.then_some("band_hz and terms of [test] have no effect: the mass lines")
+        }
+        TestProfile::Suspension => {
+            let test = &mut nominal.layout.test;
+            (test.profile, test.exponential_decay) = (measured.profile, measured.exponential_decay);
+            if stated.profile != measured.profile {
+                test.band_hz = measured.band_hz;
             }
-            let measured = &archive.layout.resolved.test;
-            if (file.layout.test.band_hz, file.layout.test.terms)
-                != (measured.band_hz, measured.terms)
-            {
-                output.warn(format!(
-                    "{}: band_hz and terms of [test] have no effect: the mass lines of an archive stay as they were measured",
-                    layout.display()
-                ));
-            }
-            NominalTest::of_file(&file)
+            let differ = (stated.profile, stated.exponential_decay)
+                != (measured.profile, measured.exponential_decay);
+            let text =
+                "profile and exponential_decay_per_s of [test] have no effect: the responses";
+            differ.then_some(text)
         }
     };
-    if let Selection::Only(method) = selection
-        && !Method::of_mass_lines().any(|of| of == method)
-    {
-        let message = format!(
-            "{}: {} needs the lines of frequency responses about the suspension modes, and an archive has mass lines; \
-             choose another --method",
-            path.display(),
-            method.name()
-        );
-        return Err(Error::input("usage", message));
+    if let Some(what) = without_effect {
+        let layout = layout.display();
+        output.warn(format!("{layout}: {what} of an archive stay as they were measured"));
     }
-    show::solved_again(&archive.result, &nominal, selection, output)
+    Ok(nominal)
+}
+
+/// Checks that a method uses what an archive of this profile holds.
+fn suits(method: Method, path: &Path, profile: TestProfile) -> Result<()> {
+    let (responses, mass_lines) = ("frequency responses about the suspension modes", "mass lines");
+    let uses_mass_lines = method.entry().observes == Observable::MassLines;
+    let (needs, has) = match (profile, uses_mass_lines) {
+        (TestProfile::MassLine, false) => (responses, mass_lines),
+        (TestProfile::Suspension, true) => (mass_lines, responses),
+        _ => return Ok(()),
+    };
+    let (path, method) = (path.display(), method.name());
+    let message = format!(
+        "{path}: {method} needs {needs}, and this archive has {has}; choose another --method"
+    );
+    Err(Error::input("usage", message))
 }
 
 /// True when the sensors are on the same nodes and the hits at the same DOFs, in the same order.

@@ -2,15 +2,15 @@
 
 use super::{Fact, Group, fact};
 use crate::archive::{Archive, ArchivedSpectra};
-use crate::result_file::{ResultFile, ShownMassLine};
+use crate::result_file::{ResultFile, ShownDof};
 
 /// Resolution, highest frequency, and the force at the upper end of the band.
-pub(super) fn group(source: &ResultFile, lines: &[ShownMassLine]) -> Group {
-    let rows = source.archive().map_or(Vec::new(), |archive| rows(archive, lines));
+pub(super) fn group(source: &ResultFile, measured: &[ShownDof]) -> Group {
+    let rows = source.archive().map_or(Vec::new(), |archive| rows(archive, measured));
     Group::new("Spectra", rows)
 }
 
-fn rows(archive: &Archive, lines: &[ShownMassLine]) -> Vec<Fact> {
+fn rows(archive: &Archive, measured: &[ShownDof]) -> Vec<Fact> {
     let Some(spectra) = archive.spectra.first() else { return Vec::new() };
     let highest = spectra.resolution_hz * spectra.force_auto.len().saturating_sub(1) as f64;
     let mut rows = vec![
@@ -18,7 +18,7 @@ fn rows(archive: &Archive, lines: &[ShownMassLine]) -> Vec<Fact> {
         fact("responses up to", format!("{highest:.1} Hz")),
     ];
     let levels = archive.spectra.iter().filter_map(|spectra| {
-        let line = lines.iter().find(|line| line.dof == spectra.dof)?;
+        let line = measured.iter().find(|of| of.dof == spectra.dof)?;
         let [_, high] = line.band_hz?;
         Some((level_db(spectra, high)?, high, &spectra.dof))
     });

@@ -1,5 +1,6 @@
 //! The last hit: its verdict with the reason, and its force and responses over time.
 
+use massline_shared::layout::TestProfile;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
@@ -19,6 +20,9 @@ const SHOWN: [f64; 2] = [-0.004, 0.026];
 /// Instead of what is not read.
 pub(super) const SLOW: &str = "the link is slow: read again at the next DOF";
 
+/// Instead of a record that a rig does not give.
+const LONG: &str = "the records of 40 s stay on the rig; the spectra show what they give";
+
 /// The verdict on the last hit.
 pub(super) fn verdict(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
     let block = framed(" last hit ", theme);
@@ -26,12 +30,15 @@ pub(super) fn verdict(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
         let text = Paragraph::new("none yet").block(block).style(theme.faint());
         return frame.render_widget(text, area);
     };
-    let numbers = format!(
+    let mut numbers = format!(
         "{}: {:.1} N, {:.1} m/s²",
         guide.name(hit.dof),
         hit.peak_force,
         hit.peak_acceleration,
     );
+    if let Some(impulse) = hit.impulse {
+        numbers += &format!(", {impulse:.2} N s");
+    }
     let said = guide.verdict().map(|said| {
         let style = if said.tone == Tone::Good { theme.good() } else { theme.bad() };
         Line::from(Span::styled(said.to_string(), style))
@@ -44,7 +51,11 @@ pub(super) fn verdict(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
 /// Force and responses of the last hit that was read.
 pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
     let Some(of) = &guide.readings else {
-        let missing = if guide.slow { SLOW } else { "no hit read yet" };
+        let missing = match guide.layout.test.profile {
+            TestProfile::Suspension => LONG,
+            TestProfile::MassLine if guide.slow => SLOW,
+            TestProfile::MassLine => "no hit read yet",
+        };
         let text = Paragraph::new(missing).block(framed(" hit over time ", theme));
         return frame.render_widget(text.style(theme.faint()), area);
     };

@@ -1,5 +1,6 @@
 //! Where to hit now: the name of the DOF in large letters, and the same in words.
 
+use massline_shared::layout::TestProfile;
 use massline_shared::measurement::campaign::Phase;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -31,10 +32,17 @@ pub(super) fn words(guide: &Guide) -> String {
     let Some(hit) = guide.dof() else { return "waiting for the rig".into() };
     match guide.phase() {
         Some(Phase::Armed) => {
-            format!("hit {} now: hit {} of {wanted}", hit.dof, here.saturating_add(1).min(wanted))
+            let when = match guide.layout.test.profile {
+                TestProfile::MassLine => format!("hit {} now", hit.dof),
+                TestProfile::Suspension => format!("when it hangs still, hit {}", hit.dof),
+            };
+            format!("{when}: hit {} of {wanted}", here.saturating_add(1).min(wanted))
         }
         Some(Phase::Confirming) if guide.wanted.verdicts => {
             format!("{}: accept or reject the hit", hit.dof)
+        }
+        Some(Phase::Busy) if let Some(left) = guide.rings_s => {
+            format!("ringing, {left} s left: do not touch it")
         }
         Some(Phase::Busy | Phase::Confirming) => format!("measuring at {}", hit.dof),
         Some(Phase::TargetReached) => "target reached".into(),

@@ -1,5 +1,7 @@
 use crossterm::event::KeyCode;
+use massline_protocol::event::HitEvent;
 use massline_shared::calibration::tumble::Position;
+use massline_shared::layout::{HostLayout, TestProfile, TestSettings};
 use massline_shared::measurement::campaign::Phase;
 use nalgebra::Vector3;
 use ratatui::Terminal;
@@ -141,4 +143,35 @@ fn a_tumble_test_on_a_small_terminal_says_what_to_do_first() {
     for word in ["sensor 3: not aligned with an axis", "0 of 6 positions read", "p pause"] {
         assert!(said.contains(word), "{word}: {}", shown(&view, SMALL[1]));
     }
+}
+
+#[test]
+fn a_record_of_the_suspension_profile_is_counted_down_and_its_hit_has_an_impulse() {
+    let layout = HostLayout { test: TestSettings::of_profile(TestProfile::Suspension), ..layout() };
+    let mut guide = Guide::new("wheel", "measurement", &layout.cast().unwrap(), 12, ALL);
+    let mut now = status(1, &[5, 2, 0]);
+    guide.status(&now, std::time::Duration::ZERO);
+    assert!(words(&guide, [80, 24]).contains("when it hangs still, hit 2:+Z: hit 3 of 5"));
+    now.phase = Phase::Busy.into();
+    guide.status(&now, std::time::Duration::ZERO);
+    assert!(guide.rings(Some(31)) && !guide.rings(Some(31)), "drawn again only when it changes");
+    for size in [[80, 24], [200, 60], SMALL[1]] {
+        let screen = words(&guide, size);
+        assert!(screen.contains("ringing, 31 s left: do not touch it"), "{screen}");
+    }
+    guide.rings(None);
+    guide.hit(&HitEvent {
+        number: 8,
+        dof: 1,
+        good: true,
+        scan: 0,
+        peak_force: 96.0,
+        peak_acceleration: 4.1,
+        impulse: Some(1.02),
+        findings: Default::default(),
+    });
+    let screen = words(&guide, [80, 24]);
+    assert!(screen.contains("measuring at 2:+Z"), "{screen}");
+    assert!(screen.contains("2:+Z: 96.0 N, 4.1 m/s², 1.02 N s"), "{screen}");
+    assert!(screen.contains("the records of 40 s stay on the rig"), "{screen}");
 }

@@ -83,6 +83,11 @@ fn noise_alone() -> String {
     format!("{LAYOUT}\n[uncertainty]\n{none}")
 }
 
+/// The same with mass lines in this band, Hz.
+fn with_mass_lines(band: &str) -> String {
+    noise_alone().replace("profile = \"suspension\"", &format!("band_hz = {band}"))
+}
+
 fn named(method: Method) -> Options {
     Options { selection: Selection::Only(method), ..Options::default() }
 }

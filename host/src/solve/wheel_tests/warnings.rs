@@ -21,9 +21,7 @@ fn mass_lines_near_the_suspension_are_refused_also_by_name() {
         solved(&noise_alone(), &unchanged(&lines(), NOTHING), &named(Method::InertiaRestraint));
     assert_eq!(error.unwrap_err().code(), "band_too_narrow");
     // A band above them does: the wheel is rigid there.
-    let above =
-        noise_alone().replace("[uncertainty]", "[test]\nband_hz = [24, 120]\n[uncertainty]");
-    let solution = solved(&above, &uff, &Options::default()).unwrap();
+    let solution = solved(&with_mass_lines("[24, 120]"), &uff, &Options::default()).unwrap();
     let methods = solution.identification.estimates.iter().map(|e| e.method);
     let of_lines = [Method::MaximumLikelihood, Method::InertiaRestraint];
     assert_eq!(methods.filter(|m| of_lines.contains(m)).count(), 2);
@@ -34,8 +32,7 @@ fn a_tyre_leaves_no_mass_line() {
     let tyre = SprungPart { share: 0.52, frequency_hz: 50.0, damping_ratio: 0.03 };
     let uff = unchanged(&wide(), tyre);
     for band in ["[24, 120]", "[24, 45]"] {
-        let band = format!("[test]\nband_hz = {band}\n[uncertainty]");
-        let text = noise_alone().replace("[uncertainty]", &band);
+        let text = with_mass_lines(band);
         for method in [Method::InertiaRestraint, Method::MaximumLikelihood] {
             match solved(&text, &uff, &named(method)) {
                 Ok(found) => {

@@ -1,0 +1,82 @@
+//! The lines of a rig's result in the suspension profile.
+
+use massline_protocol::lines::LinesId;
+use massline_protocol::object::MeasurementResult;
+use massline_shared::layout::{HostLayout, TestProfile};
+use massline_shared::signal::{AdcProperties, ringing_s};
+
+use crate::archive::{Archive, ArchivedLines};
+use crate::client::{Client, ClientError};
+use crate::suspension::{DofLines, MeasuredLines};
+
+/// The lines of the DOFs of a result; none in the mass-line profile.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RigLines {
+    /// The converter that they were measured with.
+    adc: Option<AdcProperties>,
+    dofs: Vec<ArchivedLines>,
+}
+
+/// A result as a rig has stored it, with the lines of its DOFs.
+#[derive(Clone, Copy, Debug)]
+pub struct StoredTest<'a> {
+    /// The result.
+    pub result: &'a MeasurementResult,
+    /// Its lines.
+    pub lines: &'a RigLines,
+}
+
+impl RigLines {
+    /// Reads the lines of a result from the rig with this converter. DOFs that the rig does not have any more are left out.
+    ///
+    /// # Errors
+    /// As [`Client::lines`].
+    pub fn read(
+        client: &mut Client,
+        adc: AdcProperties,
+        result: &MeasurementResult,
+    ) -> Result<Self, ClientError> {
+        let mut dofs = Vec::new();
+        for head in &result.lines {
+            let id = LinesId { result: result.head.number, dof: head.index };
+            dofs.extend(client.lines(id)?.as_ref().map(ArchivedLines::of));
+        }
+        Ok(Self { adc: Some(adc), dofs })
+    }
+
+    /// The lines in an archive.
+    pub fn of_archive(archive: &Archive) -> Self {
+        let adc = archive.rig.sampler.map(|sampler| sampler.adc);
+        Self { adc, dofs: archive.lines.clone() }
+    }
+
+    /// The lines, DOF by DOF.
+    pub fn into_dofs(self) -> Vec<ArchivedLines> {
+        self.dofs
+    }
+}
+
+impl StoredTest<'_> {
+    /// What was measured.
+    pub fn profile(&self) -> TestProfile {
+        self.result.profile()
+    }
+
+    /// The DOFs of the result whose lines are missing.
+    pub fn missing(&self) -> Vec<String> {
+        let names = self.result.lines.iter().map(|head| head.dof.to_string());
+        names.filter(|name| self.lines.dofs.iter().all(|of| of.dof != *name)).collect()
+    }
+
+    /// The lines with the layout of the test, and how long the object has rung in each record, s; `None` without lines.
+    pub fn measured_lines(&self, layout: &HostLayout) -> Option<(MeasuredLines, f64)> {
+        let adc = self.lines.adc.filter(|_| !self.lines.dofs.is_empty())?;
+        let of = |lines: &ArchivedLines| {
+            let head = self.result.lines.iter().find(|head| head.dof.to_string() == lines.dof)?;
+            let all = lines.accelerance().flatten().collect();
+            Some(DofLines { dof: usize::from(head.index), lines: all })
+        };
+        let dofs: Vec<_> = self.lines.dofs.iter().filter_map(of).collect();
+        Some((MeasuredLines::new(layout, &adc, &dofs), ringing_s(&adc)))
+    }
+}

@@ -1,0 +1,201 @@
+//! The suspension profile with a rig: lines of the wheel, solved here, archived and solved again.
+
+use serde_json::{Value, json};
+
+use crate::program::{answer, run, success, words};
+
+/// The layout of the wheel, whose profile is that of the suspension modes.
+const WHEEL: &str = "examples/wheel.toml";
+/// Its bench.
+const ON_BENCH: [&str; 2] = ["--bench", "wheel"];
+/// What the host finds from the lines.
+const FOUND: [&str; 5] = ["host", "suspension", "global_fit", "agreement", "lines"];
+
+/// The layout of the wheel with one text replaced by another, in `folder`.
+#[track_caller]
+fn changed(folder: &tempfile::TempDir, from: &str, to: &str) -> String {
+    let text = include_str!("../../examples/wheel.toml");
+    assert!(text.contains(from), "the layout has {from}");
+    let path = folder.path().join("changed.toml");
+    std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
+    path.display().to_string()
+}
+
+/// Code and message of the error of a run that ends with this exit code.
+#[track_caller]
+fn refusal(exit: i32, arguments: &[&str]) -> (String, String) {
+    let (found, value) = answer(arguments);
+    assert_eq!(found, exit, "{arguments:?}: {value}");
+    let of = |key: &str| value["error"][key].as_str().unwrap_or_default().to_owned();
+    (of("code"), of("message"))
+}
+
+fn methods(results: &Value) -> Vec<&str> {
+    let results = results.as_array().unwrap().iter();
+    results.map(|result| result["method"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn a_simulated_wheel_is_solved_beside_the_truth_and_again_from_its_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let report = folder.path().join("wheel.html").display().to_string();
+    let simulated =
+        success(&[&["simulate", WHEEL][..], &ON_BENCH, &["--report", &report]].concat());
+    assert_eq!(simulated["profile"], "suspension");
+    assert_eq!(simulated["mass_lines"], json!([]));
+    let lines = simulated["lines"].as_array().unwrap();
+    let dofs: Vec<_> = lines.iter().map(|of| (of["dof"].as_str().unwrap(), &of["hits"])).collect();
+    let five = json!(5);
+    let hits = ["101:+X", "102:+Z", "103:+Z", "104:+Y", "105:+X"];
+    assert_eq!(dofs, hits.map(|dof| (dof, &five)));
+    let answers = methods(&simulated["host"]["results"]);
+    assert_eq!(answers, ["global-fit", "toivola-nuutila", "conti-bretl", "dppim"]);
+    assert_eq!(simulated["suspension"]["modes"].as_array().unwrap().len(), 6);
+    assert!(simulated["agreement"]["combined"].is_object());
+    // 2 % of the mass is the standard deviation of the hammer's gain; 5 % leaves room for the other sources of error.
+    let errors = simulated["error_percent_of_scale"].as_array().unwrap();
+    assert!(errors.iter().all(|error| error.as_f64().unwrap().abs() < 5.0), "{errors:?}");
+
+    // The report holds the lines: the same numbers to the last digit.
+    let again = success(&["solve", &report]);
+    for key in FOUND {
+        assert_eq!(again[key], simulated[key], "{key}");
+    }
+    let page = std::fs::read_to_string(&report).unwrap();
+    assert!(
+        page.contains("band of the suspension modes") && !page.contains("band of the mass lines")
+    );
+    let pictures = folder.path().join("pictures").display().to_string();
+    let drawn = success(&["plot", &report, "-o", &pictures]);
+    let drawn = drawn.to_string();
+    for picture in ["norm-indicator", "mac", "stabilisation", "driving-points", "frf-101+X"] {
+        assert!(drawn.contains(picture), "{picture}: {drawn}");
+    }
+    // The exported answer is the best one of the host.
+    let exported = run(&["export", &report, "--format", "csv"]);
+    assert_eq!(exported.exit, 0, "{}", exported.stderr);
+    let (code, message) = refusal(2, &["solve", &report, "--method", "ml"]);
+    assert_eq!(code, "usage");
+    assert!(message.contains("maximum-likelihood needs mass lines"), "{message}");
+    let one = success(&["solve", &report, "--method", "dppim"]);
+    assert_eq!(methods(&one["host"]["results"]), ["dppim"]);
+}
+
+#[test]
+fn settings_that_do_not_go_with_the_profile_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let profile = "profile = \"suspension\"";
+    for (settings, says) in [
+        (
+            "profile = \"suspension\"\nband_hz = \"auto\"",
+            "the band of the suspension profile is not found from the data",
+        ),
+        ("profile = \"suspension\"\nimpulse_ns = [1.3, 0.8]", "impulse_ns"),
+        ("profile = \"suspension\"\nimpulse_ns = [-0.1, 0.8]", "impulse_ns"),
+        ("profile = \"modal\"", "modal"),
+    ] {
+        let layout = changed(&folder, profile, settings);
+        let (_, message) = refusal(2, &[&["simulate", &layout][..], &ON_BENCH].concat());
+        assert!(words(&message).contains(says), "{settings}: {message}");
+    }
+}
+
+#[test]
+fn the_option_for_the_profile_replaces_that_of_the_layout() {
+    let folder = tempfile::tempdir().unwrap();
+    // A band that is found from the data goes with mass lines only: the port is not even looked for.
+    let automatic = changed(&folder, "profile = \"suspension\"", "band_hz = \"auto\"");
+    let no_port = ["--port", "/dev/no-such-port"];
+    let of_band = ["measure", &automatic];
+    let (code, message) =
+        refusal(2, &[&of_band[..], &["--profile", "suspension"], &no_port].concat());
+    assert_eq!(code, "layout_malformed", "{message}");
+    assert!(message.contains("band of the suspension profile"), "{message}");
+    let in_profile =
+        |profile| refusal(4, &[&of_band[..], &["--profile", profile], &no_port].concat());
+    assert_eq!(in_profile("mass-line"), refusal(4, &[&of_band[..], &no_port].concat()));
+    let unknown = [&of_band[..], &["--profile", "modal"], &no_port].concat();
+    assert_eq!(refusal(2, &unknown).0, "usage");
+    // Records of half a second are those of mass lines.
+    let archive = folder.path().join("a.massline").display().to_string();
+    let wheel = ["measure", WHEEL, "--output", &archive, "--records", no_port[0], no_port[1]];
+    let (code, message) = refusal(2, &wheel);
+    assert_eq!(code, "usage");
+    assert!(message.contains("--records"), "{message}");
+    let mass_lines = [&wheel[..], &["--profile", "mass-line"]].concat();
+    assert_eq!(refusal(4, &mass_lines).0, in_profile("mass-line").0);
+}
+
+#[cfg(unix)]
+mod on_a_rig {
+    use super::*;
+    use crate::program::run_json;
+    use crate::virtual_process::VirtualProcess;
+
+    #[test]
+    fn a_measured_wheel_is_archived_fetched_and_solved_to_the_same_last_digit() {
+        let rig = VirtualProcess::on_bench("wheel", &["--layout", WHEEL, "--fast"]);
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name).display().to_string();
+        let (measured_to, fetched_to) = (path("measured.massline"), path("fetched.massline"));
+        let port = ["--port", &rig.port];
+        let plain =
+            changed(&folder, "[test]\nprofile = \"suspension\"\n", "[test]\nhits_per_dof = 2\n");
+        let measure = ["measure", &plain, "--profile", "suspension", "-o", &measured_to];
+        let (run, measured) = run_json(&[&measure[..], &port].concat());
+        assert_eq!(run.exit, 0, "{}", run.stderr);
+        for said in
+            ["when it hangs still, hit 101:+X", "ringing, 40 s left: do not touch it", "N s"]
+        {
+            assert!(run.says(said), "{said}: {}", run.stderr);
+        }
+        let log = measured["hit_log"].as_array().unwrap();
+        let accepted: Vec<_> = log.iter().filter(|hit| hit["verdict"] == "accepted").collect();
+        assert_eq!(accepted.len(), 5 * 2);
+        for hit in accepted {
+            let impulse = hit["impulse_n_s"].as_f64().unwrap();
+            assert!((0.8..=1.3).contains(&impulse), "the profile's default: {impulse}");
+        }
+        let fetched =
+            success(&[&["results", "get", "1", "--output", &fetched_to][..], &port].concat());
+        for (file, document) in [(&measured_to, &measured), (&fetched_to, &fetched)] {
+            let solved = success(&["solve", file]);
+            for key in FOUND {
+                assert_eq!(solved[key], document[key], "{key} of {file}");
+            }
+            let modes = success(&["modes", file]);
+            assert_eq!(modes["modes"].as_array().unwrap().len(), 6, "{modes}");
+        }
+        lines_that_are_missing(&measured_to, &path("cut.massline"));
+
+        success(&[&["results", "delete", "1", "--yes"][..], &port].concat());
+        let (code, message) = refusal(2, &[&["results", "get", "1"][..], &port].concat());
+        assert_eq!(code, "not_found", "{message}");
+    }
+
+    /// An archive without lines of a DOF is solved without that DOF, and one without any says so.
+    fn lines_that_are_missing(archive: &str, cut_to: &str) {
+        let whole: Value = serde_json::from_slice(&std::fs::read(archive).unwrap()).unwrap();
+        let with_lines = |count: usize| {
+            let mut cut = whole.clone();
+            cut["lines"].as_array_mut().unwrap().truncate(count);
+            std::fs::write(cut_to, cut.to_string()).unwrap();
+        };
+        with_lines(4);
+        let solved = success(&["solve", cut_to]);
+        let note = solved["notes"][0].as_str().unwrap();
+        assert!(note.starts_with("the lines of 105:+X are missing"), "{note}");
+        let indicators = &solved["suspension"]["modes"][0]["norm_indicators"];
+        assert_eq!(indicators.as_array().unwrap().len(), 4);
+        with_lines(0);
+        let (code, message) = refusal(3, &["solve", cut_to]);
+        assert_eq!(code, "lines_missing");
+        assert!(message.contains("101:+X, 102:+Z, 103:+Z, 104:+Y, 105:+X"), "{message}");
+        let mut damaged = whole.clone();
+        damaged["lines"][0]["responses"].as_array_mut().unwrap().pop();
+        std::fs::write(cut_to, damaged.to_string()).unwrap();
+        let (code, message) = refusal(2, &["solve", cut_to]);
+        assert_eq!(code, "archive_malformed");
+        assert!(message.contains("lines[0] (101:+X)"), "{message}");
+    }
+}
