@@ -161,7 +161,7 @@ fn missing(archive: &Archive, records: bool) -> Vec<String> {
     let other: Vec<_> = dofs
         .iter()
         .filter(|(name, hits)| records && of(name) != usize::from(*hits))
-        .map(|(name, hits)| format!("{} for {hits} hits at {name}", of(&name)))
+        .map(|(name, hits)| format!("{} for {hits} hits at {name}", of(name)))
         .collect();
     let spectra = (!without.is_empty()).then(|| format!(
         "the archive has no frequency responses of {}: they were measured while this command did not follow the campaign, \

@@ -163,9 +163,9 @@ mod on_a_rig {
             for key in FOUND {
                 assert_eq!(solved[key], document[key], "{key} of {file}");
             }
-            let modes = success(&["modes", file]);
-            assert_eq!(modes["modes"].as_array().unwrap().len(), 6, "{modes}");
         }
+        let modes = success(&["modes", &fetched_to]);
+        assert_eq!(modes["modes"].as_array().unwrap().len(), 6, "{modes}");
         lines_that_are_missing(&measured_to, &path("cut.massline"));
 
         success(&[&["results", "delete", "1", "--yes"][..], &port].concat());

@@ -151,14 +151,12 @@ fn a_record_of_the_suspension_profile_is_counted_down_and_its_hit_has_an_impulse
     let mut guide = Guide::new("wheel", "measurement", &layout.cast().unwrap(), 12, ALL);
     let mut now = status(1, &[5, 2, 0]);
     guide.status(&now, std::time::Duration::ZERO);
-    assert!(words(&guide, [80, 24]).contains("when it hangs still, hit 2:+Z: hit 3 of 5"));
+    assert_eq!(place::words(&guide), "when it hangs still, hit 2:+Z: hit 3 of 5");
     now.phase = Phase::Busy.into();
     guide.status(&now, std::time::Duration::ZERO);
     assert!(guide.rings(Some(31)) && !guide.rings(Some(31)), "drawn again only when it changes");
-    for size in [[80, 24], [200, 60], SMALL[1]] {
-        let screen = words(&guide, size);
-        assert!(screen.contains("ringing, 31 s left: do not touch it"), "{screen}");
-    }
+    assert_eq!(place::words(&guide), "ringing, 31 s left: do not touch it");
+    assert!(words(&guide, SMALL[1]).contains(&place::words(&guide)), "{}", shown(&guide, SMALL[1]));
     guide.rings(None);
     guide.hit(&HitEvent {
         number: 8,
@@ -170,8 +168,8 @@ fn a_record_of_the_suspension_profile_is_counted_down_and_its_hit_has_an_impulse
         impulse: Some(1.02),
         findings: Default::default(),
     });
-    let screen = words(&guide, [80, 24]);
-    assert!(screen.contains("measuring at 2:+Z"), "{screen}");
+    assert_eq!(place::words(&guide), "measuring at 2:+Z");
+    let screen = shown(&guide, [200, 60]);
     assert!(screen.contains("2:+Z: 96.0 N, 4.1 m/s², 1.02 N s"), "{screen}");
     assert!(screen.contains("the records of 40 s stay on the rig"), "{screen}");
 }
