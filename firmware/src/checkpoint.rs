@@ -161,6 +161,7 @@ impl Checkpoint {
 }
 
 /// What is stored of a finished DOF, under the profile of the layout in force.
+#[expect(clippy::large_enum_variant, reason = "a list of either kind, without an allocator")]
 enum StoredDof {
     MassLines(DofResult),
     Lines(LinesHead),
@@ -269,7 +270,7 @@ fn encode_lines_head(
 fn take_lines(rig: &Rig<'_>, bytes: Option<&CheckpointBuffer>) {
     let _deadline = Deadline::begin(&rig.stats);
     let mut measurement = rig.measurement.borrow_mut();
-    match bytes.and_then(|bytes| expand_response(bytes)) {
+    match bytes.and_then(expand_response) {
         Some(lines) => measurement.take_lines(&lines),
         None => measurement.lines_not_readable(),
     }

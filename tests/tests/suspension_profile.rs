@@ -25,12 +25,12 @@ const HITS: u8 = 2;
 /// The wheel's layout under the profile.
 fn layout() -> RigLayout {
     let text = include_str!("../../host/examples/wheel.toml");
-    let mut text: String =
-        text.lines()
-            .filter(|line| !line.starts_with("[test]"))
-            .fold(String::new(), |text, line| {
-                if line.starts_with("profile") { text } else { text + line + "\n" }
-            });
+    let mut text: String = text.lines().filter(|line| !line.starts_with("[test]")).fold(
+        String::new(),
+        |text, line| {
+            if line.starts_with("profile") { text } else { text + line + "\n" }
+        },
+    );
     text += &format!("\n[test]\nprofile = \"suspension\"\nhits_per_dof = {HITS}\n");
     let file = LayoutFile::parse(&text, "wheel.toml").expect("a layout");
     file.layout.cast().expect("it fits a rig")

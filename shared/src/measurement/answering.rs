@@ -5,7 +5,6 @@ use crate::identify::suspension_solver::SuspensionSolver;
 use crate::identify::{Estimate, Identification, MASS_LINE_METHODS, Method};
 
 /// The methods that run, or their answers.
-#[expect(clippy::large_enum_variant, reason = "there is one at a time, and no allocator")]
 // With its tag first, no methods are all zero bytes, as a static memory has to be.
 #[repr(u8)]
 pub(super) enum Answering<R> {
