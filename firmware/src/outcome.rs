@@ -3,7 +3,7 @@
 //! memory twice.
 
 use massline_protocol::diagnostic::DiagnosticList;
-use massline_protocol::lines::LinesHead;
+use massline_protocol::lines_head::LinesHead;
 use massline_protocol::object::{DofResult, ResultHead, StoredEstimate};
 use massline_protocol::{calibration_checksum, crc32_of_chunks};
 use postcard::ser_flavors::Flavor;

@@ -3,7 +3,7 @@
 
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_protocol::diagnostic::DiagnosticList;
-use massline_protocol::lines::LinesHead;
+use massline_protocol::lines_head::LinesHead;
 use massline_protocol::object::{DofResult, ResultHead, StoredEstimate};
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Estimate;

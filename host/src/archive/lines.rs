@@ -1,6 +1,6 @@
 //! Lines of one DOF in an archive.
 
-use massline_protocol::lines::LinesHead;
+use massline_protocol::lines_head::LinesHead;
 use massline_shared::layout::Dof;
 use massline_shared::signal::{RESPONSES, SPECTRUM_BINS};
 use nalgebra::Complex;

@@ -3,7 +3,8 @@
 use std::time::{Duration, Instant};
 
 use massline_protocol::crc32;
-use massline_protocol::lines::{LinesHead, LinesId, split_dof};
+use massline_protocol::lines::{LinesId, split_dof};
+use massline_protocol::lines_head::LinesHead;
 use massline_protocol::message::{GetObjectInfo, ReadObject, Reason};
 use massline_protocol::object::{
     ChunkRequest, MAX_CHUNK, MeasurementResult, ObjectId, ObjectInfo, ObjectKind, READING,

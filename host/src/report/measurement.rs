@@ -1,6 +1,6 @@
 //! A rig's stored result, unchanged.
 
-use massline_protocol::lines::LinesHead;
+use massline_protocol::lines_head::LinesHead;
 use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::identify::Estimate;
 use massline_shared::layout::TestProfile;

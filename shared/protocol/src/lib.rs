@@ -23,6 +23,7 @@ pub mod event;
 pub mod frame;
 mod layout;
 pub mod lines;
+pub mod lines_head;
 pub mod message;
 pub mod object;
 

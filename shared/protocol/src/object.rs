@@ -4,7 +4,7 @@ use heapless::Vec;
 use num_enum::{IntoPrimitive, TryFromPrimitive};
 use serde::{Deserialize, Serialize};
 
-use crate::lines::LinesHead;
+use crate::lines_head::LinesHead;
 use massline_shared::body::RigidBody;
 use massline_shared::calibration::CalibrationSigma;
 use massline_shared::diagnosis::Diagnostics;

@@ -22,11 +22,18 @@ impl<R> Answering<R> {
 
     /// Starts again with these methods of mass lines.
     pub fn begin(&mut self, wanted: impl IntoIterator<Item = Method>) {
-        if let Self::Suspension(_) = self {
-            *self = Self::idle();
-        }
+        self.leave_modes();
         if let Self::MassLines(identification) = self {
             identification.begin(wanted);
+        }
+    }
+
+    /// Ends the methods of suspension modes.
+    // Not inlined: what replaces them is built on its stack.
+    #[inline(never)]
+    fn leave_modes(&mut self) {
+        if let Self::Suspension(_) = self {
+            *self = Self::idle();
         }
     }
 

@@ -4,7 +4,7 @@ use super::campaign::{
     Campaign, CampaignProgress, Command, CommandError, DofProgress, Object, Start, Step,
 };
 use super::hits::Task;
-use super::lines::StoredLines;
+use super::stored_lines::StoredLines;
 use super::{Activity, MeasuredDof, Measurement, NextAction, Recorded, Streamed, note};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::DofMassLines;

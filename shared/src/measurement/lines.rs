@@ -5,20 +5,10 @@ use nalgebra::Complex;
 use super::closing::coherences;
 use super::hits::Task;
 use super::long_hit::LineScatter;
+use super::stored_lines::StoredLines;
 use super::{Activity, MeasuredDof, Measurement, NextAction, note};
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::signal::{RealFft, bins_of_band, resolution};
-
-/// What is kept in memory of a DOF whose lines are stored.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StoredLines<R> {
-    /// Index of the DOF in the layout.
-    pub dof: u8,
-    /// Number of hits averaged.
-    pub hits: u16,
-    /// How they scatter.
-    pub scatter: LineScatter<R>,
-}
 
 impl<R: RealFft> Measurement<'_, R> {
     /// One step of closing a DOF: what is said about it besides its lines; then the driver stores these.

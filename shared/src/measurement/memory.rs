@@ -5,8 +5,8 @@ use nalgebra::Complex;
 
 use super::answering::Answering;
 use super::averaging::{DofSpectra, HitMemory};
-use super::lines::StoredLines;
 use super::result::MeasuredDof;
+use super::stored_lines::StoredLines;
 use crate::identify::{DofMassLines, ScatterAccumulator, maximum_likelihood};
 use crate::layout::{RIG_HITS, RIG_SENSORS};
 use crate::mass_line::BasisRow;

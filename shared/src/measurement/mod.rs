@@ -28,7 +28,8 @@
 //! | `listening` | the search for mains hum in a hit |
 //! | [`averaging`] | from the hits of one DOF to its mass lines |
 //! | `closing` | from averaged hits to mass lines |
-//! | [`lines`] | closes a DOF whose lines the driver stores |
+//! | [`stored_lines`] | what is kept in memory of a DOF whose lines are stored |
+//! | `lines` | closes a DOF whose lines the driver stores |
 //! | `solving` | from stored lines to the suspension modes and the estimates |
 //! | `answering` | the methods under either profile |
 //! | `identifying` | from mass lines to the estimates, after each DOF and at the end |
@@ -44,7 +45,7 @@ mod closing;
 mod commands;
 mod hits;
 mod identifying;
-pub mod lines;
+mod lines;
 mod listening;
 pub mod long_hit;
 mod memory;
@@ -52,6 +53,7 @@ mod precision;
 mod result;
 mod setup;
 mod solving;
+pub mod stored_lines;
 mod undo;
 mod view;
 

@@ -1,6 +1,6 @@
 //! Result of a campaign.
 
-use super::lines::StoredLines;
+use super::stored_lines::StoredLines;
 use crate::calibration::CalibrationSigma;
 use crate::calibration::block::{BlockError, ForceRatio};
 use crate::diagnosis::Diagnostics;

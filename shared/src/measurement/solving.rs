@@ -24,6 +24,8 @@ impl<R: RealFft> Memory<R> {
 
 impl<R: RealFft> Measurement<'_, R> {
     /// Begins with the DOFs whose lines are stored.
+    // Not inlined: the computation is built on its stack.
+    #[inline(never)]
     pub(super) fn begin_solving(&mut self) -> Task<R> {
         self.recorded = Recorded::Nothing;
         self.averaged = None;

@@ -5,8 +5,8 @@
 use nalgebra::Complex;
 
 use super::chain::HAMMER;
-use super::grade::rest_scans;
 use super::hit_noise::mean_cube;
+use super::record::rest_scans;
 use super::spectra::ratio;
 use super::{
     AdcProperties, CHANNELS, Calibration, FftError, HitNoise, Hum, HumSearch, RealFft, Samples,

@@ -9,14 +9,11 @@
 
 use nalgebra::Complex;
 
-use super::{HAMMER, RESPONSES, Scan};
+use super::{CHANNELS, DECIMATION, RESPONSES, ROW_BITS, Scan};
 use crate::Real;
 use crate::units::ScanIndex;
 
-/// Scans in a row of responses.
-pub const DECIMATION: usize = FIRST * SECOND;
-/// Resolution of a decimated code, bits.
-pub const ROW_BITS: u8 = 16;
+const _: () = assert!(FIRST * SECOND == DECIMATION, "the stages make a row");
 
 /// Scans in a moving sum, and decimation of the first stage.
 const FIRST: usize = 16;
@@ -79,7 +76,7 @@ impl Decimator {
         self.scans = Some((scans % DECIMATION) as u8);
         let tap = FIRST - 1 - (scans - 1) % FIRST;
         let taps: [u32; OPEN] = core::array::from_fn(|open| SUMS[tap + open * FIRST].into());
-        for (outputs, &code) in self.outputs.iter_mut().zip(&scan[HAMMER + 1..]) {
+        for (outputs, &code) in self.outputs.iter_mut().zip(&scan[CHANNELS - RESPONSES..]) {
             for (output, tap) in outputs.iter_mut().zip(taps) {
                 *output += tap * u32::from(code);
             }
@@ -182,7 +179,6 @@ pub(super) fn power<R: Real>(z: Complex<R>) -> Complex<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::signal::CHANNELS;
     use std::vec::Vec;
 
     const INTERVAL: f64 = 1.0 / 4000.0;

@@ -19,18 +19,12 @@ use channel::{Extreme, Survey};
 use plateau::{Push, flat_top};
 
 use super::chain::HAMMER;
+use super::record::rest_scans;
 use super::{AdcProperties, CHANNELS, Calibration, PRE_TRIGGER_SCANS, Record, Samples};
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Subject};
 use crate::layout::{HitPolicy, TestSettings};
 use crate::units::{MetersPerSecondSquared, NewtonSeconds, Newtons};
-
-/// Number of pre-trigger readings that are averaged to the rest value of a channel.
-///
-/// The last eighth is left out because the contact begins before the force reaches the trigger level.
-pub(super) const fn rest_scans(pre_trigger: usize) -> usize {
-    pre_trigger - pre_trigger / 8
-}
 
 /// Result of grading one hit.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use super::chain::HAMMER;
 use super::decimator::power;
-use super::grade::rest_scans;
+use super::record::rest_scans;
 use super::{
     AdcProperties, CHANNELS, Calibration, DECIMATION, FftError, LONG_POINTS, PRE_TRIGGER_SCANS,
     RealFft, Samples, transfer, window,

@@ -30,7 +30,7 @@ pub use analysis::HitAnalysis;
 pub use bins::{resolution, ringing_s, transform_of};
 pub use chain::{AdcProperties, Calibration, ChannelCalibration, CrossAxis, HAMMER};
 pub use compact_lines::{COMPACT_RESPONSE, CompactLines, CompactLinesError, expand_response};
-pub use decimator::{DECIMATION, Decimator, ROW_BITS, Row, SETTLING_ROWS, transfer};
+pub use decimator::{Decimator, Row, SETTLING_ROWS, transfer};
 pub use fft::{FftError, RealFft};
 pub use grade::{ChannelRange, HitGrader, HitReport, grade, grade_long};
 pub use hit_noise::HitNoise;
@@ -56,6 +56,10 @@ pub type Scan = [u16; CHANNELS];
 pub const RECORD_SCANS: usize = 2048;
 /// Number of scans in a record before the trigger.
 pub const PRE_TRIGGER_SCANS: usize = 80;
+/// Scans in a row of responses of a long record.
+pub const DECIMATION: usize = 80;
+/// Resolution of the codes of a long record, bits.
+pub const ROW_BITS: u8 = 16;
 /// Points of the transform of a long record's responses; the bins of a longer one in between are left out.
 pub const LONG_POINTS: usize = 512;
 /// Number of bins in the averaged spectra of the rig, the first at 0 Hz.

@@ -4,6 +4,13 @@ use super::samples::{extremes, reading_of};
 use super::{CHANNELS, HAMMER, PRE_TRIGGER_SCANS, RECORD_SCANS, Row, Samples, Scan};
 use crate::Real;
 
+/// Number of pre-trigger readings that are averaged to the rest value of a channel.
+///
+/// The last eighth is left out because the contact begins before the force reaches the trigger level.
+pub(super) const fn rest_scans(pre_trigger: usize) -> usize {
+    pre_trigger - pre_trigger / 8
+}
+
 /// A ring buffer of the latest [`RECORD_SCANS`] scans.
 ///
 /// Every new scan overwrites the oldest one; a complete record is read from the oldest scan on. While the rig waits for
