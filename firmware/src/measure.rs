@@ -8,6 +8,7 @@ use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
+use massline_protocol::message::EstimatedMass;
 use massline_shared::measurement::NextAction;
 use massline_shared::signal::{CHANNELS, Scan};
 use massline_shared::units::ScanIndex;
@@ -136,7 +137,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
     async fn keep_result(&mut self) {
         let rig = self.rig;
         let mut store = self.store.lock().await;
-        let mass = rig.measurement.borrow().estimates().next().map(|best| mass_of(&best));
+        let mass = best_mass(rig);
         let result = StoredResult::new(rig, store.next_number());
         let put = store.put_result(&result, rig.layout_hash.get(), mass).await;
         let mut measurement = rig.measurement.borrow_mut();
@@ -148,4 +149,13 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
             Err(_) => measurement.not_stored(),
         }
     }
+}
+
+/// The mass of the best estimate of the measurement.
+// Not inlined: the estimate is computed on its stack.
+#[inline(never)]
+fn best_mass(rig: &Rig<'_>) -> Option<EstimatedMass> {
+    let measurement = rig.measurement.borrow();
+    let best = measurement.result().estimates.first().map(mass_of);
+    best.or_else(|| measurement.modal_estimates().next().map(|best| mass_of(&best)))
 }

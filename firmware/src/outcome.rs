@@ -6,6 +6,7 @@ use massline_protocol::diagnostic::DiagnosticList;
 use massline_protocol::lines_head::LinesHead;
 use massline_protocol::object::{DofResult, ResultHead, StoredEstimate};
 use massline_protocol::{calibration_checksum, crc32_of_chunks};
+use massline_shared::measurement::Measurement;
 use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 
@@ -63,12 +64,27 @@ impl<'a, 'm> StoredResult<'a, 'm> {
         for (details, lines) in result.dofs.iter().zip(result.lines) {
             bytes.put(&LinesHead::of(details, lines));
         }
-        bytes.put(&(measurement.estimates().count() as u32));
-        for estimate in measurement.estimates() {
-            bytes.put(&StoredEstimate::from(&estimate));
+        let of_modes = count_modal(&measurement);
+        bytes.put(&((result.estimates.len() + of_modes) as u32));
+        for estimate in result.estimates {
+            bytes.put(&StoredEstimate::from(estimate));
         }
+        put_modal(&measurement, &mut bytes);
         bytes.put(&DiagnosticList(result.diagnostics.clone()));
     }
+}
+
+/// Number of estimates of the suspension modes.
+#[inline(never)]
+fn count_modal(measurement: &Measurement<'_, f32>) -> usize {
+    measurement.modal_estimates().count()
+}
+
+/// Writes the estimates of the suspension modes.
+// Not inlined: each of them is computed on its stack.
+#[inline(never)]
+fn put_modal(measurement: &Measurement<'_, f32>, bytes: &mut Bytes<'_>) {
+    measurement.modal_estimates().for_each(|estimate| bytes.put(&StoredEstimate::from(&estimate)));
 }
 
 impl Source for StoredResult<'_, '_> {

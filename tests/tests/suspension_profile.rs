@@ -90,7 +90,7 @@ fn campaign(layout: &RigLayout) -> (Flash, Vec<Estimate<f32>>, [f32; 6], f64) {
     assert!(!solver.has_failed(), "{:?}", rig.diagnostics());
     let frequencies = solver.modes().iter().map(|mode| mode.frequency_hz).collect::<Vec<_>>();
     let frequencies = frequencies.try_into().expect("six modes");
-    (flash, rig.estimates().collect(), frequencies, ringing_s(rig.adc()))
+    (flash, rig.modal_estimates().collect(), frequencies, ringing_s(rig.adc()))
 }
 
 #[test]

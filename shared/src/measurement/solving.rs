@@ -119,14 +119,13 @@ impl<R: RealFft> Measurement<'_, R> {
         self.memory.answers.solver()
     }
 
-    /// The estimates so far, one per method, best first, under either profile.
-    pub fn estimates(&self) -> impl Iterator<Item = Estimate<R>> + '_ {
+    /// The estimates of the methods that use the suspension modes, best first. They are computed when they are needed.
+    pub fn modal_estimates(&self) -> impl Iterator<Item = Estimate<R>> + '_ {
         let of_modes = self.solver().zip(self.layout.as_ref()).into_iter();
-        let of_modes = of_modes.flat_map(|(solver, layout)| {
+        of_modes.flat_map(|(solver, layout)| {
             let lent = self.memory.spectra.lent();
             Method::of_modes()
                 .filter_map(move |method| solver.estimate_from(method, layout, lent)?.ok())
-        });
-        self.memory.answers.estimates().iter().cloned().chain(of_modes)
+        })
     }
 }
