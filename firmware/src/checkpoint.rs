@@ -171,7 +171,7 @@ enum StoredDof {
 impl StoredDof {
     /// Decodes the beginning of a stored DOF.
     fn of(rig: &Rig<'_>, bytes: &[u8]) -> Option<Self> {
-        match rig.profile() {
+        match rig.measurement.borrow().profile() {
             TestProfile::MassLine => postcard::from_bytes(bytes).ok().map(Self::MassLines),
             TestProfile::Suspension => head_of_dof(bytes).map(Self::Lines),
         }
@@ -313,8 +313,23 @@ fn bit_of(index: usize) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::MAX_LINES_HEAD;
     use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
     use massline_shared::measurement::campaign::{Object, Outcome, Start};
+
+    #[test]
+    fn the_longest_head_of_lines_fits_the_store() {
+        let head = LinesHead {
+            dof: "65535:-Z".parse().expect("a DOF"),
+            index: u8::MAX,
+            hits: u16::MAX,
+            band_hz: [1.0; 2],
+            coherence: Some([1.0; 9]),
+            mean_squared: 1.0,
+            scatter_squared: 1.0,
+        };
+        postcard::to_slice(&head, &mut [0; MAX_LINES_HEAD]).expect("fits");
+    }
 
     #[test]
     fn the_longest_progress_fits_the_store() {

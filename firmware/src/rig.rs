@@ -89,17 +89,11 @@ impl<'m> Rig<'m> {
         Ok(())
     }
 
-    /// The profile of the layout in use.
-    pub fn profile(&self) -> TestProfile {
-        let measurement = self.measurement.borrow();
-        measurement.layout().map_or_else(TestProfile::default, |layout| layout.test.profile)
-    }
-
     /// What a campaign with the layout in use will store. A campaign by mass lines stores no other lines.
     pub fn campaign_size(&self) -> CampaignSize {
         let measurement = self.measurement.borrow();
         let Some(layout) = measurement.layout() else { return CampaignSize { dofs: 0, lines: 0 } };
-        let lines = match layout.test.profile {
+        let lines = match measurement.profile() {
             TestProfile::MassLine => 0,
             TestProfile::Suspension => measurement.adc_in_use().responses() * COMPACT_RESPONSE,
         };

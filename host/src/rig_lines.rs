@@ -7,7 +7,7 @@ use massline_shared::signal::{AdcProperties, ringing_s};
 
 use crate::archive::{Archive, ArchivedLines};
 use crate::client::{Client, ClientError};
-use crate::suspension::{DofLines, MeasuredLines};
+use crate::suspension::{DofLines, TestLines};
 
 /// The lines of the DOFs of a result; none in the mass-line profile.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -69,7 +69,7 @@ impl StoredTest<'_> {
     }
 
     /// The lines with the layout of the test, and how long the object has rung in each record, s; `None` without lines.
-    pub fn measured_lines(&self, layout: &HostLayout) -> Option<(MeasuredLines, f64)> {
+    pub fn measured_lines(&self, layout: &HostLayout) -> Option<(TestLines, f64)> {
         let adc = self.lines.adc.filter(|_| !self.lines.dofs.is_empty())?;
         let of = |lines: &ArchivedLines| {
             let head = self.result.lines.iter().find(|head| head.dof.to_string() == lines.dof)?;
@@ -77,6 +77,6 @@ impl StoredTest<'_> {
             Some(DofLines { dof: usize::from(head.index), lines: all })
         };
         let dofs: Vec<_> = self.lines.dofs.iter().filter_map(of).collect();
-        Some((MeasuredLines::new(layout, &adc, &dofs), ringing_s(&adc)))
+        Some((TestLines::new(layout, &adc, &dofs), ringing_s(&adc)))
     }
 }

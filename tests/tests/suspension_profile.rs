@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use massline::commands::bench_test::nominal_calibration;
 use massline::layout_file::LayoutFile;
-use massline::suspension::{DofLines, MeasuredLines};
+use massline::suspension::{DofLines, TestLines};
 use massline_shared::identify::{Estimate, Method};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Start;
@@ -25,15 +25,10 @@ const HITS: u8 = 2;
 /// The wheel's layout under the profile.
 fn layout() -> RigLayout {
     let text = include_str!("../../host/examples/wheel.toml");
-    let mut text: String = text.lines().filter(|line| !line.starts_with("[test]")).fold(
-        String::new(),
-        |text, line| {
-            if line.starts_with("profile") { text } else { text + line + "\n" }
-        },
-    );
-    text += &format!("\n[test]\nprofile = \"suspension\"\nhits_per_dof = {HITS}\n");
-    let file = LayoutFile::parse(&text, "wheel.toml").expect("a layout");
-    file.layout.cast().expect("it fits a rig")
+    let file = LayoutFile::parse(text, "wheel.toml").expect("a layout");
+    let mut layout: RigLayout = file.layout.cast().expect("it fits a rig");
+    layout.test.hits_per_dof = HITS;
+    layout
 }
 
 /// The bytes of every response that has been stored, by DOF and response.
@@ -113,7 +108,7 @@ fn rig_and_host_answer_the_same_lines_alike() {
         .collect();
     let bench = Bench::named("wheel").expect("bundled");
     let source = BenchSource::new(&bench, &layout.cast().unwrap(), SEED).unwrap();
-    let measured = MeasuredLines::new(&layout.cast().unwrap(), &source.adc(), &lines);
+    let measured = TestLines::new(&layout.cast().unwrap(), &source.adc(), &lines);
     let wanted: Vec<Method> = Method::of_modes().collect();
     let host = measured.solve(record_s, &wanted, |_, _| ()).expect("the host has answers");
     let mut compared = 0;

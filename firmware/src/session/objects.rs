@@ -10,7 +10,6 @@ use massline_protocol::message::Reason;
 use massline_protocol::object::{
     ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind, READING,
 };
-use massline_shared::layout::TestProfile;
 use massline_shared::measurement::averaging::DofSpectra;
 use massline_shared::measurement::{Measurement, Recorded};
 use massline_shared::signal::{RESPONSES, Record, SPECTRUM_BINS, resolution};
@@ -148,15 +147,13 @@ fn spectra<'r>(
 ) -> Result<([[u8; 4]; HEADER_WORDS], &'r DofSpectra<f32>), Reason> {
     let found = measurement.spectra().filter(|(dof, _)| u32::from(*dof) == object.number);
     let (dof, spectra) = found.ok_or(Reason::NotFound)?;
-    let test = measurement.layout().map(|layout| &layout.test);
-    let decay = test.map_or(0.0, |test| test.exponential_decay);
-    let profile = test.map_or_else(TestProfile::default, |test| test.profile);
+    let decay = measurement.layout().map_or(0.0, |layout| layout.test.exponential_decay);
     let bins = (SPECTRUM_BINS as u16).to_le_bytes();
     let adc = measurement.adc();
     let header = [
         [dof, spectra.hits() as u8, adc.responses() as u8, 0],
         [bins[0], bins[1], 0, 0],
-        resolution::<f32>(adc, profile).to_le_bytes(),
+        resolution::<f32>(adc, measurement.profile()).to_le_bytes(),
         decay.to_le_bytes(),
     ];
     Ok((header, spectra))

@@ -114,13 +114,9 @@ impl ArchivedSpectra {
         let mut h1 = self.h1();
         let bins = h1.iter().map(Vec::len).min().unwrap_or(0);
         for bin in 0..bins {
-            let mut re: Vec<f64> = h1.iter().map(|of| of[bin].re).collect();
-            let mut im: Vec<f64> = h1.iter().map(|of| of[bin].im).collect();
-            calibration.undo_cross_axis(&mut re);
-            calibration.undo_cross_axis(&mut im);
-            for (of, (re, im)) in h1.iter_mut().zip(re.into_iter().zip(im)) {
-                of[bin] = Complex::new(re, im);
-            }
+            let mut of_bin: Vec<Complex<f64>> = h1.iter().map(|of| of[bin]).collect();
+            calibration.undo_cross_axis(&mut of_bin);
+            h1.iter_mut().zip(of_bin).for_each(|(of, corrected)| of[bin] = corrected);
         }
         let frequency_hz: Vec<f64> = (1..bins).map(|bin| bin as f64 * self.resolution_hz).collect();
         let reference = NodeDirection::from(dof);

@@ -2,27 +2,20 @@
 
 use massline_shared::diagnosis::{Setting, Subject};
 use massline_shared::layout::check_settings;
-use massline_shared::signal::{AdcProperties, SPECTRUM_BINS, transform_of};
-use massline_shared::units::{Hertz, Seconds, Volts};
+use massline_shared::signal::{SPECTRUM_BINS, transform_of};
 
 use super::LayoutFile;
 use super::error::Place;
 use crate::report::message;
 
-/// The converter of a rig, as far as settings depend on it.
-const ADC: AdcProperties = AdcProperties {
-    rate: Hertz(4000.0),
-    channels: 10,
-    bits: 12,
-    reference: Volts(3.0),
-    channel_delay: Seconds(0.0),
-};
+/// Scans per second of a rig.
+const RATE: f32 = 4000.0;
 
 impl LayoutFile {
     /// The first setting that no rig can measure with: its place in the file, and why.
     pub fn not_for_a_rig(&self) -> Option<String> {
         let test = &self.layout.test;
-        let (rate, points) = transform_of(&ADC, test.profile);
+        let (rate, points) = transform_of(RATE, test.profile);
         let found = check_settings(test, rate.into(), points, SPECTRUM_BINS);
         let first = found.first()?;
         let place = match first.subject {

@@ -12,7 +12,7 @@ use massline_shared::units::ScanIndex;
 use massline_virtual::source::ScanSource;
 
 use crate::report;
-use crate::suspension::{DofLines, MeasuredLines};
+use crate::suspension::{DofLines, TestLines};
 
 /// A layout in the rig's capacity and in double precision.
 pub type TestLayout = measurement::TestLayout<f64>;
@@ -64,8 +64,8 @@ pub enum MeasureError {
     NeverTriggered(usize),
     /// Too many hits were rejected.
     #[error(
-        "{MOST_REJECTED} hits at DOF {} were rejected; look at test.min_peak_force_n and at the \
-         force of the bench's taps", .0 + 1
+        "{MOST_REJECTED} hits at DOF {} were rejected; look at test.min_peak_force_n or test.impulse_ns, and at \
+         the force of the bench's taps", .0 + 1
     )]
     AlwaysRejected(usize),
     /// A rig cannot measure with this layout.
@@ -164,7 +164,7 @@ fn solve_lines(rig: &Measurement<'_, f64>, lines: &[DofLines]) -> Solved {
     let layout = rig.layout().filter(|_| !lines.is_empty()).and_then(TestLayout::cast);
     let Some(layout) = layout else { return Solved::default() };
     let wanted: Vec<Method> = Method::of_modes().chain([Method::GlobalFit]).collect();
-    let measured = MeasuredLines::new(&layout, rig.adc(), lines);
+    let measured = TestLines::new(&layout, rig.adc(), lines);
     match measured.solve(ringing_s(rig.adc()), &wanted, |_, _| ()) {
         Ok(found) => Solved {
             estimates: found.estimates,

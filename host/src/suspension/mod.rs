@@ -9,12 +9,12 @@ mod first_look;
 mod global;
 mod gravity;
 mod mass_lines;
-mod measured_lines;
 mod methods;
 mod modes;
 mod reciprocity;
 mod rigidity;
 mod survey;
+mod test_lines;
 
 use massline_shared::FrequencyResponses;
 use massline_shared::body::{RigidBody, scale};
@@ -33,12 +33,12 @@ pub use comparison::{Comparison, Doubt, compare};
 pub use first_look::{FirstLook, find_modes};
 pub use global::GlobalAnswer;
 pub use mass_lines::MassLineAnswers;
-pub use measured_lines::{DofLines, MeasuredLines};
 pub use methods::{Answered, ModeChoice, Variant, answered};
 pub use modes::{ModeRow, OrderRow, PoleRow, SuspensionModes};
 pub use reciprocity::reciprocity_of_mass_lines;
 use rigidity::not_rigid;
 pub use survey::{Asked, Survey};
+pub use test_lines::{DofLines, TestLines};
 
 /// A fit with the capacity of the host.
 pub type HostFit<'a> = SuspensionFit<'a, f64, HOST_SENSORS, HOST_HITS>;

@@ -276,12 +276,9 @@ const LOW_PASS_SIGMA: f64 = 0.05;
 
 /// Standard deviation of the difference between the time constants of a response and the force, s.
 fn lag_sigma<R: RealFft>(calibration: &Calibration) -> R {
-    let lag = |channel: usize| {
-        let cutoff = calibration.channels[channel].cutoff.0;
-        if cutoff > 0.0 { (core::f32::consts::TAU * cutoff).recip() } else { 0.0 }
-    };
-    let largest = (HAMMER + 1..CHANNELS).map(lag).fold(0.0, f32::max);
-    R::of(f64::from(libm::hypotf(lag(HAMMER), largest)) * LOW_PASS_SIGMA)
+    let lags = (HAMMER + 1..CHANNELS).map(|channel| calibration.lag(channel));
+    let largest = lags.fold(0.0, f32::max);
+    R::of(f64::from(libm::hypotf(calibration.lag(HAMMER), largest)) * LOW_PASS_SIGMA)
 }
 
 /// Duration of a record, s.

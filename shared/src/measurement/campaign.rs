@@ -226,11 +226,6 @@ impl Campaign {
         }
     }
 
-    /// True while the campaign is interrupted.
-    pub fn is_paused(&self) -> bool {
-        self.paused
-    }
-
     /// True from the start to the end of a campaign, including pauses.
     pub fn is_running(&self) -> bool {
         !matches!(self.state, State::Aborted | State::Done { .. })

@@ -55,11 +55,11 @@ impl<R: RealFft> Measurement<'_, R> {
             return;
         }
         self.save_record();
+        let profile = self.profile();
         if let Activity::Measuring(campaign, task) = &mut self.activity {
             self.memory.record.begin_wait();
             let test = self.layout.as_ref().map(|layout| &layout.test);
             let level = Newtons(test.map_or(0.0, |test| test.trigger_n.to_f32()));
-            let profile = test.map_or_else(TestProfile::default, |test| test.profile);
             let capture = Capturing::new(&self.adc, &self.calibration, level, profile);
             *task = Task::Capture { capture, trigger: None };
             campaign.armed();

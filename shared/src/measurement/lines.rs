@@ -35,9 +35,10 @@ impl<R: RealFft> Measurement<'_, R> {
     pub fn line(&self, response: usize, line: usize) -> Complex<R> {
         let estimator = self.test().frf_estimator;
         let first = response - response % 3;
-        let axes =
+        let mut axes =
             core::array::from_fn(|axis| self.memory.spectra.frf(estimator, first + axis, line));
-        self.calibration.own_axes(response / 3, &axes)[response % 3]
+        self.calibration.to_own_axes(response / 3, &mut axes);
+        axes[response % 3]
     }
 
     /// Reports that the lines of the DOF are stored.

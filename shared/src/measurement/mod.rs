@@ -70,7 +70,7 @@ use crate::diagnosis::{Diagnostic, Diagnostics};
 use crate::layout::{Layout, RIG_HITS, RIG_SENSORS};
 use crate::signal::{AdcProperties, Calibration, RealFft};
 use crate::units::ScanIndex;
-use campaign::{Campaign, Step};
+use campaign::{Campaign, Phase, Step};
 use hits::Task;
 use undo::LastAccepted;
 use view::EVENTS;
@@ -196,7 +196,7 @@ impl<'m, R: RealFft> Measurement<'m, R> {
                 }
                 (_, Task::Grade { .. }) => NextAction::Compute,
                 (Step::Rest | Step::AwaitHit { .. }, _) => NextAction::Wait,
-                (Step::CloseDof { .. }, Task::StoreLines) if campaign.is_paused() => {
+                (Step::CloseDof { .. }, Task::StoreLines) if campaign.phase() == Phase::Paused => {
                     NextAction::Wait
                 }
                 (Step::CloseDof { dof }, Task::StoreLines) => NextAction::StoreLines { dof },

@@ -116,7 +116,7 @@ impl<R: RealFft> Measurement<'_, R> {
         };
         let body = assumed_body(None, places);
         let mut diagnostics = Applicability::new(layout, &body, &methods).diagnostics;
-        let (rate, points) = transform_of(&self.adc, profile);
+        let (rate, points) = transform_of(self.adc.rate.0, profile);
         let rate = R::of(f64::from(rate));
         for found in check_settings(&layout.test, rate, points, SPECTRUM_BINS) {
             note(&mut diagnostics, found);
@@ -137,9 +137,14 @@ impl<R: RealFft> Measurement<'_, R> {
         hit.map_or_else(R::zero, |hit| hit.relative_scatter(distance))
     }
 
+    /// The profile of the layout.
+    pub fn profile(&self) -> TestProfile {
+        self.layout.as_ref().map_or_else(TestProfile::default, |layout| layout.test.profile)
+    }
+
     /// True in the suspension profile.
     pub(super) fn is_long(&self) -> bool {
-        self.test().profile == TestProfile::Suspension
+        self.profile() == TestProfile::Suspension
     }
 
     /// The settings of the test.

@@ -1,14 +1,15 @@
 //! Where the bins of a profile lie.
 
-use super::{AdcProperties, LONG_POINTS, PRE_TRIGGER_SCANS, RECORD_SCANS};
+use super::{AdcProperties, DECIMATION, LONG_POINTS, PRE_TRIGGER_SCANS, RECORD_SCANS};
 use crate::Real;
 use crate::layout::TestProfile;
 
-/// Rate of the responses and number of points of their transform: those of a whole record, or of the long record's pieces.
-pub fn transform_of(adc: &AdcProperties, profile: TestProfile) -> (f32, usize) {
+/// Rate of the responses and number of points of their transform, for this many scans per second: those of a whole record, or
+/// of the long record's pieces.
+pub fn transform_of(rate: f32, profile: TestProfile) -> (f32, usize) {
     match profile {
-        TestProfile::MassLine => (adc.rate.0, RECORD_SCANS),
-        TestProfile::Suspension => (adc.of_rows().rate.0, LONG_POINTS),
+        TestProfile::MassLine => (rate, RECORD_SCANS),
+        TestProfile::Suspension => (rate / DECIMATION as f32, LONG_POINTS),
     }
 }
 
@@ -24,7 +25,7 @@ pub fn transform_of(adc: &AdcProperties, profile: TestProfile) -> (f32, usize) {
 /// assert_eq!(resolution::<f64>(&adc, TestProfile::Suspension), 0.097_656_25);
 /// ```
 pub fn resolution<R: Real>(adc: &AdcProperties, profile: TestProfile) -> R {
-    let (rate, points) = transform_of(adc, profile);
+    let (rate, points) = transform_of(adc.rate.0, profile);
     R::of(f64::from(rate)) / R::of(points as f64)
 }
 

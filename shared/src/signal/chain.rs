@@ -1,6 +1,6 @@
 //! The electrical chain between a physical quantity and its ADC code.
 
-use nalgebra::{Complex, Matrix3, Vector3};
+use nalgebra::{ComplexField, Matrix3};
 
 use super::{CHANNELS, DECIMATION, RESPONSES, ROW_BITS};
 use crate::Real;
@@ -163,22 +163,34 @@ impl Calibration {
     /// calibration.undo_cross_axis(&mut readings);
     /// assert!(readings[0].abs() < 1e-6 && (readings[1] - 10.0).abs() < 1e-6);
     /// ```
-    pub fn undo_cross_axis<R: Real>(&self, readings: &mut [R]) {
-        for (axes, cross_axis) in readings.chunks_exact_mut(3).zip(&self.cross_axis) {
-            // A usable matrix is diagonally dominant, so it has an inverse.
-            let Some(inverse) = cross_axis.matrix::<R>().try_inverse() else { continue };
-            let read = Vector3::from_column_slice(axes);
-            axes.copy_from_slice((inverse * read).as_slice());
+    pub fn undo_cross_axis<T>(&self, readings: &mut [T])
+    where
+        T: ComplexField<RealField: Real>,
+    {
+        for (sensor, axes) in readings.as_chunks_mut().0.iter_mut().enumerate() {
+            self.to_own_axes(sensor, axes);
         }
     }
 
-    /// The complex readings of one sensor without its cross-axis sensitivities: those for motion along its own axes.
-    pub fn own_axes<R: Real>(&self, sensor: usize, axes: &[Complex<R>; 3]) -> [Complex<R>; 3] {
-        let inverse = self.cross_axis.get(sensor).and_then(|of| of.matrix::<R>().try_inverse());
-        let Some(inverse) = inverse else { return *axes };
-        let part = |part: fn(&Complex<R>) -> R| inverse * Vector3::from(axes.each_ref().map(part));
-        let (re, im) = (part(|z| z.re), part(|z| z.im));
-        core::array::from_fn(|axis| Complex::new(re[axis], im[axis]))
+    /// Removes the cross-axis sensitivities from the readings of one sensor: what is left is the motion along its own axes.
+    pub fn to_own_axes<T>(&self, sensor: usize, axes: &mut [T; 3])
+    where
+        T: ComplexField<RealField: Real>,
+    {
+        // A usable matrix is diagonally dominant, so it has an inverse.
+        let inverse =
+            self.cross_axis.get(sensor).and_then(|of| of.matrix::<T::RealField>().try_inverse());
+        let Some(inverse) = inverse else { return };
+        let [x, y, z] = axes.clone();
+        for (axis, row) in axes.iter_mut().zip(inverse.row_iter()) {
+            *axis = x.clone().scale(row[0]) + y.clone().scale(row[1]) + z.clone().scale(row[2]);
+        }
+    }
+
+    /// The time constant of a channel's low-pass, s; zero without one.
+    pub fn lag(&self, channel: usize) -> f32 {
+        let cutoff = self.channels.get(channel).map_or(0.0, |channel| channel.cutoff.0);
+        if cutoff > 0.0 { (core::f32::consts::TAU * cutoff).recip() } else { 0.0 }
     }
 
     /// Sensitivity of a sensor, V/(m/s²): row `k` is the output of its channel `k` for unit acceleration
@@ -247,6 +259,7 @@ impl Default for Calibration {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
 
     #[test]
     fn a_range_that_leaves_no_room_for_a_hit_or_is_no_number_is_not_usable() {

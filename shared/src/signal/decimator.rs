@@ -153,7 +153,7 @@ fn tap(at: usize) -> f32 {
 /// ```
 pub fn transfer<R: Real>(s: Complex<R>, interval: R) -> Complex<R> {
     let one = Complex::new(R::one(), R::zero());
-    let after = |scans: usize| power(-(s.scale(interval * R::of(scans as f64))));
+    let after = |scans: usize| complex_exp(-(s.scale(interval * R::of(scans as f64))));
     let count = R::of(FIRST as f64);
     let mut sum = Complex::new(R::zero(), R::zero());
     // Summed rather than divided, since numerator and denominator of the closed form vanish with s.
@@ -171,7 +171,7 @@ pub fn transfer<R: Real>(s: Complex<R>, interval: R) -> Complex<R> {
 }
 
 /// `e^z`.
-pub(super) fn power<R: Real>(z: Complex<R>) -> Complex<R> {
+pub(super) fn complex_exp<R: Real>(z: Complex<R>) -> Complex<R> {
     let (sin, cos) = z.im.sin_cos();
     Complex::new(cos, sin).scale(z.re.exp())
 }
@@ -225,7 +225,7 @@ mod tests {
                 .sum();
             let measured = sum / 500.0 / amplitude;
             // The rows are 79 scans late, by which an alias turns.
-            let turned = power(Complex::new(0.0, (omega - seen) * 79.0 * INTERVAL));
+            let turned = complex_exp(Complex::new(0.0, (omega - seen) * 79.0 * INTERVAL));
             let expected = transfer(Complex::new(0.0, omega), INTERVAL) * turned;
             // Rounding of a periodic signal is periodic too, so its mean product with a wave need not vanish: half a code.
             let tolerance = 0.5 / amplitude;
@@ -265,7 +265,7 @@ mod tests {
                 if let Some(row) = decimator.feed(&scan, ScanIndex(n)).filter(|_| n > at) {
                     let value = (f64::from(row[0]) - 20_000.0) / 45_535.0;
                     let delay = (n - at) as f64 * INTERVAL;
-                    sum += power(-s * delay) * value;
+                    sum += complex_exp(-s * delay) * value;
                 }
             }
         }

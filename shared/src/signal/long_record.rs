@@ -3,7 +3,7 @@
 use nalgebra::Complex;
 
 use super::chain::HAMMER;
-use super::decimator::power;
+use super::decimator::complex_exp;
 use super::record::rest_scans;
 use super::{
     AdcProperties, CHANNELS, Calibration, DECIMATION, FftError, LONG_POINTS, PRE_TRIGGER_SCANS,
@@ -48,15 +48,11 @@ impl<R: RealFft> LongRecordAnalysis<R> {
         let rows = adc.of_rows();
         let interval = R::one() / of(adc.rate.0);
         let into_row = trigger.0 % DECIMATION as u64;
-        let lag = |channel: usize| {
-            let lag = R::one() / (R::two_pi() * of(calibration.channels[channel].cutoff.0));
-            if lag.finite() { lag } else { R::zero() }
-        };
         Self {
             interval,
             channel_delay: of(adc.channel_delay.0),
             scale: core::array::from_fn(|channel| of(calibration.per_code(&rows, channel))),
-            lag: core::array::from_fn(lag),
+            lag: core::array::from_fn(|channel| of(calibration.lag(channel))),
             decay: test.exponential_decay,
             // The cast turns NaN into 0.
             half_width: (test.force_window_s / interval).to_f64() as usize,
@@ -79,8 +75,8 @@ impl<R: RealFft> LongRecordAnalysis<R> {
         let count = 2 * self.half_width + 1;
         for (line, to) in lines.iter_mut().enumerate() {
             let s = self.s(line);
-            let step = power(-(s.scale(self.interval)));
-            let mut wave = power(-(s.scale(self.interval * before)));
+            let step = complex_exp(-(s.scale(self.interval)));
+            let mut wave = complex_exp(-(s.scale(self.interval * before)));
             let mut sum = Complex::new(R::zero(), R::zero());
             for reading in record.readings(HAMMER, start).take(count) {
                 sum += wave.scale(reading - rest);
@@ -138,8 +134,8 @@ impl<R: RealFft> LongRecordAnalysis<R> {
         let delay = self.channel_delay * R::of(channel as f64);
         for (line, value) in lines.iter_mut().enumerate() {
             let s = self.s(line);
-            let turned = power(Complex::new(R::zero(), s.im * ahead));
-            let late = power(-(s.scale(self.first_row + delay)));
+            let turned = complex_exp(Complex::new(R::zero(), s.im * ahead));
+            let late = complex_exp(-(s.scale(self.first_row + delay)));
             let low_pass = Complex::new(R::one(), R::zero()) + s.scale(self.lag[channel]);
             *value = *value * turned * late * low_pass / transfer(s, self.interval);
         }

@@ -6,6 +6,9 @@
 //! A *scan* is one reading of every channel: the hammer first, then sensor 1 x, y, z, sensor 2 x, … Channel
 //! `k` is sampled `k·τ` after the hammer. A *record* is a fixed number of scans around one hit; the first of
 //! them are from before the contact.
+//!
+//! A *long record*, of the suspension profile, has the force at the full rate and decimated *rows* of responses
+//! (`decimator`, `long_capture`, `grade/long`, `long_record`).
 
 mod analysis;
 mod bins;

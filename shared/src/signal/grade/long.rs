@@ -75,7 +75,7 @@ pub fn grade_long(
     if unrest > SWINGS {
         found.about_channel(Code::PreTriggerNotQuiet, largest.spread.channel, unrest);
     }
-    let seconds = (record.len() - PRE_TRIGGER_SCANS) as f32 / rows.rate.0;
+    let seconds = record.len().saturating_sub(PRE_TRIGGER_SCANS) as f32 / rows.rate.0;
     let left = largest.end.value * libm::expf(-test.exponential_decay * seconds);
     if left > largest.peak.value * LEFT {
         let left = left / largest.peak.value;

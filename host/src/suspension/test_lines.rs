@@ -21,7 +21,7 @@ pub struct DofLines {
 
 /// The lines of a campaign.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MeasuredLines {
+pub struct TestLines {
     /// The layout with the DOFs that were measured.
     layout: HostLayout,
     frequencies: Vec<f64>,
@@ -31,7 +31,7 @@ pub struct MeasuredLines {
     spacing: f64,
 }
 
-impl MeasuredLines {
+impl TestLines {
     /// The lines within the band of the layout. A DOF whose lines are not those of all responses is left out.
     pub fn new(layout: &HostLayout, adc: &AdcProperties, dofs: &[DofLines]) -> Self {
         let channels = 3 * layout.sensors.len();
