@@ -54,7 +54,7 @@ impl Test {
         let step = 12.0 / (lines - 1) as f64;
         let frequencies: Vec<f64> = (0..lines).map(|line| 0.5 + step * line as f64).collect();
         let mut accelerance =
-            frequency_responses(&bench, &file.layout, &frequencies, &Besides::default())
+            frequency_responses(&bench, &file.layout, &frequencies, 0.0, &Besides::default())
                 .expect("the wheel hangs");
         add_noise(&mut accelerance, NOISE, SEED, 0);
         Self { file, truth: bench.truth(), frequencies, accelerance }

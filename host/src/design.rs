@@ -1,25 +1,33 @@
 //! Predictions before anything is glued: the uncertainty of a layout, what limits it, and better layouts.
 //!
 //! All predictions are the Cramér-Rao bound under the whole error budget of the layout file, for the body of
-//! `[reference]` or an assumed body.
+//! `[reference]` or an assumed body, and in the suspension profile for assumed modes.
 
+mod assumptions;
 mod candidates;
+mod criterion;
+mod forecast;
 mod predicted;
 pub mod report;
 mod suggest;
+mod suspension;
 
+pub use assumptions::Assumptions;
 pub use candidates::Candidates;
+pub use criterion::LayoutCriterion;
+pub use forecast::{Forecast, forecast};
 pub use predicted::{Advice, DesignReport, Predicted};
 pub use suggest::{Options, Suggestion, Wanted, suggest};
 
-use massline_shared::design::Criterion;
+use massline_shared::identify::{Method, Methods};
+use massline_shared::layout::TestProfile;
 
-use crate::layout_file::LayoutFile;
-use crate::solve::body_for_checks;
+use crate::identification::Selection;
 
-/// The criterion for a layout file, with a sentence that names its body. `noise` is relative to 1/m; `length`
-/// scales the inertial parameters, m.
-fn criterion_for(file: &LayoutFile, length: f64, noise: f64) -> (Criterion<f64>, String) {
-    let (body, whose) = body_for_checks(file);
-    (Criterion::new(body, length, noise), whose)
+/// The methods that answer the tests of a profile.
+fn methods_of(profile: TestProfile) -> Methods {
+    match profile {
+        TestProfile::MassLine => Method::of_mass_lines().collect(),
+        TestProfile::Suspension => Selection::All.modal_methods(),
+    }
 }

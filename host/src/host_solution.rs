@@ -20,7 +20,7 @@ use massline_protocol::object::MeasurementResult;
 use massline_shared::body::scale;
 use massline_shared::diagnosis::{Diagnostic, Severity, Subject};
 use massline_shared::identify::global_fit::GlobalFitSolution;
-use massline_shared::identify::{Estimate, IdentifySettings, Method, Observable, Observations};
+use massline_shared::identify::{Estimate, IdentifySettings, Method, Observations};
 use massline_shared::layout::{HostLayout, TestProfile};
 use nalgebra::SVector;
 
@@ -101,7 +101,7 @@ impl<'a> HostSolution<'a> {
     }
 
     fn of_lines(test: StoredTest<'a>, layout: HostLayout, selection: Selection) -> Self {
-        let wanted = modal_methods(selection);
+        let wanted = selection.modal_methods();
         let Some((lines, record_s)) = test.measured_lines(&layout) else {
             let nothing = Identification::default();
             let notes = missing_lines(test).into_iter().collect();
@@ -329,12 +329,6 @@ impl<'a> HostSolution<'a> {
         let whole = self.result.diagnostics.iter().filter(|d| d.subject == Subject::Whole);
         whole.filter(|d| d.severity > Severity::Note).copied().collect()
     }
-}
-
-/// The selected methods that use the suspension modes.
-fn modal_methods(selection: Selection) -> Vec<Method> {
-    let uses_modes = |method: &Method| method.entry().observes != Observable::MassLines;
-    selection.methods().into_iter().filter(uses_modes).collect()
 }
 
 /// What is said of DOFs whose lines the rig does not have any more.

@@ -11,8 +11,8 @@ use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::influence::{Influence, influences};
 use massline_shared::identify::maximum_likelihood::{self, ErrorBudget, NuisanceEstimates, Start};
 use massline_shared::identify::{
-    self as solvers, DofMassLines, Estimate, IdentifySettings, Method, Methods, Observations,
-    SpectrumBins,
+    self as solvers, DofMassLines, Estimate, IdentifySettings, Method, Methods, Observable,
+    Observations, SpectrumBins,
 };
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 
@@ -42,6 +42,12 @@ impl Selection {
             Self::All => Method::usual().collect(),
             Self::Only(method) => [method].into_iter().collect(),
         }
+    }
+
+    /// Those of them that use the suspension modes.
+    pub fn modal_methods(self) -> Methods {
+        let uses_modes = |method: &Method| method.entry().observes != Observable::MassLines;
+        self.methods().into_iter().filter(uses_modes).collect()
     }
 
     /// True for a selected method.

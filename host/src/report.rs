@@ -34,7 +34,10 @@ pub use global_fit::{global_fit_json, global_fit_text};
 pub use hit::HitSaid;
 pub use measurement::{estimates_of, measurement_json, measurement_text};
 pub use message::{by_code, channel_name, code_name, message, message_in, messages};
-pub use modes::{assurance_text, modes_json, modes_text, orders_text, shapes_text};
+pub use modes::{
+    assurance_text, indicators_text, mode_json, modes_json, modes_text, orders_text, remedies_text,
+    shapes_text,
+};
 pub use refusals::{refusals_json, refusals_text};
 pub use summary::{ResultVerdict, Summary};
 pub use table::{Truth, table};

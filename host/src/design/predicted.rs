@@ -1,12 +1,13 @@
 //! The predicted uncertainty of a layout, what limits it, and the effect of one sensor or hit more or less.
 
 use massline_shared::body::RigidBody;
-use massline_shared::design::{Criterion, Part, parts, total};
+use massline_shared::design::{Criterion, Part, Predict, parts, total};
+use massline_shared::identify::Applicability;
 use massline_shared::identify::maximum_likelihood::workspace;
-use massline_shared::identify::{Applicability, Method, Methods};
 use massline_shared::layout::{Dof, HOST_SENSORS, HostLayout};
+use nalgebra::SVector;
 
-use super::{Candidates, criterion_for};
+use super::{Assumptions, Candidates, LayoutCriterion, methods_of};
 use crate::layout_file::LayoutFile;
 
 /// The predicted uncertainty of a layout.
@@ -32,7 +33,7 @@ pub struct DesignReport {
     /// The effect of one sensor or hit more or less; `None` without a prediction.
     pub advice: Option<Advice>,
     /// The criterion of the prediction: body, noise and scale.
-    pub criterion: Criterion<f64>,
+    pub criterion: LayoutCriterion,
     /// A sentence that names the body of the criterion.
     pub whose: String,
 }
@@ -52,27 +53,33 @@ pub struct Advice {
 
 impl Predicted {
     /// The prediction for a layout; `None` when it does not determine the ten properties.
-    pub(super) fn of(criterion: &Criterion<f64>, layout: &HostLayout) -> Option<Self> {
+    pub(super) fn of(criterion: &LayoutCriterion, layout: &HostLayout) -> Option<Self> {
         let mut memory = memory();
         criterion.cost(layout, &mut memory)?;
-        let bound = criterion.bound(layout, &mut memory)?;
-        let relative = bound.sigma().component_div(&criterion.scale);
-        Some(Self {
-            sigma: bound.sigma().into(),
+        Some(Self::new(&criterion.variances(layout, &mut memory)?, criterion.scale()))
+    }
+
+    /// These variances of `theta`, in SI units, and over these scales.
+    pub(super) fn new(variances: &SVector<f64, 10>, scale: &SVector<f64, 10>) -> Self {
+        let sigma = variances.map(f64::sqrt);
+        let relative = sigma.component_div(scale);
+        Self {
+            sigma: sigma.into(),
             percent_of_scale: (relative * 100.0).into(),
             total_percent_of_scale: percent(relative.norm_squared()),
-        })
+        }
     }
 }
 
 impl DesignReport {
-    /// The prediction for a layout file, with `noise` relative to 1/m.
-    pub fn of(file: &LayoutFile, noise: f64) -> Self {
-        let (criterion, whose) = criterion_for(file, file.layout.characteristic_length(), noise);
-        Self::with(file, &file.layout, criterion, whose)
+    /// The prediction for a layout file under these assumptions, with `noise` relative to 1/m.
+    pub fn of(file: &LayoutFile, assumed: &Assumptions, noise: f64) -> Self {
+        let layout = &file.layout;
+        let criterion = assumed.criterion(layout, layout.characteristic_length(), noise);
+        Self::with(file, layout, criterion, assumed.whose.clone())
     }
 
-    /// The same of a test that was measured: `measured` is its layout, of which `file` states the nodes, and `body` is the
+    /// The same of mass lines that were measured: `measured` is its layout, of which `file` states the nodes, and `body` is the
     /// body that was found.
     pub fn of_test(
         file: &LayoutFile,
@@ -81,17 +88,22 @@ impl DesignReport {
         noise: f64,
     ) -> Self {
         let criterion = Criterion::new(body, measured.characteristic_length(), noise);
-        Self::with(file, measured, criterion, "the body that was found".into())
+        Self::with(
+            file,
+            measured,
+            LayoutCriterion::MassLine(criterion),
+            "the body that was found".into(),
+        )
     }
 
     fn with(
         file: &LayoutFile,
         layout: &HostLayout,
-        criterion: Criterion<f64>,
+        criterion: LayoutCriterion,
         whose: String,
     ) -> Self {
-        let methods: Methods = Method::of_mass_lines().collect();
-        let applicability = Applicability::new(layout, &criterion.body, &methods);
+        let methods = methods_of(layout.test.profile);
+        let applicability = Applicability::new(layout, criterion.body(), &methods);
         let possible = methods.iter().any(|&method| applicability.admits(method));
         let predicted = if possible { Predicted::of(&criterion, layout) } else { None };
         let parts = predicted.and_then(|_| parts(&criterion, layout, &mut memory()));
@@ -108,7 +120,7 @@ impl DesignReport {
 }
 
 impl Advice {
-    fn of(criterion: &Criterion<f64>, layout: &HostLayout, more: Candidates) -> Self {
+    fn of(criterion: &LayoutCriterion, layout: &HostLayout, more: Candidates) -> Self {
         let memory = &mut memory();
         let hit = criterion.best_further_hit(layout, more.hits, memory);
         let sensor = criterion.best_further_sensor(layout, more.sensors, memory);

@@ -1,19 +1,26 @@
 //! Predictions of layouts as JSON and as text.
 
+use std::ops::Range;
+
 use massline_protocol::LayoutHash;
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
-use massline_shared::design::{self, Criterion, Part};
+use massline_shared::design::{self, Part, Predict};
 use massline_shared::identify::{Applicability, Method};
-use massline_shared::layout::{Dof, HostLayout, RIG_SENSORS, RigLayout};
+use massline_shared::layout::{Dof, HostLayout, RIG_SENSORS, RigLayout, TestProfile};
 
-use super::{Advice, DesignReport, Options, Predicted, Suggestion};
+use super::{
+    Advice, DesignReport, Forecast, LayoutCriterion, Options, Predicted, Suggestion, methods_of,
+};
 use crate::document::{
-    self, AssumedBody, CandidateCounts, ErrorSource, HitTotal, JudgedLayout, JudgedMethod,
-    LayoutCheck, LayoutSuggestion, Prediction, Properties, SensorTotal,
+    self, AssumedBody, CandidateCounts, ErrorSource, ForecastAnswer, HitTotal, JudgedLayout,
+    JudgedMethod, LayoutCheck, LayoutSuggestion, Prediction, Properties, SensorTotal,
 };
 use crate::layout_file::LayoutFile;
 use crate::output::{align_right, table};
-use crate::report::{diagnostics_json, hash_text, message_in, two_digits};
+use crate::report::{
+    diagnostics_json, hash_text, indicators_text, message_in, mode_json, refusals_json,
+    refusals_text, remedies_text, two_digits,
+};
 
 /// Error sources with a smaller share than this are not listed.
 const MIN_SHARE: f64 = 0.005;
@@ -23,6 +30,7 @@ pub fn design_report_json(
     design_report: &DesignReport,
     file: &LayoutFile,
     noise: f64,
+    forecast: Option<&Forecast>,
     notes: Vec<String>,
 ) -> LayoutCheck {
     let judged = Judged {
@@ -32,6 +40,7 @@ pub fn design_report_json(
         criterion: &design_report.criterion,
         whose: &design_report.whose,
         noise,
+        forecast,
     };
     LayoutCheck {
         judged: judged.to_json(notes),
@@ -44,6 +53,7 @@ pub fn design_report_json(
 pub fn suggestion_json(
     suggestion: &Suggestion,
     options: &Options,
+    forecast: Option<&Forecast>,
     notes: Vec<String>,
 ) -> LayoutSuggestion {
     let judged = Judged {
@@ -53,6 +63,7 @@ pub fn suggestion_json(
         criterion: &suggestion.criterion,
         whose: &suggestion.whose,
         noise: options.noise,
+        forecast,
     };
     LayoutSuggestion {
         judged: judged.to_json(notes),
@@ -72,29 +83,31 @@ struct Judged<'a> {
     layout: &'a HostLayout,
     predicted: Option<&'a Predicted>,
     applicability: &'a Applicability<f64>,
-    criterion: &'a Criterion<f64>,
+    criterion: &'a LayoutCriterion,
     whose: &'a str,
     noise: f64,
+    forecast: Option<&'a Forecast>,
 }
 
 impl Judged<'_> {
     /// The keys that `layout check` and `layout suggest` have in common; they are equal for the same layout.
     fn to_json(&self, notes: Vec<String>) -> JudgedLayout {
-        let Self { layout, predicted, applicability, criterion, whose, noise } = *self;
+        let Self { layout, predicted, applicability, criterion, whose, noise, forecast } = *self;
         let found = &applicability.diagnostics;
         JudgedLayout {
             prediction: prediction_json(predicted),
             identifiable: predicted.is_some(),
             rank: applicability.rank,
             condition: Some(applicability.condition).filter(|condition| condition.is_finite()),
-            methods: methods_json(applicability),
-            noise_m_per_s2_per_n: criterion.noise,
+            methods: methods_json(applicability, layout.test.profile),
+            noise_m_per_s2_per_n: criterion.noise(),
             noise,
+            forecast: forecast.map(|forecast| forecast_json(forecast, layout)),
             characteristic_length_m: layout.characteristic_length(),
-            scale: Properties::of(criterion.scale.into()),
+            scale: Properties::of((*criterion.scale()).into()),
             body: AssumedBody {
                 source: whose.to_owned(),
-                properties: criterion.body.theta().into(),
+                properties: criterion.body().theta().into(),
             },
             sensors: layout.sensors.iter().map(|sensor| sensor.node).collect(),
             hits: layout.hits.iter().map(|hit| hit.dof.to_string()).collect(),
@@ -104,6 +117,19 @@ impl Judged<'_> {
             diagnostics: diagnostics_json(found, |d| message_in(d, layout)),
             notes,
         }
+    }
+}
+
+fn forecast_json(forecast: &Forecast, layout: &HostLayout) -> document::Forecast {
+    let answer = |(method, predicted): &(Method, Predicted)| ForecastAnswer {
+        method: method.name(),
+        prediction: prediction_json(Some(predicted)),
+    };
+    document::Forecast {
+        answers: forecast.answers.iter().map(answer).collect(),
+        not_applicable: refusals_json(&forecast.refusals, |d| message_in(d, layout)),
+        combined: prediction_json(forecast.combined.as_ref()),
+        modes: forecast.modes.iter().map(|mode| mode_json(mode, layout)).collect(),
     }
 }
 
@@ -119,8 +145,8 @@ fn prediction_json(predicted: Option<&Predicted>) -> Prediction {
     }
 }
 
-fn methods_json(applicability: &Applicability<f64>) -> Vec<JudgedMethod> {
-    let methods = Method::of_mass_lines().map(|method| {
+fn methods_json(applicability: &Applicability<f64>, profile: TestProfile) -> Vec<JudgedMethod> {
+    let methods = methods_of(profile).into_iter().map(|method| {
         let obstacles: Vec<_> = applicability.obstacles(method).map(|code| code.name()).collect();
         JudgedMethod {
             method: method.name(),
@@ -177,16 +203,56 @@ pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> St
         most(&design_report.parts, |part| part.share, usize::MAX),
     );
     text += &format!(
-        "L = {:.1} mm; rank {} of 10, condition {:.3}; {}\n",
+        "L = {:.1} mm; rank {} of 10, condition {:.3}{}\n",
         file.layout.characteristic_length() * 1e3,
         applicability.rank,
         applicability.condition,
-        methods_text(applicability),
+        methods_text(applicability, file.layout.test.profile),
     );
     if let Some(advice) = &design_report.advice {
         text += &advice_text(advice, &file.layout);
     }
     text
+}
+
+/// What each method would answer as text: how uncertain, and why some have no answer; then the modes.
+pub fn forecast_text(forecast: &Forecast, layout: &HostLayout) -> String {
+    let mut rows: Vec<(&str, &Predicted)> =
+        forecast.answers.iter().map(|(method, predicted)| (method.name(), predicted)).collect();
+    rows.extend(forecast.combined.iter().map(|predicted| ("combined", predicted)));
+    let mut text = String::new();
+    if !rows.is_empty() {
+        text += "each method, ± sd, in a test that was computed with this noise and solved\n";
+        text += &deviations(&rows, 0..4, true);
+        text += &deviations(&rows, 4..10, false);
+    }
+    text += &refusals_text(&forecast.refusals, |d| message_in(d, layout));
+    let modes = &forecast.modes;
+    let hz: Vec<_> = modes.iter().map(|mode| format!("{:.1}", mode.frequency_hz[0])).collect();
+    text += &format!("modes at {} Hz\n", hz.join(", "));
+    text + &indicators_text(modes, layout) + &remedies_text(modes, layout)
+}
+
+/// The modes that the hits hardly move, and which hit would: a line each.
+pub fn unmoved(forecast: &Forecast, layout: &HostLayout) -> String {
+    remedies_text(&forecast.modes, layout)
+}
+
+/// Standard deviations of some properties, and if wanted of all in % of scale: a row for each method.
+fn deviations(rows: &[(&str, &Predicted)], columns: Range<usize>, with_total: bool) -> String {
+    let mut all = table();
+    let parameters = &INERTIAL_PARAMETERS[columns.clone()];
+    let header = parameters.iter().map(|p| format!("{}, {}", p.symbol, p.table_unit));
+    let total = with_total.then(|| "all ten, % of scale".to_owned());
+    all.set_header(std::iter::once(String::new()).chain(header).chain(total));
+    align_right(&mut all, 1..=parameters.len() + usize::from(with_total));
+    for (name, predicted) in rows {
+        let cells = columns.clone().zip(parameters);
+        let cells = cells.map(|(k, of)| two_digits(predicted.sigma[k] * of.table_factor));
+        let total = with_total.then(|| format!("{:.2}", predicted.total_percent_of_scale));
+        all.add_row(std::iter::once((*name).to_owned()).chain(cells).chain(total));
+    }
+    format!("{all}\n")
 }
 
 /// The error sources with the largest shares.
@@ -208,7 +274,11 @@ fn words_of(source: design::ErrorSource) -> String {
     }
 }
 
-fn methods_text(applicability: &Applicability<f64>) -> String {
+/// Which methods of mass lines apply; of those that use suspension modes there is a forecast.
+fn methods_text(applicability: &Applicability<f64>, profile: TestProfile) -> String {
+    if profile == TestProfile::Suspension {
+        return String::new();
+    }
     let message_of = |method: Method| {
         let mut obstacles = applicability.obstacles(method);
         match obstacles.next() {
@@ -216,7 +286,8 @@ fn methods_text(applicability: &Applicability<f64>) -> String {
             Some(code) => format!("{} does not apply ({})", method.name(), code.name()),
         }
     };
-    Method::of_mass_lines().map(message_of).collect::<Vec<_>>().join(", ")
+    let each: Vec<_> = Method::of_mass_lines().map(message_of).collect();
+    format!("; {}", each.join(", "))
 }
 
 /// What one sensor or hit more or less would change, a line each.
@@ -276,10 +347,10 @@ pub fn suggestion_text(suggestion: &Suggestion) -> String {
         None => "not determined".to_owned(),
     };
     format!(
-        "{rows}\nall ten: {:.3} % of scale (root mean square; L = {:.1} mm, of the suggested sensors), now {now}\n{}\n",
+        "{rows}\nall ten: {:.3} % of scale (root mean square; L = {:.1} mm, of the suggested sensors), now {now}{}\n",
         predicted.total_percent_of_scale,
         suggestion.length * 1e3,
-        methods_text(&suggestion.applicability),
+        methods_text(&suggestion.applicability, suggestion.layout.test.profile),
     )
 }
 

@@ -1,13 +1,13 @@
 //! Chooses sensors and hits among the nodes of a layout file.
 
-use massline_shared::design::{Choice, Counts, Criterion, Found, Search, SearchError};
+use massline_shared::design::{Choice, Counts, Found, Predict, Search, SearchError};
+use massline_shared::identify::Applicability;
 use massline_shared::identify::maximum_likelihood::workspace;
-use massline_shared::identify::{Applicability, Method, Methods};
 use massline_shared::layout::{
     HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS, extent,
 };
 
-use super::{Candidates, Predicted, criterion_for};
+use super::{Assumptions, Candidates, LayoutCriterion, Predicted, methods_of};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::layout_file::LayoutFile;
@@ -56,7 +56,7 @@ pub struct Suggestion {
     /// L of the scale of both predictions: [`HostLayout::characteristic_length`] of the suggestion, m.
     pub length: f64,
     /// The criterion of the predictions: body, noise and scale.
-    pub criterion: Criterion<f64>,
+    pub criterion: LayoutCriterion,
     /// A sentence that names the body of the criterion.
     pub whose: String,
 }
@@ -70,6 +70,7 @@ pub struct Suggestion {
 /// properties, 130 on Ctrl-C.
 pub fn suggest(
     file: &LayoutFile,
+    assumed: &Assumptions,
     options: &Options,
     interrupt: &Interrupt,
     progress: impl FnMut(u64) + Send,
@@ -82,7 +83,7 @@ pub fn suggest(
     enough(wanted, &candidates)?;
     // The sensors, whose extent is the scale of a layout, are not chosen yet: their candidates stand for them.
     let (_, spread) = extent(candidates.sensors.iter().map(|sensor| sensor.position));
-    let (criterion, whose) = criterion_for(file, spread, options.noise);
+    let criterion = assumed.criterion(&file.layout, spread, options.noise);
     let mut empty = file.layout.clone();
     empty.sensors.clear();
     empty.hits.clear();
@@ -101,9 +102,9 @@ pub fn suggest(
     };
     let layout = layout.ok_or_else(nothing)?;
     let length = layout.characteristic_length();
-    let (criterion, _) = criterion_for(file, length, options.noise);
-    let methods: Methods = Method::of_mass_lines().collect();
-    let applicability = Applicability::new(&layout, &criterion.body, &methods);
+    let criterion = assumed.criterion(&layout, length, options.noise);
+    let methods = methods_of(layout.test.profile);
+    let applicability = Applicability::new(&layout, criterion.body(), &methods);
     if !methods.iter().any(|&method| applicability.admits(method)) {
         return Err(nothing());
     }
@@ -115,7 +116,7 @@ pub fn suggest(
         candidates,
         length,
         criterion,
-        whose,
+        whose: assumed.whose.clone(),
     })
 }
 
@@ -160,7 +161,7 @@ fn nothing() -> Error {
 /// The inputs that all starts share.
 struct Job<'a> {
     file: &'a LayoutFile,
-    criterion: &'a Criterion<f64>,
+    criterion: &'a LayoutCriterion,
     candidates: &'a Candidates,
     /// The file's layout without sensors and hits.
     empty: &'a HostLayout,

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{Finding, Properties};
+use super::{Finding, Mode, Properties, Refusal};
 
 /// A layout with resolved positions and directions in the body frame.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -154,7 +154,7 @@ pub struct JudgedLayout {
     pub rank: usize,
     /// Their condition in balanced variables; `null` when it is infinite.
     pub condition: Option<f64>,
-    /// The methods of mass lines.
+    /// The methods of the test's profile.
     pub methods: Vec<JudgedMethod>,
     /// Standard deviation of the noise of one accelerance of one hit.
     pub noise_m_per_s2_per_n: f64,
@@ -164,6 +164,9 @@ pub struct JudgedLayout {
     pub characteristic_length_m: f64,
     /// What percentages are of: m, L, L, L and m L².
     pub scale: Properties<f64>,
+    /// In the suspension profile, what each method would answer to a simulated test.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forecast: Option<Forecast>,
     /// The body of the prediction.
     pub body: AssumedBody,
     /// Nodes of the sensors.
@@ -192,6 +195,31 @@ pub struct Prediction {
     pub percent_of_scale: Properties<Option<f64>>,
     /// Their root mean square.
     pub total_percent_of_scale: Option<f64>,
+}
+
+/// What each method would answer to a test of the suspension profile that is computed by formula, with noise.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "forecast")]
+pub struct Forecast {
+    /// The methods with an answer, best first.
+    pub answers: Vec<ForecastAnswer>,
+    /// The methods without one.
+    pub not_applicable: Vec<Refusal>,
+    /// All methods together; all are `null` where they are not combined.
+    pub combined: Prediction,
+    /// The modes of the object, and how much of each a hit shows.
+    pub modes: Vec<Mode>,
+}
+
+/// How uncertain the answer of a method would be.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "forecast_answer")]
+pub struct ForecastAnswer {
+    /// Its name.
+    pub method: &'static str,
+    /// The uncertainty.
+    #[serde(flatten)]
+    pub prediction: Prediction,
 }
 
 /// Whether a method can work.

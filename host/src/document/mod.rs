@@ -46,9 +46,9 @@ pub use finding::{Cause, Failure, Finding, FoundBy, Refusal, Unseen};
 pub use hit_log::{HitRemark, HitVerdict, LoggedHit};
 pub use hits::{Decided, GradedHit, HitFinding, Hits};
 pub use layout::{
-    Advice, AssumedBody, Band, CandidateCounts, ErrorSource, HitTotal, JudgedLayout, JudgedMethod,
-    LayoutCheck, LayoutSuggestion, Prediction, SensorTotal, ShownHit, ShownLayout, ShownSensor,
-    ShownSettings,
+    Advice, AssumedBody, Band, CandidateCounts, ErrorSource, Forecast, ForecastAnswer, HitTotal,
+    JudgedLayout, JudgedMethod, LayoutCheck, LayoutSuggestion, Prediction, SensorTotal, ShownHit,
+    ShownLayout, ShownSensor, ShownSettings,
 };
 pub use list::{
     DeletedResults, History, KeptResult, ListedArchive, ResultsList, Summary, Unreadable,

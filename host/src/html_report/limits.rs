@@ -192,6 +192,12 @@ fn remedy(source: ErrorSource) -> &'static str {
              the object and state the mass in [prior]."
         }
         ErrorSource::Attached => "The mass of attached bodies limits most: weigh them again.",
+        ErrorSource::HitGain => {
+            "The force of the hits at one mark against another limits most: hit more often, and with one hammer tip."
+        }
+        ErrorSource::GravityDirection => {
+            "How the object hangs limits most: level it, or state gravity as measured."
+        }
         ErrorSource::Priors => {
             "What was known before limits most: state [prior] more precisely, or leave it out."
         }

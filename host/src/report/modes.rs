@@ -31,8 +31,7 @@ pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
     }
     let [low, high] = band_hz;
     let mut text = format!("suspension modes from {low} to {high} Hz\n{of_modes}\n");
-    text +=
-        &format!("Norm Indicator: how much of a mode a hit shows\n{}\n", indicators(modes, layout));
+    text += &indicators_text(&modes.rows, layout);
     if let Some(highest) = modes.rows.last().map(|row| row.frequency_hz[0]) {
         let (which, begins) = match modes.rows.len() {
             SUSPENSION_MODES => ("the highest one lies", "begins"),
@@ -54,12 +53,23 @@ pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
     if let Some([x, y, z]) = modes.fitted_gravity {
         text += &format!("gravity as it fits: gravity = [{x:.2}, {y:.2}, {z:.2}] m/s²\n");
     }
-    for (place, row) in modes.rows.iter().enumerate() {
+    text + &remedies_text(&modes.rows, layout)
+}
+
+/// The Norm Indicators alone, one row per hit.
+pub fn indicators_text(modes: &[ModeRow], layout: &HostLayout) -> String {
+    format!("Norm Indicator: how much of a mode a hit shows\n{}\n", indicators(modes, layout))
+}
+
+/// Which hits would show the modes that the hits of the layout hardly show: a line each.
+pub fn remedies_text(modes: &[ModeRow], layout: &HostLayout) -> String {
+    let mut text = String::new();
+    for (place, row) in modes.iter().enumerate() {
         if let Some((share, dof)) = better_hit(row, layout) {
             text += &(hardly_shown(place + 1, share, &dof) + "\n");
         }
     }
-    let missing = SUSPENSION_MODES.saturating_sub(modes.rows.len());
+    let missing = SUSPENSION_MODES.saturating_sub(modes.len());
     if let (1.., Some(dof)) = (missing, new_direction(layout)) {
         text += &(not_shown(missing, &dof) + "\n");
     }
@@ -111,14 +121,14 @@ pub fn orders_text(modes: &SuspensionModes) -> String {
 }
 
 /// Norm Indicators with bars, one row per hit and one column per mode.
-fn indicators(modes: &SuspensionModes, layout: &HostLayout) -> Table {
+fn indicators(modes: &[ModeRow], layout: &HostLayout) -> Table {
     let mut all = table();
-    let header = (1..=modes.rows.len()).map(|mode| mode.to_string());
+    let header = (1..=modes.len()).map(|mode| mode.to_string());
     all.set_header(std::iter::once("hit \\ mode".to_owned()).chain(header));
-    let every = || modes.rows.iter().flat_map(|row| &row.norm_indicators);
+    let every = || modes.iter().flat_map(|row| &row.norm_indicators);
     let largest = every().copied().fold(f64::MIN_POSITIVE, f64::max);
     for (place, hit) in layout.hits.iter().enumerate() {
-        let cells = modes.rows.iter().map(|row| {
+        let cells = modes.iter().map(|row| {
             let indicator = row.norm_indicators.get(place).copied().unwrap_or(0.0);
             let length = (BAR * indicator / largest).round() as usize;
             format!("{indicator:.3} {}", "█".repeat(length))
@@ -148,7 +158,8 @@ pub fn modes_json(
     }
 }
 
-fn mode_json(row: &ModeRow, layout: &HostLayout) -> document::Mode {
+/// A mode as JSON.
+pub fn mode_json(row: &ModeRow, layout: &HostLayout) -> document::Mode {
     // What is not known is NaN.
     let spread =
         |[value, sigma]: [f64; 2]| Spread { value, sigma: Some(sigma).filter(|s| s.is_finite()) };

@@ -354,3 +354,66 @@ fn millimetres_and_settings_of_no_rig_are_named_by_every_command() {
         assert!(value["error"]["message"].as_str().unwrap().contains("wide.toml:"), "{value}");
     }
 }
+
+fn wheel() -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    folder.join("wheel.toml").display().to_string()
+}
+
+#[test]
+fn in_the_suspension_profile_every_method_has_its_forecast_and_every_mode_its_hits() {
+    let (exit, value) = layout(&["check", &wheel(), "--bench", "wheel"]);
+    assert_eq!(exit, 0);
+    assert!(value["body"]["source"].as_str().unwrap().contains("bench"), "{value}");
+    let shares = value["error_sources"].as_array().unwrap();
+    let sum: f64 = shares.iter().map(|source| source["share"].as_f64().unwrap()).sum();
+    // The shares are slopes; what hits beside the mark do in second order, a thousandth here, counts twice.
+    assert!((sum - 1.0).abs() < 3e-3, "{sum}");
+    let forecast = &value["forecast"];
+    let answers = forecast["answers"].as_array().unwrap();
+    let methods: Vec<&str> = answers.iter().map(|of| of["method"].as_str().unwrap()).collect();
+    assert_eq!(methods[0], "global-fit");
+    assert!(methods.contains(&"toivola-nuutila") && methods.contains(&"conti-bretl"));
+    assert!(NAMES.iter().all(|name| answers[1]["sigma"][name].as_f64().unwrap() > 0.0));
+    assert!(total(&forecast["combined"]) > 0.0);
+    // The bound is for the best method; the methods that use less of the data are less certain.
+    assert!(answers[1..].iter().all(|of| total(of) > total(&value)), "{forecast}");
+    let modes = forecast["modes"].as_array().unwrap();
+    assert_eq!(modes.len(), 6);
+    assert_eq!(modes[0]["norm_indicators"].as_array().unwrap().len(), 5);
+    // Without a bench the modes are assumed, and the program says which.
+    let (exit, assumed) = layout(&["check", &wheel()]);
+    assert_eq!(exit, 0);
+    assert!(assumed["body"]["source"].as_str().unwrap().contains("assumed to hang"), "{assumed}");
+}
+
+#[test]
+fn hits_that_leave_modes_without_motion_are_named_before_the_test() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(wheel()).unwrap();
+    let parallel = text.replace(
+        "hits = [\"101:+X\", \"102:+Z\", \"103:+Z\", \"104:+Y\", \"105:+X\"]",
+        "hits = [\"102:+Z\", \"103:+Z\", \"104:+Z\"]",
+    );
+    assert_ne!(text, parallel);
+    let path = folder.path().join("parallel.toml");
+    std::fs::write(&path, parallel).unwrap();
+    let path = path.display().to_string();
+    let (exit, value) = layout(&["check", &path]);
+    assert_eq!(exit, 3);
+    assert_eq!(value["identifiable"], false);
+    let modes = value["forecast"]["modes"].as_array().unwrap();
+    // Hits along z leave the motions along x and y and the turn about z, which is the first of the assumed turns.
+    let unmoved: Vec<bool> = modes.iter().map(|mode| !mode["better_hit"].is_null()).collect();
+    assert_eq!(unmoved, [true, true, false, true, false, false], "{value}");
+    let words = run(&["layout", "check", &path]).stderr;
+    assert!(words.contains("mode 1 hardly shows under any hit"), "{words}");
+}
+
+#[test]
+fn a_suggestion_for_the_suspension_profile_is_no_worse_than_the_layout_of_the_file() {
+    let (exit, value) = layout(&["suggest", &wheel(), "--keep-sensors", "--starts", "1"]);
+    assert_eq!(exit, 0);
+    assert!(total(&value) <= total(&value["before"]), "{value}");
+    assert!(!value["forecast"]["answers"].as_array().unwrap().is_empty());
+}

@@ -1,15 +1,49 @@
-//! The benefit of one more sensor or hit, and the cost of leaving one out.
+//! What is asked of a prediction: its cost, the benefit of one more sensor or hit, and the cost of leaving one out.
 
 use heapless::Vec;
+use nalgebra::SVector;
 
-use super::Criterion;
+use super::cost::relative_variance;
+use super::total;
 use crate::Real;
 use crate::layout::{Hit, Layout, Sensor};
 
-impl<R: Real> Criterion<R> {
+/// A standard deviation of this many times the scale comes from rounding in a singular information matrix:
+/// the layout does not determine the inertial parameters.
+const UNDETERMINED: f64 = 100.0;
+
+/// Predicts how uncertain the ten properties will be that a layout yields.
+pub trait Predict<R: Real> {
+    /// Scale of each inertial parameter.
+    fn scale(&self) -> &SVector<R, 10>;
+
+    /// The predicted variances of `theta`, SI units; `None` when the layout does not determine the ten properties. What the
+    /// workspace is for depends on the prediction.
+    fn variances<const S: usize, const H: usize>(
+        &self,
+        layout: &Layout<R, S, H>,
+        workspace: &mut [R],
+    ) -> Option<SVector<R, 10>>;
+
+    /// The same prediction with this factor on the standard deviation of the noise.
+    #[must_use]
+    fn with_noise(&self, factor: R) -> Self;
+
+    /// Sum of the ten relative variances predicted for a layout; `None` as for [`Self::variances`].
+    // Not inlined: the firmware has room for one copy of the bound.
+    #[inline(never)]
+    fn cost<const S: usize, const H: usize>(
+        &self,
+        layout: &Layout<R, S, H>,
+        workspace: &mut [R],
+    ) -> Option<R> {
+        let cost = relative_variance(&self.variances(layout, workspace)?, self.scale());
+        (cost.finite() && total(cost) < R::of(UNDETERMINED)).then_some(cost)
+    }
+
     /// The candidate for one more sensor that lowers the cost most, and the resulting cost. `None` when there
     /// is no room, or when no layout with one more sensor determines the ten properties.
-    pub fn best_further_sensor<const S: usize, const H: usize>(
+    fn best_further_sensor<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
         candidates: impl IntoIterator<Item = Sensor<R>>,
@@ -24,7 +58,7 @@ impl<R: Real> Criterion<R> {
     }
 
     /// As [`Self::best_further_sensor`], for one more hit.
-    pub fn best_further_hit<const S: usize, const H: usize>(
+    fn best_further_hit<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
         candidates: impl IntoIterator<Item = Hit<R>>,
@@ -41,7 +75,7 @@ impl<R: Real> Criterion<R> {
     /// The cost when the DOF with this index is hit as often again: what scatters from hit to hit is halved in
     /// variance there. The noise of the sensors is not, so the cost is rather too large. `None` when the layout
     /// does not have that DOF or does not determine the ten properties.
-    pub fn cost_with_repeated_hit<const S: usize, const H: usize>(
+    fn cost_with_repeated_hit<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
         index: usize,
@@ -56,7 +90,7 @@ impl<R: Real> Criterion<R> {
 
     /// The cost without each of the sensors in turn; `None` where the ten properties cannot be determined
     /// without it.
-    pub fn costs_without_sensors<const S: usize, const H: usize>(
+    fn costs_without_sensors<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
         workspace: &mut [R],
@@ -70,7 +104,7 @@ impl<R: Real> Criterion<R> {
     }
 
     /// As [`Self::costs_without_sensors`], for the hits.
-    pub fn costs_without_hits<const S: usize, const H: usize>(
+    fn costs_without_hits<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
         workspace: &mut [R],
@@ -91,7 +125,7 @@ fn least<T, R: Real>(costs: impl Iterator<Item = (T, R)>) -> Option<(T, R)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::DEFAULT_NOISE;
+    use crate::design::{Criterion, DEFAULT_NOISE};
     use crate::identify::maximum_likelihood::workspace;
     use crate::layout::tests::{bar_body, bar_layout, sensor};
 

@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use super::cost::relative_variance;
+use super::Predict;
 use crate::Real;
 use crate::body::{RigidBody, scale};
 use crate::identify::maximum_likelihood::{Bound, bound};
@@ -14,16 +14,12 @@ use crate::responses::Responses;
 /// heavier object takes harder hits.
 pub const DEFAULT_NOISE: f64 = 0.005;
 
-/// A standard deviation of this many times the scale comes from rounding in a singular information matrix:
-/// the layout does not determine the inertial parameters.
-const UNDETERMINED: f64 = 100.0;
-
 /// A body with the noise to predict its uncertainty with, and scales to compare the inertial parameters by.
 /// Theory, section 8.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
-/// # use massline_shared::design::{Criterion, DEFAULT_NOISE, total};
+/// # use massline_shared::design::{Criterion, DEFAULT_NOISE, Predict, total};
 /// # use massline_shared::identify::maximum_likelihood::workspace;
 /// let mut layout = frame::layout();
 /// let criterion = Criterion::new(frame::body(), 0.14, DEFAULT_NOISE);
@@ -69,18 +65,25 @@ impl<R: Real> Criterion<R> {
         let averaged = self.noise / R::of(f64::from(hits)).sqrt();
         bound(layout, &self.body, |_| Responses::<R, S>::repeat(averaged), hits, workspace)
     }
+}
 
-    /// Sum of the ten relative variances predicted for a layout; `None` as for [`Self::bound`].
-    // Not inlined: the firmware has room for one copy of the bound.
-    #[inline(never)]
-    pub fn cost<const S: usize, const H: usize>(
+impl<R: Real> Predict<R> for Criterion<R> {
+    fn scale(&self) -> &SVector<R, 10> {
+        &self.scale
+    }
+
+    /// The diagonal of [`Self::bound`].
+    fn variances<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
         workspace: &mut [R],
-    ) -> Option<R> {
-        let bound = self.bound(layout, workspace)?;
-        let cost = relative_variance(&bound, &self.scale);
-        (cost.finite() && total(cost) < R::of(UNDETERMINED)).then_some(cost)
+    ) -> Option<SVector<R, 10>> {
+        let sigma = self.bound(layout, workspace)?.sigma();
+        Some(sigma.component_mul(&sigma))
+    }
+
+    fn with_noise(&self, factor: R) -> Self {
+        Self { noise: self.noise * factor, ..*self }
     }
 }
 

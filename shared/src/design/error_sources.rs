@@ -7,7 +7,8 @@
 
 use nalgebra::SVector;
 
-use super::Criterion;
+use super::Predict;
+use super::cost::relative_variance;
 use crate::Real;
 use crate::layout::Layout;
 
@@ -38,13 +39,17 @@ pub enum ErrorSource {
     HammerGain,
     /// Mass of the attached bodies.
     Attached,
+    /// Force of the hits at a DOF against those at the others.
+    HitGain,
+    /// Direction of gravity in the body frame.
+    GravityDirection,
     /// Uncertainty of the priors.
     Priors,
 }
 
 impl ErrorSource {
     /// Every source.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Noise,
         Self::HitPosition,
         Self::HitDirection,
@@ -55,6 +60,8 @@ impl ErrorSource {
         Self::SensorPosition,
         Self::HammerGain,
         Self::Attached,
+        Self::HitGain,
+        Self::GravityDirection,
         Self::Priors,
     ];
 
@@ -71,15 +78,16 @@ impl ErrorSource {
             Self::SensorPosition => "sensor_position",
             Self::HammerGain => "hammer_gain",
             Self::Attached => "attached",
+            Self::HitGain => "hit_gain",
+            Self::GravityDirection => "gravity_direction",
             Self::Priors => "priors",
         }
     }
 
-    /// Multiplies the standard deviations of this source; `noise` is that of the noise.
+    /// Multiplies the standard deviations of this source; that of the noise is not in the layout.
     fn scale<R: Real, const S: usize, const H: usize>(
         self,
         layout: &mut Layout<R, S, H>,
-        noise: &mut R,
         factor: R,
     ) {
         for sensor in &mut layout.sensors {
@@ -105,9 +113,10 @@ impl ErrorSource {
             }
         }
         match self {
-            Self::Noise => *noise *= factor,
             Self::HammerGain => layout.hammer_gain *= factor,
             Self::Attached => layout.attached.iter_mut().for_each(|a| a.relative_sigma *= factor),
+            Self::HitGain => layout.hit_gain *= factor,
+            Self::GravityDirection => layout.gravity_direction *= factor,
             Self::Priors => layout.priors.iter_mut().for_each(|p| p.sigma *= factor),
             _ => {}
         }
@@ -126,7 +135,7 @@ pub struct Part<R> {
 }
 
 /// The contribution of every source; `None` when the layout does not determine the ten properties.
-/// `workspace` as for [`Criterion::bound`].
+/// `workspace` as for [`Predict::variances`].
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -143,24 +152,23 @@ pub struct Part<R> {
 /// assert_eq!(of_mass.source.name(), "hammer_gain");
 /// ```
 pub fn parts<R: Real, const S: usize, const H: usize>(
-    criterion: &Criterion<R>,
+    prediction: &impl Predict<R>,
     layout: &Layout<R, S, H>,
     workspace: &mut [R],
 ) -> Option<[Part<R>; ErrorSource::ALL.len()]> {
-    let mut variances = |layout: &Layout<R, S, H>, noise: R| {
-        let criterion = Criterion { noise, ..*criterion };
-        let bound = criterion.bound(layout, workspace)?;
-        Some(bound.sigma().component_mul(&bound.sigma()))
-    };
-    let whole = variances(layout, criterion.noise)?;
-    let relative = |v: &SVector<R, 10>| v.component_div(&criterion.scale.map(|s| s * s)).sum();
+    let whole = prediction.variances(layout, workspace)?;
+    let relative = |v: &SVector<R, 10>| relative_variance(v, prediction.scale());
     let mut found =
         ErrorSource::ALL.map(|source| Part { source, share: R::zero(), shares: SVector::zeros() });
     for part in &mut found {
         let mut changed = |change: f64| {
-            let (mut layout, mut noise) = (layout.clone(), criterion.noise);
-            part.source.scale(&mut layout, &mut noise, R::of(1.0 + change).sqrt());
-            variances(&layout, noise)
+            let factor = R::of(1.0 + change).sqrt();
+            if part.source == ErrorSource::Noise {
+                return prediction.with_noise(factor).variances(layout, workspace);
+            }
+            let mut layout = layout.clone();
+            part.source.scale(&mut layout, factor);
+            prediction.variances(&layout, workspace)
         };
         let slope = (changed(STEP)? - changed(-STEP)?) / R::of(2.0 * STEP);
         part.share = relative(&slope) / relative(&whole);
@@ -172,11 +180,12 @@ pub fn parts<R: Real, const S: usize, const H: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::design::Criterion;
     use crate::identify::maximum_likelihood::RIG_WORKSPACE;
     use crate::layout::tests::{bar_body, bar_layout};
     use crate::layout::{Attached, Prior};
 
-    fn bar_parts(layout: &Layout<f64, 3, 4>) -> [Part<f64>; 11] {
+    fn bar_parts(layout: &Layout<f64, 3, 4>) -> [Part<f64>; ErrorSource::ALL.len()] {
         let criterion = Criterion::new(bar_body(), layout.characteristic_length(), 0.005);
         parts(&criterion, layout, &mut [0.0; RIG_WORKSPACE]).unwrap()
     }

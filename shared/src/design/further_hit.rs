@@ -4,7 +4,7 @@
 //! body, the noise and the error budget that the data show. A rig calls [`FurtherHitSearch::step`] repeatedly,
 //! with other work in between; each step evaluates one bound.
 
-use super::{Criterion, Precision};
+use super::{Criterion, Precision, Predict};
 use crate::Real;
 use crate::identify::maximum_likelihood::BudgetScales;
 use crate::identify::{DofMassLines, Estimate, Progress};

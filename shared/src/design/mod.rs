@@ -19,6 +19,7 @@ mod exchange;
 mod further_hit;
 mod precision;
 
+pub use advice::Predict;
 pub use criterion::{Criterion, DEFAULT_NOISE, total};
 pub use error_sources::{ErrorSource, Part, parts};
 pub use exchange::{Choice, Counts, Found, Search, SearchError};

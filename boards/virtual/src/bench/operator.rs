@@ -219,7 +219,7 @@ impl BenchSource {
 
 impl ScanSource for BenchSource {
     fn adc(&self) -> AdcProperties {
-        adc_of(&self.bench, self.layout.sensors.len())
+        self.bench.converter(self.layout.sensors.len())
     }
 
     fn started(&mut self) {
@@ -264,15 +264,17 @@ fn errors_of(bench: &Bench, sensors: usize, seed: u64) -> TestErrors {
     errors
 }
 
-/// The converter of a bench with `sensors` sensors.
-pub(super) fn adc_of(bench: &Bench, sensors: usize) -> AdcProperties {
-    let adc = &bench.adc;
-    AdcProperties {
-        rate: Hertz(adc.rate_hz as f32),
-        channels: 1 + 3 * sensors as u8,
-        bits: adc.bits,
-        reference: Volts(adc.reference_v as f32),
-        channel_delay: Seconds(adc.channel_delay_s as f32),
+impl Bench {
+    /// Its converter with this many sensors.
+    pub fn converter(&self, sensors: usize) -> AdcProperties {
+        let adc = &self.adc;
+        AdcProperties {
+            rate: Hertz(adc.rate_hz as f32),
+            channels: 1 + 3 * sensors as u8,
+            bits: adc.bits,
+            reference: Volts(adc.reference_v as f32),
+            channel_delay: Seconds(adc.channel_delay_s as f32),
+        }
     }
 }
 

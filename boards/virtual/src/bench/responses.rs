@@ -38,7 +38,8 @@ impl From<SprungPart> for Besides {
 }
 
 /// Accelerances of all channels of a layout under all of its hits, in (m/s²)/N: frequency by frequency, channel by
-/// channel, hit by hit. Accelerometers at DC also sense how gravity turns.
+/// channel, hit by hit. Accelerometers at DC also sense how gravity turns. `decay` is σ of an exponential window on the
+/// records, 1/s: the responses are those at `s = σ + iω`.
 ///
 /// # Errors
 /// When the object cannot hang as described.
@@ -46,6 +47,7 @@ pub fn frequency_responses(
     bench: &Bench,
     layout: &HostLayout,
     frequencies_hz: &[f64],
+    decay: f64,
     besides: &Besides,
 ) -> Result<Vec<Complex<f64>>, SuspensionError> {
     let modes = rigid_modes(&bench.body, &bench.suspension, &bench.gravity)?;
@@ -60,7 +62,7 @@ pub fn frequency_responses(
         layout.hits.iter().map(|hit| hit.unit_force(&Vector3::zeros()).map(real)).collect();
     let mut responses = Vec::new();
     for frequency in frequencies_hz {
-        let s = Complex::new(0.0, std::f64::consts::TAU * frequency);
+        let s = Complex::new(decay, std::f64::consts::TAU * frequency);
         let apparent = besides
             .part
             .or(bench.sprung_part)

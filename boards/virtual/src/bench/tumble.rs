@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use super::chain::Chain;
 use super::channels::{Channels, UNLIMITED};
 use super::errors::{TestErrors, normal};
-use super::operator::{TEST, adc_of};
+use super::operator::TEST;
 use super::streams::stream;
 use super::{Bench, BenchError};
 use crate::source::ScanSource;
@@ -103,7 +103,7 @@ impl TumbleSource {
 
 impl ScanSource for TumbleSource {
     fn adc(&self) -> AdcProperties {
-        adc_of(&self.bench, self.sensors)
+        self.bench.converter(self.sensors)
     }
 
     fn started(&mut self) {}

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use massline_shared::design::DEFAULT_NOISE;
 use massline_shared::diagnosis::Diagnostic;
-use massline_shared::layout::Sensor;
+use massline_shared::layout::{HostLayout, Sensor};
 
+use super::super::bench_test::open_bench;
 use super::super::{files, show};
-use crate::design::{DesignReport, report};
+use crate::design::{Assumptions, DesignReport, Forecast, LayoutCriterion, forecast, report};
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
@@ -22,24 +22,69 @@ assumed one. % of scale are % of [m, L, L, L, m L² × 6] with L the root mean s
 the sensors from their centroid. Exit 3 when no method can determine all ten; a warning when only
 the inertia restraint method cannot.
 
+In the suspension profile the bound is that of six modes. One test is also computed by formula and
+solved: what each method would answer, and which hit shows which mode. Object and suspension are
+assumed, or those of --bench.
+
 Examples:
   massline layout check frame.toml
   massline layout check frame.toml --json
-  massline layout check frame.toml --noise 0.002")]
+  massline layout check frame.toml --noise 0.002
+  massline layout check wheel.toml --bench wheel")]
 pub struct Args {
     /// The layout file.
     layout: PathBuf,
     #[command(flatten)]
-    noise: NoiseArgs,
+    assumed: AssumptionArgs,
 }
 
-/// The noise of a prediction.
-#[derive(Clone, Copy, Debug, clap::Args)]
-pub struct NoiseArgs {
-    /// Standard deviation of the noise of one accelerance of one hit, relative to 1/mass.
-    #[arg(long, value_name = "PART", default_value_t = DEFAULT_NOISE,
-          allow_negative_numbers = true, value_parser = positive)]
-    pub noise: f64,
+/// What a prediction assumes.
+#[derive(Clone, Debug, clap::Args)]
+pub struct AssumptionArgs {
+    /// Standard deviation of the noise of one accelerance of one hit, relative to 1/mass; default: 0.005, in the suspension
+    /// profile 0.006 (m/s²)/N times the mass.
+    #[arg(long, value_name = "PART", allow_negative_numbers = true, value_parser = positive)]
+    noise: Option<f64>,
+    /// Predict for the object of this bench, and in the suspension profile as it hangs there: a bundled bench or a TOML
+    /// file; default: the body of [reference] or an assumed one, and assumed modes.
+    #[arg(long, value_name = "NAME|FILE")]
+    bench: Option<String>,
+}
+
+impl AssumptionArgs {
+    /// What is assumed for the tests of a file.
+    ///
+    /// # Errors
+    /// When the bench is bad.
+    pub fn of(&self, file: &LayoutFile) -> Result<Assumptions> {
+        let bench = self.bench.as_deref().map(open_bench).transpose()?;
+        Assumptions::of(file, bench.as_ref())
+    }
+
+    /// The noise, relative to 1/mass.
+    pub fn noise(&self, assumed: &Assumptions) -> f64 {
+        self.noise.unwrap_or_else(|| assumed.usual_noise())
+    }
+}
+
+/// What each method would answer in the suspension profile.
+///
+/// # Errors
+/// When the object cannot hang as described.
+pub fn forecast_of(
+    layout: &HostLayout,
+    assumed: &Assumptions,
+    criterion: &LayoutCriterion,
+    output: &Output,
+) -> Result<Option<Forecast>> {
+    let Some(hanging) = &assumed.hanging else { return Ok(None) };
+    let bar = output.bar(0, "changes");
+    let found = forecast(layout, hanging, criterion, |done, all| {
+        bar.set_length(all.into());
+        bar.set_position(done.into());
+    });
+    bar.finish_and_clear();
+    found.map(Some)
 }
 
 fn positive(text: &str) -> std::result::Result<f64, String> {
@@ -66,13 +111,18 @@ fn ask_for_mass(file: &LayoutFile) -> String {
 /// When the file is bad, or the layout cannot determine the ten properties.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = files::layout(&args.layout, output)?;
-    let design_report = DesignReport::of(&file, args.noise.noise);
+    let assumed = args.assumed.of(&file)?;
+    let noise = args.assumed.noise(&assumed);
+    let design_report = DesignReport::of(&file, &assumed, noise);
+    let is_possible = design_report.predicted.is_some();
+    let forecast = forecast_of(&file.layout, &assumed, &design_report.criterion, output)?;
     let found = &design_report.applicability.diagnostics;
     let message_of = |d: &Diagnostic| message_in(d, &file.layout);
     let asked = has_undeclared_mass(&file.layout).then(|| ask_for_mass(&file));
     let notes = asked.iter().cloned().chain(file.suspicion()).chain(file.not_for_a_rig());
-    let noise = args.noise.noise;
-    let document = report::design_report_json(&design_report, &file, noise, notes.collect());
+    let notes = notes.collect();
+    let document =
+        report::design_report_json(&design_report, &file, noise, forecast.as_ref(), notes);
     if !output.json() {
         // The errors are reported together at the end.
         let lesser: Vec<_> = found.iter().copied().filter(|d| !d.is_error()).collect();
@@ -83,19 +133,25 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         output.note(&design_report.whose);
         asked.iter().for_each(|text| output.note(format!("note: {text}")));
     }
-    if design_report.predicted.is_some() {
+    if is_possible {
+        let forecast = forecast.map(|of| report::forecast_text(&of, &file.layout));
         return output.answer(&document, |_| {
             format!(
-                "{} sensors, {} hits: this layout determines all ten properties\n{}",
+                "{} sensors, {} hits: this layout determines all ten properties\n{}\n{}",
                 file.layout.sensors.len(),
                 file.layout.hits.len(),
                 report::design_report_text(&design_report, &file).trim_end(),
+                forecast.unwrap_or_default(),
             )
+            .trim_end()
+            .to_owned()
         });
     }
     output.explain(&document);
     Err(show::first_error(found, message_of).unwrap_or_else(|| {
+        let unmoved = forecast.map(|of| report::unmoved(&of, &file.layout)).unwrap_or_default();
         let text = "the layout does not determine the ten properties; spread sensors and hits";
-        Error::undetermined("ten_parameters_not_identifiable", text)
+        let all: Vec<&str> = std::iter::once(text).chain(unmoved.lines()).collect();
+        Error::undetermined("ten_parameters_not_identifiable", all.join("; "))
     }))
 }

@@ -8,7 +8,7 @@ use toml_edit::{Array, DocumentMut, Item, Table, Value};
 
 use super::super::number::seed;
 use super::super::show;
-use super::check::NoiseArgs;
+use super::check::{AssumptionArgs, forecast_of};
 use crate::commands::files::{self, ReplaceArgs};
 use crate::design::{Options, Wanted, report, suggest};
 use crate::document::LayoutSuggestion;
@@ -27,6 +27,7 @@ of their local axes, except where a node says otherwise: `can_carry_sensor = fal
 [m, L, L, L, m L² × 6] under the error budget of [uncertainty], for the body of [reference], else
 an assumed one. L is the root mean square distance of the sensors from their centroid: for the
 search, of all nodes that can carry one; in the answer, of those suggested, as in `layout check`.
+In the suspension profile the uncertainty is that of six modes, as in `layout check`.
 Exchange search from the file's own layout and several random ones; equal seeds give equal suggestions.
 
 Examples:
@@ -56,7 +57,7 @@ pub struct Args {
     #[arg(long, conflicts_with_all = ["hits", "keep_sensors"])]
     keep_hits: bool,
     #[command(flatten)]
-    noise: NoiseArgs,
+    assumed: AssumptionArgs,
     /// Number of random starts of the search.
     #[arg(long, value_name = "N", default_value_t = 10,
           allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=10_000))]
@@ -83,21 +84,24 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if let Some(path) = &args.write {
         file::check(path, args.replace.existing())?;
     }
-    let options = options(args, &file);
+    let assumed = args.assumed.of(&file)?;
+    let options = options(args, &file, args.assumed.noise(&assumed));
     let bar = output.bar(u64::from(args.starts), "starts");
-    let found = suggest(&file, &options, output.interrupt(), |done| bar.set_position(done));
+    let found =
+        suggest(&file, &assumed, &options, output.interrupt(), |done| bar.set_position(done));
     bar.finish_and_clear();
     let suggestion = found.map_err(|error| error.within(args.layout.display()))?;
     if let Some(path) = &args.write {
         write(&args.layout, path, &suggestion.layout, args.replace.existing())?;
     }
     let layout = &suggestion.layout;
+    let forecast = forecast_of(layout, &assumed, &suggestion.criterion, output)?;
     let message_of = |d: &Diagnostic| message_in(d, layout);
     let found = &suggestion.applicability.diagnostics;
     let notes = file.suspicion().into_iter().chain(file.not_for_a_rig());
     let document = LayoutSuggestion {
         written: args.write.clone(),
-        ..report::suggestion_json(&suggestion, &options, notes.collect())
+        ..report::suggestion_json(&suggestion, &options, forecast.as_ref(), notes.collect())
     };
     if !output.json() {
         if let Some(found) = file.not_for_a_rig() {
@@ -115,7 +119,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         }
     }
     output.answer(&document, |_| {
-        format!("{}{}", report::suggestion_text(&suggestion), report::lines(layout))
+        let forecast = forecast.map(|of| report::forecast_text(&of, layout)).unwrap_or_default();
+        format!("{}{forecast}{}", report::suggestion_text(&suggestion), report::lines(layout))
     })
 }
 
@@ -134,7 +139,7 @@ fn there_is_something_to_keep(args: &Args, file: &LayoutFile) -> Result<()> {
     }
 }
 
-fn options(args: &Args, file: &LayoutFile) -> Options {
+fn options(args: &Args, file: &LayoutFile, noise: f64) -> Options {
     let wanted = |keep, given: Option<u8>, present: usize, usual| {
         let present = if present == 0 { usual } else { present };
         if keep { Wanted::Keep } else { Wanted::Best(given.map_or(present, usize::from)) }
@@ -144,7 +149,7 @@ fn options(args: &Args, file: &LayoutFile) -> Options {
         sensors: wanted(args.keep_sensors, args.sensors, layout.sensors.len(), 3),
         hits: wanted(args.keep_hits, args.hits, layout.hits.len(), 5),
         hits_per_dof: args.hits_per_dof.unwrap_or(layout.test.hits_per_dof),
-        noise: args.noise.noise,
+        noise,
         starts: args.starts,
         seed: args.seed,
     }

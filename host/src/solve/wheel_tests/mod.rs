@@ -46,7 +46,8 @@ fn file_of(
     change: impl Fn(f64, usize, usize, Complex<f64>) -> Complex<f64>,
 ) -> UffFile {
     let layout = LayoutFile::parse(layout, "wheel.toml").unwrap().layout;
-    let mut responses = frequency_responses(bench, &layout, frequencies, &besides.into()).unwrap();
+    let mut responses =
+        frequency_responses(bench, &layout, frequencies, 0.0, &besides.into()).unwrap();
     add_noise(&mut responses, NOISE, 12, 0);
     let mut frfs = Vec::new();
     let (channels, hits) = (3 * layout.sensors.len(), layout.hits.len());

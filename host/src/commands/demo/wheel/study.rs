@@ -113,7 +113,7 @@ impl Wheel {
         let count = ((high - low) / spacing).round() as u32;
         let frequencies: Vec<f64> = (0..=count).map(|k| low + spacing * f64::from(k)).collect();
         let besides = Besides { part: tyre.then_some(TYRE), ..Besides::default() };
-        let exact = frequency_responses(&bench, layout, &frequencies, &besides)
+        let exact = frequency_responses(&bench, layout, &frequencies, 0.0, &besides)
             .map_err(BenchError::from)?;
         let mut layout = layout.clone();
         // The wheel's responses have noise and no other errors.

@@ -1,0 +1,61 @@
+//! The criterion for comparing layouts, whatever the profile of the test.
+
+use massline_shared::body::RigidBody;
+use massline_shared::design::{Criterion, Predict};
+use massline_shared::layout::Layout;
+use nalgebra::SVector;
+
+use super::suspension::SuspensionCriterion;
+
+/// The uncertainty predicted for a body.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LayoutCriterion {
+    /// From mass lines.
+    MassLine(Criterion<f64>),
+    /// From suspension modes.
+    Suspension(Box<SuspensionCriterion>),
+}
+
+impl LayoutCriterion {
+    fn plain(&self) -> &Criterion<f64> {
+        match self {
+            Self::MassLine(criterion) => criterion,
+            Self::Suspension(criterion) => criterion.plain(),
+        }
+    }
+
+    /// The assumed body of the object.
+    pub fn body(&self) -> &RigidBody<f64> {
+        &self.plain().body
+    }
+
+    /// Standard deviation of the accelerance of a single hit, (m/s²)/N.
+    pub fn noise(&self) -> f64 {
+        self.plain().noise
+    }
+}
+
+impl Predict<f64> for LayoutCriterion {
+    fn scale(&self) -> &SVector<f64, 10> {
+        &self.plain().scale
+    }
+
+    /// `workspace` as for [`Criterion::bound`]; suspension modes need none.
+    fn variances<const S: usize, const H: usize>(
+        &self,
+        layout: &Layout<f64, S, H>,
+        workspace: &mut [f64],
+    ) -> Option<SVector<f64, 10>> {
+        match self {
+            Self::MassLine(criterion) => criterion.variances(layout, workspace),
+            Self::Suspension(criterion) => criterion.variances(layout, workspace),
+        }
+    }
+
+    fn with_noise(&self, factor: f64) -> Self {
+        match self {
+            Self::MassLine(criterion) => Self::MassLine(criterion.with_noise(factor)),
+            Self::Suspension(criterion) => Self::Suspension(Box::new(criterion.with_noise(factor))),
+        }
+    }
+}
