@@ -154,8 +154,8 @@ impl<F: NorFlash> Store<F> {
         }
         let title = &title_of(encoded).ok_or(StoreError::Malformed)?;
         let evicted = self.contents.layout_to_evict();
-        self.keep(encoded, |object| Change::Layout { hash, title: title.clone(), object, evicted })
-            .await
+        let change = |object| Change::Layout { hash, title: title.clone(), object, evicted };
+        self.keep(&encoded, &change).await
     }
 
     /// Puts a stored layout into use.
@@ -179,7 +179,7 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`StoreError::Full`], or [`StoreError::Failed`] when the write fails.
     pub async fn put_calibration(&mut self, encoded: &[u8]) -> Result<(), StoreError> {
-        self.keep(encoded, |object| Change::Calibration { object }).await
+        self.keep(&encoded, &|object| Change::Calibration { object }).await
     }
 
     /// All results, in the order of their numbers.
@@ -214,7 +214,7 @@ impl<F: NorFlash> Store<F> {
         let (number, campaign, crc) =
             (self.next_number(), self.contents.campaign.serial, result.checksum());
         let change = |object| Change::Result { object, number, layout, mass, crc, campaign };
-        self.keep(result, change).await?;
+        self.keep(&result, &change).await?;
         Ok(number)
     }
 
