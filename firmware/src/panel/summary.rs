@@ -109,6 +109,9 @@ const OF_MODES: &[Page] =
 /// Number of properties, each of which has a page by all methods.
 const PROPERTIES: u8 = 10;
 
+/// Number of pages of a part of a result, and its page at a place.
+type Part = (u8, fn(&Summary, u8) -> Page);
+
 impl Summary {
     /// Number of pages of this result.
     pub fn pages(&self) -> u8 {
@@ -127,8 +130,8 @@ impl Summary {
         Page::Finding(place)
     }
 
-    /// The parts of a result in their order: the number of pages of each, and its page at a place.
-    fn parts(&self) -> [(u8, fn(&Self, u8) -> Page); 6] {
+    /// The parts of a result in their order.
+    fn parts(&self) -> [Part; 6] {
         let compares = self.estimates > 1 && self.is_of_modes();
         [
             (self.of_answer().len() as u8, |of, k| {

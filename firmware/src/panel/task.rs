@@ -9,13 +9,13 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_time::Instant;
 use embedded_storage_async::nor_flash::NorFlash;
-use heapless::Vec;
+use heapless::{String, Vec};
 use massline_protocol::MAX_LAYOUT;
 use massline_protocol::message::{ResultEntry, Stats};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::tumble::TumbleTest;
 use massline_shared::diagnosis::Diagnostics;
-use massline_shared::layout::TestProfile;
+use massline_shared::layout::{RigLayout, TestProfile};
 use massline_shared::measurement::campaign::{Object, Start};
 use massline_shared::measurement::{Measurement, Recorded, StartError};
 
@@ -28,8 +28,9 @@ use super::refused::Refused;
 use super::summary::{self, PIECE, Page};
 use super::{Button, Cue, Panel, PanelModel, cues};
 use crate::deadline::Deadline;
+use crate::encoded::{self, Bytes};
 use crate::rig::Rig;
-use crate::store::{LAYOUTS, LayoutHandle, RESULTS, ResultHandle, Shortage, Store};
+use crate::store::{LAYOUTS, LayoutHandle, RESULTS, ResultHandle, Shortage, Source, Store};
 
 /// Memory of the panel.
 pub(crate) struct PanelMemory {
@@ -125,10 +126,9 @@ async fn run_pending<F: NorFlash>(
             controller.rig.use_layout(layout)?;
         }
         PendingAction::UseProfile(profile) => {
-            let mut room = [0; MAX_LAYOUT];
-            let layout = controller.encode_layout(profile, &mut room)?;
-            store.put_layout(layout).await?;
-            controller.rig.use_layout(layout)?;
+            let layout = LayoutUnder { rig: controller.rig, profile };
+            store.put_named_layout(&layout, &layout.title(), profile).await?;
+            layout.put_into_use();
             controller.menu.open(Screen::Measure);
         }
         PendingAction::SolveBlock => {
@@ -316,20 +316,6 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         Some((summary.number, summary.page(self.menu.cursor())))
     }
 
-    /// The layout in use with the settings of another profile, encoded into `room`.
-    // Not inlined: the layout takes no memory in the future that stores it.
-    #[inline(never)]
-    fn encode_layout<'p>(
-        &self,
-        profile: TestProfile,
-        room: &'p mut [u8; MAX_LAYOUT],
-    ) -> Result<&'p [u8], Refused> {
-        let mut layout = self.rig.measurement.borrow().stated_layout().ok_or(Refused::NoLayout)?;
-        layout.test = layout.test.under(profile);
-        let encoded = postcard::to_slice(&layout, room);
-        encoded.map(|bytes| &*bytes).map_err(|_| Refused::StoreFailed)
-    }
-
     /// Starts a campaign, for which the store lacks `shortage`.
     fn start(&mut self, object: Object, shortage: Option<Shortage>) -> Result<(), Refused> {
         let start = Start { object, ..Start::DEFAULT };
@@ -427,6 +413,53 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         let ModalState::Proposal(record, _) = &*self.modal else { return };
         self.rig.measurement.borrow_mut().set_calibration(record.calibration, record.budget());
         *self.modal = ModalState::CalibrationStored;
+    }
+}
+
+/// The layout in use with the settings of another profile, as the bytes that are stored: it takes no memory while the
+/// flash is written.
+struct LayoutUnder<'a, 'm> {
+    rig: &'a Rig<'m>,
+    profile: TestProfile,
+}
+
+impl LayoutUnder<'_, '_> {
+    /// The layout; an empty one when there is none, which no campaign accepts.
+    fn layout(&self) -> RigLayout {
+        let mut layout = self.rig.measurement.borrow().stated_layout().unwrap_or_default();
+        layout.test = layout.test.under(self.profile);
+        layout
+    }
+
+    // Not inlined: the layout is built on its stack.
+    #[inline(never)]
+    fn put(&self, bytes: &mut Bytes<'_>) {
+        bytes.put(&self.layout());
+    }
+
+    fn title(&self) -> String<48> {
+        let measurement = self.rig.measurement.borrow();
+        measurement.layout().map_or_else(String::new, |layout| layout.title.clone())
+    }
+
+    /// Puts it into use.
+    fn put_into_use(&self) {
+        let (layout, hash) = (self.layout(), self.checksum());
+        self.rig.use_decoded(layout, hash);
+    }
+}
+
+impl Source for LayoutUnder<'_, '_> {
+    fn length(&self) -> usize {
+        encoded::measured(&|bytes| self.put(bytes)).0
+    }
+
+    fn checksum(&self) -> u32 {
+        encoded::measured(&|bytes| self.put(bytes)).1
+    }
+
+    fn read(&self, offset: usize, out: &mut [u8]) {
+        encoded::read(&|bytes| self.put(bytes), offset, out);
     }
 }
 

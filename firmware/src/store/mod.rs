@@ -22,8 +22,8 @@ mod writing;
 
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::String;
+use massline_protocol::MAX_LAYOUT;
 use massline_protocol::message::{EstimatedMass, Stats};
-use massline_protocol::{MAX_LAYOUT, crc32};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::identify::MASS_LINE_METHODS;
 use massline_shared::layout::{RIG_HITS, RigLayout, TestProfile};
@@ -150,15 +150,28 @@ impl<F: NorFlash> Store<F> {
     /// [`StoreError::Malformed`] when the bytes are not a layout, [`StoreError::Full`], or
     /// [`StoreError::Failed`] when the write fails.
     pub async fn put_layout(&mut self, encoded: &[u8]) -> Result<(), StoreError> {
-        let hash = crc32(encoded);
+        let (title, profile) = named(encoded).ok_or(StoreError::Malformed)?;
+        self.put_named_layout(&encoded, &title, profile).await
+    }
+
+    /// The same with a layout that is encoded while it is written, and its title and profile.
+    ///
+    /// # Errors
+    /// Those of [`Self::put_layout`].
+    pub(crate) async fn put_named_layout(
+        &mut self,
+        layout: &dyn Source,
+        title: &String<48>,
+        profile: TestProfile,
+    ) -> Result<(), StoreError> {
+        let hash = layout.checksum();
         if self.contents.layout(hash).is_some() {
             return self.use_layout(hash).await;
         }
-        let (title, profile) = &named(encoded).ok_or(StoreError::Malformed)?;
-        let (evicted, profile) = (self.contents.layout_to_evict(), *profile);
+        let evicted = self.contents.layout_to_evict();
         let change =
             |object| Change::Layout { hash, title: title.clone(), profile, object, evicted };
-        self.keep(&encoded, &change).await
+        self.keep(layout, &change).await
     }
 
     /// Puts a stored layout into use.

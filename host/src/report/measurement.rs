@@ -315,6 +315,42 @@ mod tests {
     }
 
     #[test]
+    fn modes_refusals_and_agreement_of_the_rig_are_told() {
+        let reason = Diagnostic::whole(Code::DampingNotViscous, Severity::Error, 3.0);
+        let mut result = measurement(&[]);
+        let mode = StoredMode {
+            frequency_hz: 2.875,
+            damping_ratio: 0.015625,
+            shape: [0.25; 6],
+            // That of the damping is not known.
+            sigma: [0.03125, 0.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5],
+            complexity: 0.0,
+        };
+        result.modes.push(mode).unwrap();
+        let (method, reason) = (Method::Dppim.number(), (&reason).into());
+        result.refusals.push(StoredRefusal { method, reason }).unwrap();
+        result.agreement = Some(StoredAgreement {
+            properties: [17.25; 10],
+            sigma: [0.25; 10],
+            off: [Method::ContiBretl.number()].into_iter().collect(),
+            differ: false,
+            largest: None,
+        });
+        let json = json!(measurement_json(&result));
+        let mode = &json["modes_of_rig"][0];
+        assert_eq!(mode["frequency_hz"], json!({"value": 2.875, "sigma": 0.03125}));
+        assert_eq!(mode["damping_ratio"], json!({"value": 0.015625, "sigma": null}));
+        assert_eq!(mode["shape"]["sigma"][5], 0.5);
+        assert_eq!(json["agreement_of_rig"]["off"], json!(["conti-bretl"]));
+        assert_eq!(json["agreement_of_rig"]["combined"]["value"]["mass"], 17.25);
+        assert_eq!(json["not_applicable"][0]["method"], "dppim");
+        let text = measurement_text(&result);
+        assert!(text.contains("mode 1 of the rig: 2.875 ± 0.031 Hz, damping 1.562"), "{text}");
+        assert!(text.contains("off: conti-bretl; the combined mass is 17.25 ± 0.25 kg"), "{text}");
+        assert!(text.contains("dppim: not applicable: damping_not_viscous"), "{text}");
+    }
+
+    #[test]
     fn an_answer_by_an_unknown_method_is_named_with_its_number() {
         let result = measurement(&[StoredEstimate { method: 99, ..stored() }, stored()]);
         let json = json!(measurement_json(&result));

@@ -45,7 +45,7 @@ pub(super) fn draw<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
             lists::entries(canvas, view, &title);
         }
         Phase::Solving => {
-            canvas.title("Computing", &time_left(model));
+            canvas.title("Computing", &model.computed.map_or_else(Text::new, |_| time_left(model)));
             match model.computed {
                 None => canvas.lines(1, "The ten properties\nare being computed."),
                 Some(percent) => computing(canvas, percent),

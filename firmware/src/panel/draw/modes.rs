@@ -9,13 +9,16 @@ use massline_shared::modes::{Shown, energy_shares, norm_indicator};
 use massline_shared::nalgebra::Vector6;
 
 use super::canvas::{Canvas, LINE, LINES, Screen, text, top};
-use super::result::{quantity, symbol};
+use super::result::{figures, symbol};
 use crate::panel::number::{Text, decimals_for, fitting};
 use crate::panel::summary::Spread;
 use crate::panel::words;
 
 /// Share of the kinetic energy from which a mode is mostly one motion.
 const MOSTLY: f32 = 0.6;
+/// Most decimals of a frequency in Hz, and of a damping ratio in percent: the cords change by more from day to day.
+const HERTZ_DECIMALS: u8 = 4;
+const DAMPING_DECIMALS: u8 = 3;
 /// Part of the best hit's Norm Indicator below which a hit hardly moves a mode.
 const HARDLY: f32 = 0.1;
 
@@ -28,9 +31,13 @@ pub(super) fn mode<D: Screen>(
     dofs: u16,
 ) {
     let known = |sigma: f32| Some(sigma).filter(|sigma| *sigma > 0.0);
-    quantity(canvas, 0, "freq", mode.frequency_hz, known(mode.sigma[0]), "Hz");
+    let row = |canvas: &mut Canvas<'_, D>, line, words, value: f32, sigma: f32, most: u8| {
+        let decimals = known(sigma).map_or(most, |sigma| decimals_for(sigma, 2).min(most));
+        figures(canvas, line, words, value, known(sigma), decimals);
+    };
+    row(canvas, 0, ("freq", "Hz"), mode.frequency_hz, mode.sigma[0], HERTZ_DECIMALS);
     let (damping, sigma) = (100.0 * mode.damping_ratio, 100.0 * mode.sigma[1]);
-    quantity(canvas, 1, "damp", damping, known(sigma), "%");
+    row(canvas, 1, ("damp", "%"), damping, sigma, DAMPING_DECIMALS);
     if let Some(body) = body {
         canvas.line(2, &motion(&energy_shares(&mode.shape(), body)));
     }
@@ -57,10 +64,10 @@ fn motion(shares: &Vector6<f32>) -> Text {
     }
     let (second, other) = largest(Some(first));
     let part = |k: usize, share: f32| {
-        let turns = if k < 3 { "" } else { "about " };
+        let turns = if k < 3 { "" } else { "rot " };
         text(format_args!("{turns}{} {}%", axis(k), fitting(100.0 * share, 0, 3)))
     };
-    text(format_args!("{} {}", part(first, share), part(second, other)))
+    text(format_args!("{}, {}", part(first, share), part(second, other)))
 }
 
 /// The hit that shows a mode best, and what to hit where all hits hardly show it; otherwise which hit hardly moves it.
@@ -74,7 +81,7 @@ fn hits<D: Screen>(canvas: &mut Canvas<'_, D>, mode: &StoredMode, layout: &RigLa
     let indicator = fitting(shown.indicator, decimals_for(shown.indicator, 2), 5);
     canvas.pair(
         3,
-        &text(format_args!("hit {}", place(shown.hit))),
+        &text(format_args!("best {}", place(shown.hit))),
         &text(format_args!("NI {indicator}")),
     );
     if shown.is_hardly_shown() {
@@ -90,7 +97,7 @@ fn hits<D: Screen>(canvas: &mut Canvas<'_, D>, mode: &StoredMode, layout: &RigLa
     if let Some((indicator, hit)) = least
         && indicator < HARDLY * shown.indicator
     {
-        canvas.format(4, format_args!("{} hardly moves it", place(hit)));
+        canvas.format(4, format_args!("{} hardly moves", place(hit)));
     }
 }
 
@@ -156,7 +163,7 @@ pub(super) fn agreement<D: Screen>(canvas: &mut Canvas<'_, D>, agreement: &Store
         canvas.format(3, format_args!("{} by {} sd", symbol(k), fitting(times, 1, 6)));
     }
     let (mass, sigma) = (agreement.properties[0], agreement.sigma[0]);
-    quantity(canvas, 4, "all", mass, Some(sigma), "kg");
+    figures(canvas, 4, ("all", "kg"), mass, Some(sigma), decimals_for(sigma, 2));
 }
 
 /// Why a method has no answer.

@@ -174,7 +174,7 @@ pub(super) fn symbol(k: usize) -> Text {
 }
 
 /// Draws a name, a value, its standard deviation with two significant digits, and a unit.
-pub(super) fn quantity<D: Screen>(
+fn quantity<D: Screen>(
     canvas: &mut Canvas<'_, D>,
     line: usize,
     name: &str,
@@ -182,11 +182,23 @@ pub(super) fn quantity<D: Screen>(
     sigma: Option<f32>,
     unit: &str,
 ) {
-    let y = top(line);
     let decimals = match sigma {
         Some(sigma) if sigma > 0.0 => decimals_for(sigma, 2),
         _ => decimals_for(value, 4),
     };
+    figures(canvas, line, (name, unit), value, sigma, decimals);
+}
+
+/// Draws a name, a value with its standard deviation, both with so many decimals, and a unit.
+pub(super) fn figures<D: Screen>(
+    canvas: &mut Canvas<'_, D>,
+    line: usize,
+    (name, unit): (&str, &str),
+    value: f32,
+    sigma: Option<f32>,
+    decimals: u8,
+) {
+    let y = top(line);
     canvas.text(0, y, name);
     canvas.text_right(66, y, &fitting(value, decimals, 8));
     if let Some(sigma) = sigma {
