@@ -19,6 +19,7 @@ extern crate std;
 pub mod board;
 mod checkpoint;
 mod deadline;
+mod encoded;
 pub mod info;
 mod levels;
 mod measure;

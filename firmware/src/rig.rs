@@ -11,7 +11,7 @@ use heapless::{String, Vec};
 use massline_protocol::message::{EstimatedMass, Identity, Stats, Status};
 use massline_protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR, crc32};
 use massline_shared::identify::Estimate;
-use massline_shared::layout::{RIG_HITS, RIG_SENSORS, TestProfile};
+use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout, TestProfile};
 use massline_shared::measurement::campaign::{Command, CommandError, Start};
 use massline_shared::measurement::{Measurement, Memory, StartError};
 use massline_shared::signal::{
@@ -83,10 +83,15 @@ impl<'m> Rig<'m> {
     /// [`StoreError::Malformed`] when the bytes are not a layout; nothing changes then.
     pub fn use_layout(&self, encoded: &[u8]) -> Result<(), StoreError> {
         let layout = decode_layout(encoded).ok_or(StoreError::Malformed)?;
-        self.measurement.borrow_mut().set_layout(layout);
-        self.layout_hash.set(crc32(encoded));
-        self.changed();
+        self.use_decoded(layout, crc32(encoded));
         Ok(())
+    }
+
+    /// Puts a layout with this hash into use.
+    pub fn use_decoded(&self, layout: RigLayout, hash: u32) {
+        self.measurement.borrow_mut().set_layout(layout);
+        self.layout_hash.set(hash);
+        self.changed();
     }
 
     /// What a campaign with the layout in use will store. A campaign by mass lines stores no other lines.
@@ -154,6 +159,7 @@ impl<'m> Rig<'m> {
             layout_hash: self.layout_hash.get(),
             result: campaign.map_or(0, |campaign| campaign.result()),
             started_unix_s: campaign.map_or(0, |campaign| campaign.started().started_unix_s),
+            computed: computed(&measurement),
             diagnostics: measurement.diagnostics().clone(),
         }
     }
@@ -195,6 +201,11 @@ impl<'m> Rig<'m> {
             ..*stats
         }
     }
+}
+
+/// Percentage of the computation of the suspension modes that is done; `None` unless it runs.
+pub(crate) fn computed(measurement: &Measurement<'_, f32>) -> Option<u8> {
+    measurement.computed().map(|part| (100.0 * part) as u8)
 }
 
 /// The mass of an estimate.

@@ -4,6 +4,7 @@ pub mod campaign;
 pub mod faulty_sampler;
 pub mod garbage;
 pub mod held_scans;
+pub mod person;
 pub mod pooled;
 
 /// True when `MASSLINE_LONG` asks for the tests with many runs, whose limits apply without allowances for few.

@@ -16,6 +16,7 @@ use massline_shared::layout::Target;
 use massline_shared::measurement::campaign::Phase;
 use massline_tests::campaign::{LATE, layout_file, scans, steady_hand, three_bar, with_every_dof};
 use massline_tests::held_scans::HeldScans;
+use massline_tests::person::{Person, power_on, provisioned_with};
 use massline_virtual::bench::{Bench, TumbleHandle, TumbleSource};
 use massline_virtual::flash::{Flash, FlashBacking};
 use massline_virtual::framebuffer::Framebuffer;
@@ -28,40 +29,7 @@ const LIVE: [pictures::Mask; 2] = [(90..128, 0..11), (0..128, 52..64)];
 
 /// Flash with the layout of the frame stored before a power cut.
 fn provisioned() -> FlashBacking {
-    provisioned_with(&three_bar())
-}
-
-fn provisioned_with(file: &LayoutFile) -> FlashBacking {
-    let backing = FlashBacking::default();
-    let mut store = Store::new(Flash::open(&backing).unwrap());
-    block_on(store.open());
-    let layout = postcard::to_stdvec(&file.rig_layout().unwrap()).unwrap();
-    block_on(store.put_layout(&layout)).unwrap();
-    backing
-}
-
-fn power_on(flash: &FlashBacking, source: Box<dyn ScanSource>) -> (VirtualRig, Person) {
-    let options = VirtualRigOptions { flash: flash.clone(), ..VirtualRigOptions::new(source) };
-    let rig = VirtualRig::start(options).unwrap();
-    let person = Person(rig.panel_view());
-    (rig, person)
-}
-
-/// Looks at the screen, presses buttons and hears cues.
-struct Person(PanelView);
-
-impl Person {
-    fn press(&self, button: Button) -> Framebuffer {
-        self.0.press_and_look(LATE, button).expect("the rig answers a press")
-    }
-
-    fn presses(&self, buttons: &[Button]) -> Framebuffer {
-        buttons.iter().fold(self.0.framebuffer(), |_, &button| self.press(button))
-    }
-
-    fn sees(&self, wanted: impl FnMut(&PanelModel) -> bool) -> (PanelModel, Framebuffer) {
-        self.0.wait_for_picture(LATE, wanted).expect("the rig gets there")
-    }
+    provisioned_with(&[&three_bar().rig_layout().unwrap()])
 }
 
 use Button::{Back, Next, Ok as Yes};
@@ -255,7 +223,7 @@ fn type_mass_and_start(person: &Person) {
 fn the_hammer_is_calibrated_against_a_block_with_buttons_alone() {
     const SEED: u64 = 2;
     let (bench, file) = block();
-    let flash = provisioned_with(&file);
+    let flash = provisioned_with(&[&file.rig_layout().unwrap()]);
     let (_, tumbled) = tumble(&flash, &bench, SEED);
     let source = scans(&bench, &file, SEED);
     let (rig, person) = power_on(&flash, source);
@@ -295,7 +263,7 @@ fn the_hammer_is_calibrated_against_a_block_with_buttons_alone() {
 #[test]
 fn a_block_against_sensors_that_nobody_has_calibrated_is_refused_with_the_reason() {
     let (bench, file) = block();
-    let flash = provisioned_with(&file);
+    let flash = provisioned_with(&[&file.rig_layout().unwrap()]);
     let source = scans(&bench, &file, 2);
     let (rig, person) = power_on(&flash, source);
     type_mass_and_start(&person);
@@ -324,7 +292,8 @@ fn at_the_target_a_button_finishes_or_goes_on() {
     for (button, measured) in [(Yes, None), (Next, Some(12))] {
         let file = with_a_target();
         let bench = steady_hand("ideal");
-        let (rig, person) = power_on(&provisioned_with(&file), scans(&bench, &file, 1));
+        let (rig, person) =
+            power_on(&provisioned_with(&[&file.rig_layout().unwrap()]), scans(&bench, &file, 1));
         person.sees(|model| model.layouts == 1);
         person.presses(&[Yes, Yes]);
         let (asked, _) = person.sees(|model| model.phase == Phase::TargetReached);

@@ -8,10 +8,11 @@ use massline_firmware::panel::calibration_wizard::{CalibrationWizard, Proposal, 
 use massline_firmware::panel::draw::{LayoutLine, View, draw};
 use massline_firmware::panel::menu::{Menu, Question, Screen};
 use massline_firmware::panel::refused::Refused;
-use massline_firmware::panel::summary::Summary;
+use massline_firmware::panel::summary::{Detail, Page, Summary};
 use massline_firmware::panel::{Button, FurtherPlace, HitVerdict, PanelModel, PrecisionModel};
 use massline_firmware::store::RESULTS;
 use massline_protocol::message::{EstimatedMass, ResultEntry, Stats};
+use massline_protocol::modes::{StoredAgreement, StoredDifference, StoredMode, StoredRefusal};
 use massline_protocol::object::StoredEstimate;
 use massline_shared::body::RigidBody;
 use massline_shared::calibration::CalibrationSigma;
@@ -21,7 +22,7 @@ use massline_shared::diagnosis::Setting;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::maximum_likelihood::{BudgetScales, LearnedBudget};
 use massline_shared::identify::{Consistency, Method};
-use massline_shared::layout::RigLayout;
+use massline_shared::layout::{RigLayout, TestProfile};
 use massline_shared::measurement::campaign::Phase;
 use massline_virtual::framebuffer::Framebuffer;
 
@@ -41,8 +42,12 @@ impl Rig {
     fn new() -> Self {
         let file = include_str!("../../host/examples/three-bar-test-1.toml");
         let layout = LayoutFile::parse(file, "test").unwrap().rig_layout().unwrap();
-        let line =
-            |title: &str, in_use| LayoutLine { hash: 1, title: title.try_into().unwrap(), in_use };
+        let line = |title: &str, profile, in_use| LayoutLine {
+            hash: 1,
+            title: title.try_into().unwrap(),
+            in_use,
+            profile,
+        };
         let model = PanelModel {
             dof: Some((1, layout.hits[1].dof)),
             accepted: 2,
@@ -59,7 +64,10 @@ impl Rig {
         Self {
             model,
             layout: Some(layout),
-            layouts: vec![line("three-bar frame, test 1", true), line("wheel", false)],
+            layouts: vec![
+                line("three-bar frame, test 1", TestProfile::MassLine, true),
+                line("wheel", TestProfile::Suspension, false),
+            ],
             results: (1..=3).rev().map(entry).collect(),
             summary: None,
             findings: Vec::new(),
@@ -164,7 +172,120 @@ fn summary() -> Summary {
         number: 3,
         layout_hash: 7,
         answer: estimate.estimate(),
+        dofs_with_lines: 0,
+        estimates: 1,
+        modes: 0,
+        refusals: 0,
+        compared: false,
+        detail: Detail::Nothing,
         findings: findings.into_iter().collect(),
+    }
+}
+
+/// A result of the suspension profile with what a page shows: six modes, all methods, and all hits of the layout.
+fn modal_summary(detail: Detail) -> Summary {
+    Summary {
+        dofs_with_lines: 0b111,
+        estimates: 4,
+        modes: 6,
+        refusals: 1,
+        compared: true,
+        detail,
+        ..summary()
+    }
+}
+
+/// A mode of this shape at the origin.
+fn mode(shape: [f32; 6]) -> Detail {
+    Detail::Mode(StoredMode {
+        frequency_hz: 7.1634,
+        damping_ratio: 0.0061,
+        shape,
+        sigma: [0.0042, 0.0005, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01],
+        complexity: 0.01,
+    })
+}
+
+/// Along z.
+const ALONG: [f32; 6] = [0.0, 0.0, 0.9, 0.0, 0.0, 0.0];
+
+/// The page of a result that shows this.
+fn show_detail(name: &str, page: Page, detail: Detail) {
+    show_page(name, page, Rig { summary: Some(modal_summary(detail)), ..Rig::new() });
+}
+
+fn show_page(name: &str, page: Page, rig: Rig) {
+    let summary = rig.summary.as_ref().unwrap();
+    let place = (0..summary.pages()).find(|place| summary.page(*place) == page).unwrap();
+    rig.show(name, Screen::Result, place.into());
+}
+
+#[test]
+fn the_pages_about_modes_look_as_their_pictures() {
+    // About x, where the centre of mass is off the axis; along x and y alike.
+    show_detail("mode-along", Page::Mode(4), mode(ALONG));
+    show_detail("mode-about", Page::Mode(4), mode([0.0, 0.189, 0.894, 10.0, 0.0, 0.0]));
+    show_detail("mode-mixed", Page::Mode(5), mode([0.65, 0.6, 0.1, 0.0, 0.0, 0.0]));
+    let mut hardly = Rig { summary: Some(modal_summary(mode(ALONG))), ..Rig::new() };
+    for hit in &mut hardly.layout.as_mut().unwrap().hits {
+        hit.direction = [1.0, 0.0, 0.0];
+        hit.dof.node = u16::MAX;
+    }
+    show_page("mode-hardly", Page::Mode(4), hardly);
+    let other = Summary { layout_hash: 8, answer: None, ..modal_summary(mode(ALONG)) };
+    show_page("mode-other-layout", Page::Mode(4), Rig { summary: Some(other), ..Rig::new() });
+}
+
+#[test]
+fn the_methods_side_by_side_look_as_their_pictures() {
+    let numbers: Vec<u8> = Method::of_modes().map(Method::number).collect();
+    let all = |value: f32, sigma: f32, methods: usize| Detail::Property {
+        each: numbers[..methods].iter().map(|of| (*of, (value, Some(sigma)))).collect(),
+        combined: Some((value, Some(0.7 * sigma))),
+    };
+    show_detail("methods-mass", Page::Property(0), all(17.253, 0.353, 4));
+    // The longest: all methods, and large numbers.
+    show_detail("methods-longest", Page::Property(7), all(-12.345_678, 1.234_5, 5));
+    let agreement = |off: &[u8], differ, significant| {
+        Detail::Agreement(StoredAgreement {
+            properties: [17.253; 10],
+            sigma: [0.353; 10],
+            off: off.iter().copied().collect(),
+            differ,
+            largest: Some(StoredDifference {
+                methods: [numbers[3], numbers[1]],
+                property: 8,
+                difference: 0.012,
+                sigma: 0.002,
+                significant,
+            }),
+        })
+    };
+    show_detail("methods-agree", Page::Agreement, agreement(&[], false, false));
+    show_detail("methods-off", Page::Agreement, agreement(&numbers[2..], false, true));
+    show_detail("methods-differ", Page::Agreement, agreement(&[], true, true));
+    let reason = said(Code::PropertyUndetermined, Severity::Error, Subject::Property(8), 0.62);
+    let refusal = StoredRefusal { method: numbers[3], reason: (&reason).into() };
+    show_detail("method-refused", Page::Refusal(0), Detail::Refusal(refusal));
+}
+
+#[test]
+fn a_computation_and_what_is_measured_look_as_their_pictures() {
+    let mut rig = Rig::at(Phase::Solving);
+    rig.model.computed = Some(37);
+    rig.model.seconds_left = Some(58);
+    rig.show("computing", Screen::Measure, 0);
+    Rig::at(Phase::Idle).show("profile", Screen::Profile, 1);
+    let mut rig = Rig::at(Phase::Idle);
+    rig.layout.as_mut().unwrap().test.profile = TestProfile::Suspension;
+    rig.show("measure-idle-modes", Screen::Measure, 0);
+    for (name, reason) in [
+        ("refused-room", Refused::TooLittleRoom(12)),
+        ("refused-room-one", Refused::TooLittleRoom(1)),
+        ("refused-room-none", Refused::TooLittleRoom(0)),
+        ("refused-block", Refused::BlockNeedsMassLines),
+    ] {
+        Rig::new().show(name, Screen::Refused(reason), 0);
     }
 }
 
