@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::program::{answer, run, success, words};
+use crate::program::{answer, run, run_json, success, words};
 
 /// The layout of the wheel, whose profile is that of the suspension modes.
 const WHEEL: &str = "examples/wheel.toml";
@@ -126,10 +126,68 @@ fn the_option_for_the_profile_replaces_that_of_the_layout() {
     assert_eq!(refusal(4, &mass_lines).0, in_profile("mass-line").0);
 }
 
+/// The layout of the wheel with a single DOF, whose hit moves all six modes, and two hits.
+fn one_dof(folder: &tempfile::TempDir) -> String {
+    let hits = r#"["101:+X", "102:+Z", "103:+Z", "104:+Y", "105:+X"]"#;
+    let layout = changed(folder, hits, r#"["110:+X"]"#);
+    let text = std::fs::read_to_string(&layout).unwrap();
+    let oblique = "\n[[node]]\nid = 110\nposition_m = [0.18, -0.21, -0.02]\n\
+                   axes = [[0.6, 0.64, 0.48], [-0.8, 0.48, 0.36]]\n";
+    let text = text.replace("[test]\n", "[test]\nhits_per_dof = 2\n") + oblique;
+    std::fs::write(&layout, text).unwrap();
+    layout
+}
+
+#[test]
+fn a_tape_of_the_wheel_gives_the_same_result_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (layout, tape) = (one_dof(&folder), path("wheel.npy"));
+    let (ran, simulated) =
+        run_json(&[&["simulate", &layout, "--tape", &tape][..], &ON_BENCH].concat());
+    let (again, replayed) = run_json(&["replay", &tape, "--layout", &layout]);
+    assert_eq!((ran.exit, again.exit), (0, 0), "{} {}", ran.stderr, again.stderr);
+    for key in ["results", "lines", "suspension", "host"] {
+        assert_eq!(replayed[key], simulated[key], "{key}");
+    }
+    assert_eq!(replayed["suspension"]["modes"].as_array().unwrap().len(), 6);
+    let hits = |stderr: &str| -> Vec<String> {
+        let lines = stderr.lines().filter(|line| line.starts_with("hit "));
+        lines.map(str::to_owned).collect()
+    };
+    assert_eq!(hits(&again.stderr), hits(&ran.stderr));
+    assert_eq!(hits(&again.stderr).len(), 2);
+    // A tape that ends while the object still rings.
+    let whole = std::fs::read(&tape).unwrap();
+    std::fs::write(&tape, &whole[..whole.len() - 30 * 4000 * 20]).unwrap();
+    let (code, message) = refusal(2, &["replay", &tape, "--layout", &layout]);
+    assert_eq!(code, "tape_ends_in_a_record", "{message}");
+}
+
+#[test]
+fn what_a_rig_does_not_keep_of_long_records_is_refused_before_the_first_hit() {
+    let record =
+        ["record", WHEEL, "-o", "unused.npy", "--triggered", "--port", "/dev/no-such-port"];
+    let (code, message) = refusal(2, &record);
+    assert_eq!(code, "usage");
+    assert!(message.contains("without --triggered"), "{message}");
+}
+
+#[test]
+fn the_demonstration_measures_the_wheel_with_a_simulated_rig() {
+    let demo = success(&["demo", "wheel", "--rig", "virtual", "--seed", "3"]);
+    let same = [&["simulate", WHEEL, "--seed", "3"][..], &ON_BENCH].concat();
+    assert_eq!(demo, success(&same));
+    for other in [&["--set", "A"][..], &["--runs", "2"], &["--noise", "0.01"]] {
+        let both = [&["demo", "wheel", "--rig", "virtual"][..], other].concat();
+        assert_eq!(refusal(2, &both).0, "usage", "{other:?}");
+    }
+    assert_eq!(refusal(2, &["demo", "wheel", "--firmware", "x"]).0, "usage");
+}
+
 #[cfg(unix)]
 mod on_a_rig {
     use super::*;
-    use crate::program::run_json;
     use crate::virtual_process::VirtualProcess;
 
     #[test]
