@@ -172,7 +172,7 @@ impl StoredDof {
     /// Decodes the beginning of a stored DOF.
     fn of(rig: &Rig<'_>, bytes: &[u8]) -> Option<Self> {
         match rig.measurement.borrow().profile() {
-            TestProfile::MassLine => postcard::from_bytes(bytes).ok().map(Self::MassLines),
+            TestProfile::MassLine => DofResult::take(bytes).map(|(dof, _)| Self::MassLines(dof)),
             TestProfile::Suspension => head_of_dof(bytes).map(Self::Lines),
         }
     }

@@ -4,6 +4,7 @@
 
 use massline_protocol::diagnostic::DiagnosticList;
 use massline_protocol::lines_head::LinesHead;
+use massline_protocol::modes::{StoredAgreement, StoredMode, StoredRefusal};
 use massline_protocol::object::{DofResult, ResultHead, StoredEstimate};
 use massline_protocol::{calibration_checksum, crc32_of_chunks};
 use massline_shared::measurement::Measurement;
@@ -70,6 +71,7 @@ impl<'a, 'm> StoredResult<'a, 'm> {
             bytes.put(&StoredEstimate::from(estimate));
         }
         put_modal(&measurement, &mut bytes);
+        put_modes(&measurement, &mut bytes);
         bytes.put(&DiagnosticList(result.diagnostics.clone()));
     }
 }
@@ -85,6 +87,27 @@ fn count_modal(measurement: &Measurement<'_, f32>) -> usize {
 #[inline(never)]
 fn put_modal(measurement: &Measurement<'_, f32>, bytes: &mut Bytes<'_>) {
     measurement.modal_estimates().for_each(|estimate| bytes.put(&StoredEstimate::from(&estimate)));
+}
+
+/// Writes the suspension modes, the methods without an answer, and how the methods agree.
+// Not inlined: it has a stack of its own.
+#[inline(never)]
+fn put_modes(measurement: &Measurement<'_, f32>, bytes: &mut Bytes<'_>) {
+    let solver = measurement.solver();
+    let modes = solver.map_or(0, |solver| solver.modes().len());
+    bytes.put(&(modes as u32));
+    for mode in solver
+        .iter()
+        .flat_map(|solver| (0..modes).map(|place| StoredMode::of(solver, place)))
+        .flatten()
+    {
+        bytes.put(&mode);
+    }
+    bytes.put(&(measurement.modal_refusals().count() as u32));
+    for (method, reason) in measurement.modal_refusals() {
+        bytes.put(&StoredRefusal { method: method.number(), reason: (&reason).into() });
+    }
+    bytes.put(&solver.and_then(|solver| solver.agreement()).map(StoredAgreement::of));
 }
 
 impl Source for StoredResult<'_, '_> {

@@ -154,6 +154,7 @@ impl<'m> Rig<'m> {
             layout_hash: self.layout_hash.get(),
             result: campaign.map_or(0, |campaign| campaign.result()),
             started_unix_s: campaign.map_or(0, |campaign| campaign.started().started_unix_s),
+            computed: computed(&measurement),
             diagnostics: measurement.diagnostics().clone(),
         }
     }
@@ -195,6 +196,11 @@ impl<'m> Rig<'m> {
             ..*stats
         }
     }
+}
+
+/// Percentage of the computation of the suspension modes that is done; `None` unless it runs.
+pub(crate) fn computed(measurement: &Measurement<'_, f32>) -> Option<u8> {
+    measurement.computed().map(|part| (100.0 * part) as u8)
 }
 
 /// The mass of an estimate.

@@ -359,7 +359,7 @@ impl Follower<'_> {
             if let Some(ending) = self.take(&status)? {
                 return Ok(ending);
             }
-            // The rig is solving, which takes a moment and cannot be interrupted.
+            // The rig is storing the result, which takes a moment and cannot be interrupted.
             self.listen()?;
         }
     }

@@ -244,7 +244,7 @@ impl<'a> HostSolution<'a> {
             let refusals = refusals_json(&[refused], message_of).into_iter();
             refusals.map(move |refusal| Marked::by(found_by, refusal))
         });
-        document.not_applicable = Some(refusals.collect());
+        document.not_applicable.get_or_insert_default().extend(refusals);
         document.notes.extend(self.notes.iter().cloned());
         let modes = self.modes.as_ref().map(|(modes, band)| modes_json(modes, *band, layout));
         document.suspension = modes.map(of_host);
@@ -299,11 +299,15 @@ impl<'a> HostSolution<'a> {
         format!("{}: the rig's answer within {difference:.2e} % of scale\n", host.method.name())
     }
 
-    /// The methods without an answer by the rig, the reasons, and who found them.
+    /// The methods without an answer by the rig for which it has stored no reason, the reasons, and who found them.
     fn missing(&self) -> Vec<((Method, Vec<Diagnostic>), FoundBy)> {
         let of_rig = estimates_of(self.result);
+        let named = |method: Method| {
+            self.result.refusals.iter().any(|refusal| refusal.method == method.number())
+        };
         let missing = |method: &Method| {
             self.selection.contains(*method)
+                && !named(*method)
                 && !of_rig.iter().any(|estimate| estimate.method == *method)
         };
         let refused = |method: Method| {

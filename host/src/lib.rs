@@ -48,6 +48,7 @@ pub mod campaign;
 pub mod client;
 mod clock;
 pub mod commands;
+mod computing;
 pub mod design;
 pub mod document;
 mod embedded;

@@ -49,6 +49,7 @@ pub mod real;
 pub mod responses;
 #[cfg(feature = "signal")]
 pub mod signal;
+mod sorting;
 pub mod theory;
 pub mod units;
 

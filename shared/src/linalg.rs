@@ -14,6 +14,7 @@ pub(crate) use least_squares::LeastSquares;
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen, Vector3};
 
 use crate::Real;
+use crate::sorting::sort_short;
 
 /// Largest number of sweeps of an iterative decomposition; two to three per value are normal.
 const ITERATIONS: usize = 200;
@@ -43,9 +44,7 @@ pub(crate) fn symmetric_eigen3<R: Real>(m: &Matrix3<R>) -> Option<(Vector3<R>, M
     }
     let e = SymmetricEigen::try_new(*m, R::default_epsilon(), ITERATIONS)?;
     let mut order = [0, 1, 2];
-    order.sort_unstable_by(|&a, &b| {
-        e.eigenvalues[a].partial_cmp(&e.eigenvalues[b]).unwrap_or(core::cmp::Ordering::Equal)
-    });
+    sort_short(&mut order, |&a, &b| e.eigenvalues[a] < e.eigenvalues[b]);
     let values = Vector3::from_fn(|i, _| e.eigenvalues[order[i]]);
     let vectors = Matrix3::from_fn(|i, j| e.eigenvectors[(i, order[j])]);
     (values.iter().all(|v| v.finite()) && all_finite(&vectors)).then_some((values, vectors))

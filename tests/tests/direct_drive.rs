@@ -53,6 +53,9 @@ fn directly(
         dofs: dofs.map(|(details, lines)| DofResult::of(details, lines)).collect(),
         lines: Default::default(),
         estimates: result.estimates.iter().map(StoredEstimate::from).collect(),
+        modes: Default::default(),
+        refusals: Default::default(),
+        agreement: None,
         diagnostics: result.diagnostics.clone(),
     }
 }

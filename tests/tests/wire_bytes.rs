@@ -120,6 +120,7 @@ fn status(dofs: usize) -> Status {
         layout_hash: 0xDEAD_BEEF,
         result: 0,
         started_unix_s: 1_795_000_000,
+        computed: None,
         diagnostics: diagnostics(1),
     }
 }
@@ -167,6 +168,9 @@ fn result(dofs: usize) -> MeasurementResult {
         dofs: (0..dofs).map(one).collect(),
         lines: Default::default(),
         estimates: Vec::from_slice(&[estimate]).unwrap(),
+        modes: Default::default(),
+        refusals: Default::default(),
+        agreement: None,
         diagnostics: diagnostics(1),
     }
 }
@@ -350,6 +354,7 @@ fn full_status() -> Status {
         layout_hash: u32::MAX,
         result: u32::MAX,
         started_unix_s: u32::MAX,
+        computed: Some(100),
         diagnostics: longest_diagnostics(),
         ..status(0)
     }
@@ -365,7 +370,7 @@ fn the_largest_answer_to_a_change_is_kept_for_a_repetition() {
         answer::<DeleteResult>(()),
         answer::<SetStream>(()),
         answer::<TakeReading>(()),
-        frame(REFUSED, &Refusal { reason: u16::MAX }),
+        frame(REFUSED, &Refusal { reason: u16::MAX, results_to_delete: u8::MAX }),
     ];
     let longest = largest.iter().map(|bytes| bytes.len()).max();
     assert!(longest <= Some(MAX_CHANGE_ANSWER), "{longest:?}");
@@ -399,6 +404,75 @@ fn the_largest_result_of_every_number_of_dofs_fits_the_store() {
         let longest = largest.dofs.iter().map(|dof| postcard::to_stdvec(dof).unwrap().len()).max();
         assert!(longest.is_none_or(|longest| longest <= MAX_DOF), "{longest:?}");
     }
+}
+
+#[test]
+fn what_the_largest_result_says_of_the_modes_fits_the_store() {
+    use massline_firmware::store::{MAX_ESTIMATE, MAX_LINES_HEAD, MAX_MODES, MAX_RESULT_HEAD};
+    use massline_protocol::diagnostic::WireDiagnostic;
+    use massline_protocol::lines_head::LinesHead;
+    use massline_protocol::modes::{StoredAgreement, StoredDifference, StoredMode, StoredRefusal};
+    use massline_shared::identify::SUSPENSION_METHODS;
+    let numbers = |method: Method| method.number();
+    let mode = StoredMode {
+        frequency_hz: 7.0,
+        damping_ratio: 0.01,
+        shape: [0.2; 6],
+        sigma: [0.001; 8],
+        complexity: 0.02,
+    };
+    let reason = WireDiagnostic::from(&diagnostics(1)[0]);
+    let reason = WireDiagnostic { first: u8::MAX.into(), second: u8::MAX.into(), ..reason };
+    let difference = StoredDifference {
+        methods: [5, 6],
+        property: 9,
+        difference: 1.0,
+        sigma: 0.1,
+        significant: true,
+    };
+    let dof = LinesHead {
+        dof: "65535:-Z".parse().unwrap(),
+        index: 11,
+        hits: u16::MAX,
+        band_hz: [0.5, 12.4],
+        coherence: Some([0.999; RESPONSES]),
+        mean_squared: 1.0,
+        scatter_squared: 1.0,
+    };
+    let plain = result(0);
+    let mut answer = plain.estimates[0].clone();
+    answer.diagnostics = diagnostics(16);
+    let answers = || core::iter::repeat_n(answer.clone(), SUSPENSION_METHODS);
+    let agreement = StoredAgreement {
+        properties: [1.0; 10],
+        sigma: [0.1; 10],
+        off: Method::of_modes().map(numbers).collect(),
+        differ: true,
+        largest: Some(difference),
+    };
+    let largest = MeasurementResult {
+        head: ResultHead {
+            number: u32::MAX,
+            layout_hash: u32::MAX,
+            calibration: u32::MAX,
+            firmware: text(&"9".repeat(16)),
+            ..plain.head.clone()
+        },
+        lines: core::iter::repeat_n(dof, RIG_HITS).collect(),
+        estimates: answers().collect(),
+        modes: core::iter::repeat_n(mode, 6).collect(),
+        refusals: Method::of_modes()
+            .map(|method| StoredRefusal { method: method.number(), reason })
+            .collect(),
+        agreement: Some(agreement),
+        diagnostics: diagnostics(16),
+        ..plain
+    };
+    let bytes = postcard::to_stdvec(&largest).unwrap();
+    let room =
+        MAX_RESULT_HEAD + RIG_HITS * MAX_LINES_HEAD + SUSPENSION_METHODS * MAX_ESTIMATE + MAX_MODES;
+    assert!(bytes.len() <= room, "{} of {room} bytes", bytes.len());
+    assert_eq!(postcard::from_bytes::<MeasurementResult>(&bytes).unwrap(), largest);
 }
 
 #[test]

@@ -5,9 +5,9 @@
 //! campaign's phase decides what the screen [`Screen::Measure`] shows:
 //!
 //! ```text
-//! Home ─┬─ Measure ─┬─ Findings          ┌ Ok: start
+//! Home ─┬─ Measure ─┬─ Findings          ┌ Ok: start, Next: Profile
 //!       │  (phase)  ├─ Precision    Idle ┤      armed ─ Next: pause ─ list: go on, undo, again, skip, finish, end
-//!       │           └─ Sure: end?        └      target ─ Ok: finish, Next: go on
+//!       │           └─ Sure: end?        └      target ─ Ok: finish, Next: go on; modes are computed ─ Back: pause
 //!       ├─ Results ── Result ── Sure: delete?
 //!       ├─ Layouts
 //!       ├─ Calibration ─┬─ Tumble ── proposal: keep?
@@ -17,6 +17,7 @@
 //! ```
 
 use heapless::Vec;
+use massline_shared::layout::TestProfile;
 use massline_shared::measurement::campaign::{Command, Phase};
 
 use super::calibration_wizard::CalibrationWizard;
@@ -34,6 +35,8 @@ pub enum Screen {
     Findings,
     /// How precise the answer of the campaign would be so far.
     Precision,
+    /// What is measured with the layout.
+    Profile,
     /// The stored layouts.
     Layouts,
     /// The stored results.
@@ -106,6 +109,10 @@ pub enum Entry {
     Tumble,
     /// Calibrate by a block of known mass.
     Block,
+    /// Measure mass lines.
+    MassLines,
+    /// Measure the suspension modes.
+    Modes,
 }
 
 impl Entry {
@@ -121,6 +128,7 @@ impl Entry {
             Self::Storage => "Storage",
             Self::About => "About",
             Self::Resume if model.interrupted => "Try again",
+            Self::Resume if is_complete(model) => "Compute again",
             Self::Resume => "Go on",
             Self::Undo => "Undo last hit",
             Self::Redo => "This place again",
@@ -133,6 +141,8 @@ impl Entry {
             Self::Reject => "Reject this hit",
             Self::Tumble => "Sensors by gravity",
             Self::Block => "Block of known mass",
+            Self::MassLines => "Mass lines, short",
+            Self::Modes => "Modes, 40 s records",
         }
     }
 }
@@ -149,6 +159,8 @@ pub enum Action {
         /// Mass of the block, including what is glued to it.
         decigrams: u32,
     },
+    /// Measure this with the layout in use.
+    UseProfile(TestProfile),
     /// Use the layout at this position of the list.
     UseLayout(u8),
     /// Open the result at this position of the list, newest first.
@@ -240,9 +252,10 @@ impl Menu {
                 Entry::End,
             ],
             (Screen::Calibration, _) => &[Entry::Tumble, Entry::Block],
+            (Screen::Profile, _) => &[Entry::MassLines, Entry::Modes],
             _ => &[],
         };
-        let complete = model.hits > 0 && model.hits_done >= model.hits;
+        let complete = is_complete(model);
         let solved = complete || model.at_target;
         let there = |entry: &&Entry| match entry {
             // Without a hit to undo the rig says why.
@@ -295,6 +308,7 @@ impl Menu {
             }
             Screen::Findings if model.findings == 0 => self.go(Screen::Measure),
             Screen::Precision if model.phase != Phase::Paused => self.go(Screen::Measure),
+            Screen::Profile if model.phase != Phase::Idle => self.go(Screen::Measure),
             Screen::CalibrationWizard if model.calibration_wizard == CalibrationWizard::Off => {
                 self.go(Screen::Calibration)
             }
@@ -368,6 +382,8 @@ impl Menu {
             Entry::Finish => return Some(Action::Command(C::Finish)),
             Entry::Accept => return Some(Action::Command(C::Accept)),
             Entry::Reject => return Some(Action::Command(C::Reject)),
+            Entry::MassLines => return Some(Action::UseProfile(TestProfile::MassLine)),
+            Entry::Modes => return Some(Action::UseProfile(TestProfile::Suspension)),
         };
         if self.screen == Screen::Home {
             self.home = self.cursor;
@@ -437,6 +453,10 @@ impl Menu {
             (Screen::Measure, Phase::Done) => {
                 return Some(Action::Start);
             }
+            (Screen::Measure, Phase::Idle) if model.dofs > 0 => {
+                self.go(Screen::Profile);
+                self.cursor = u8::from(model.profile == TestProfile::Suspension);
+            }
             (Screen::BlockMass, _) => self.turn_digit(),
             // The last page asks whether to delete.
             (Screen::Result, _) if self.cursor + 1 >= model.pages => {
@@ -464,9 +484,14 @@ impl Menu {
             Screen::Measure if matches!(model.phase, Phase::Armed | Phase::Busy) => {
                 (Screen::Home, Some(Action::Command(Command::Pause)))
             }
-            Screen::Findings | Screen::Precision | Screen::Sure(Question::End | Question::Redo) => {
-                (Screen::Measure, None)
+            // The finished DOFs stay, and the computation can be started again.
+            Screen::Measure if model.phase == Phase::Solving && model.computed.is_some() => {
+                (Screen::Measure, Some(Action::Command(Command::Pause)))
             }
+            Screen::Findings
+            | Screen::Precision
+            | Screen::Profile
+            | Screen::Sure(Question::End | Question::Redo) => (Screen::Measure, None),
             Screen::Result => (Screen::Results, None),
             Screen::Sure(Question::Delete) => (Screen::Result, None),
             Screen::BlockMass => (Screen::Calibration, None),
@@ -485,6 +510,11 @@ impl Menu {
 
 /// Number of pages about the rig.
 pub const ABOUT_PAGES: u8 = 3;
+
+/// True when no hit is wanted any more.
+fn is_complete(model: &PanelModel) -> bool {
+    model.hits > 0 && model.hits_done >= model.hits
+}
 
 fn runs(model: &PanelModel) -> bool {
     !matches!(model.phase, Phase::Idle | Phase::Done)

@@ -33,7 +33,7 @@ use heapless::Vec;
 use massline_protocol::message::EstimatedMass;
 use massline_shared::design::{Precision, Widths};
 use massline_shared::diagnosis::{Diagnostic, Severity};
-use massline_shared::layout::{Dof, RigLayout};
+use massline_shared::layout::{Dof, RigLayout, TestProfile};
 use massline_shared::measurement::campaign::{Campaign, Object, Outcome, Phase};
 use massline_shared::measurement::{CampaignPrecision, GradedHit};
 use massline_shared::signal::CHANNELS;
@@ -68,8 +68,12 @@ pub struct PanelModel {
     pub verdict: Option<HitVerdict>,
     /// Level of each channel over the last window: number of bits of the range of its codes.
     pub levels: [u8; CHANNELS],
-    /// Estimated time until the end of the campaign, s; `None` before the first hit.
+    /// Estimated time until the end of the campaign or of the computation, s; `None` before the first hit or percent.
     pub seconds_left: Option<u16>,
+    /// Percentage of the computation of the suspension modes that is done; `None` unless it runs.
+    pub computed: Option<u8>,
+    /// What the layout measures.
+    pub profile: TestProfile,
     /// True when the object is a block of known mass.
     pub block: bool,
     /// Number of the finished campaign's result, 0 when there is none.
@@ -112,6 +116,8 @@ impl PanelModel {
         verdict: None,
         levels: [0; CHANNELS],
         seconds_left: None,
+        computed: None,
+        profile: TestProfile::MassLine,
         block: false,
         result: 0,
         mass: None,
@@ -159,6 +165,8 @@ impl PanelModel {
             levels: rig.levels.get(),
             block: matches!(object, Object::Block { .. }),
             result: campaign.map_or(0, Campaign::result),
+            computed: crate::rig::computed(&measurement),
+            profile: measurement.profile(),
             mass: rig.last_mass.get(),
             precision: measurement.precision().map(|known| PrecisionModel::of(known, layout)),
             at_target: campaign.is_some_and(Campaign::is_at_target),

@@ -18,6 +18,10 @@ pub enum Refused {
     LayoutRefused,
     /// The store is full.
     StoreFull,
+    /// There is too little room for the campaign, until so many results are deleted; zero when even without results there is.
+    TooLittleRoom(u8),
+    /// A block of known mass is weighed by mass lines, and the layout has the suspension profile.
+    BlockNeedsMassLines,
     /// Writing or reading the flash failed.
     StoreFailed,
     /// The flash is being written.
@@ -32,12 +36,14 @@ pub enum Refused {
 
 impl Refused {
     /// Every reason.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::NotFound,
         Self::WrongPhase,
         Self::NoLayout,
         Self::LayoutRefused,
         Self::StoreFull,
+        Self::TooLittleRoom(1),
+        Self::BlockNeedsMassLines,
         Self::StoreFailed,
         Self::Busy,
         Self::SamplerStopped,
@@ -52,6 +58,7 @@ impl From<StartError> for Refused {
             StartError::Busy => Self::Busy,
             StartError::NoLayout => Self::NoLayout,
             StartError::LayoutRefused => Self::LayoutRefused,
+            StartError::BlockNeedsMassLines => Self::BlockNeedsMassLines,
             StartError::NoRoom => Self::StoreFull,
             StartError::WrongPhase => Self::WrongPhase,
         }

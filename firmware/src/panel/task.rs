@@ -15,6 +15,7 @@ use massline_protocol::message::{ResultEntry, Stats};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::tumble::TumbleTest;
 use massline_shared::diagnosis::Diagnostics;
+use massline_shared::layout::TestProfile;
 use massline_shared::measurement::campaign::{Object, Start};
 use massline_shared::measurement::{Measurement, Recorded, StartError};
 
@@ -24,11 +25,11 @@ use super::menu::{Action, Menu, Screen};
 use super::modal::ModalState;
 use super::pace::TimeEstimator;
 use super::refused::Refused;
-use super::summary::{self, PIECE};
+use super::summary::{self, PIECE, Page};
 use super::{Button, Cue, Panel, PanelModel, cues};
 use crate::deadline::Deadline;
 use crate::rig::Rig;
-use crate::store::{LAYOUTS, LayoutHandle, RESULTS, ResultHandle, Store};
+use crate::store::{LAYOUTS, LayoutHandle, RESULTS, ResultHandle, Shortage, Store};
 
 /// Memory of the panel.
 pub(crate) struct PanelMemory {
@@ -68,10 +69,10 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
         {
             let done = match pending {
                 PendingAction::Start(object) => {
-                    let room = !store.lock().await.is_full(rig.campaign_size()).await;
-                    controller.start(object, room)
+                    let shortage = store.lock().await.shortage(rig.campaign_size()).await;
+                    controller.start(object, shortage)
                 }
-                PendingAction::Open(_) | PendingAction::Delete(_) => {
+                PendingAction::Open(..) | PendingAction::Delete(_) => {
                     run_pending(pending, &mut controller, piece).await
                 }
                 _ => {
@@ -88,9 +89,11 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
 enum PendingAction {
     /// Start a campaign; the store is asked whether it has room.
     Start(Object),
-    Open(ResultHandle),
+    /// Read a result with what a page of it shows; the flag is true when it was not open before.
+    Open(ResultHandle, Page, bool),
     Delete(u32),
     UseLayout(u32),
+    UseProfile(TestProfile),
     SolveBlock,
     KeepCalibration,
 }
@@ -102,10 +105,12 @@ async fn run_pending<F: NorFlash>(
 ) -> Result<(), Refused> {
     let mut store = controller.store.lock().await;
     match pending {
-        PendingAction::Open(stored) => {
-            *controller.modal =
-                ModalState::Result(summary::open(&mut store, &stored, piece).await?);
-            controller.menu.open(Screen::Result);
+        PendingAction::Open(stored, page, is_new) => {
+            let opened = summary::open(&mut store, &stored, piece, page).await?;
+            *controller.modal = ModalState::Result(opened);
+            if is_new {
+                controller.menu.open(Screen::Result);
+            }
         }
         PendingAction::Delete(number) => {
             store.delete_result(number).await?;
@@ -118,6 +123,13 @@ async fn run_pending<F: NorFlash>(
             let mut room = [0; MAX_LAYOUT];
             let layout = store.layout(&mut room).await.ok_or(Refused::NotFound)?;
             controller.rig.use_layout(layout)?;
+        }
+        PendingAction::UseProfile(profile) => {
+            let mut room = [0; MAX_LAYOUT];
+            let layout = controller.encode_layout(profile, &mut room)?;
+            store.put_layout(layout).await?;
+            controller.rig.use_layout(layout)?;
+            controller.menu.open(Screen::Measure);
         }
         PendingAction::SolveBlock => {
             let stored = store.calibration().await;
@@ -155,7 +167,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
             self.menu.follow(&model);
         }
         self.pace.follow(&model, Instant::now());
-        model.seconds_left = self.pace.seconds_left(&model);
+        model.seconds_left = self.pace.seconds_left(&model, Instant::now());
         let heard = cues(&self.before, &model);
         self.before = model;
         heard
@@ -205,8 +217,12 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
 
     /// Handles a button; returns the action that needs the flash, if any.
     fn press(&mut self, button: Button) -> Option<PendingAction> {
-        let action = self.menu.press(button, &self.before)?;
-        match self.act(action) {
+        let shown = self.page();
+        let done = match self.menu.press(button, &self.before) {
+            Some(action) => self.act(action),
+            None => self.turned(shown),
+        };
+        match done {
             Ok(pending) => pending,
             Err(reason) => {
                 self.menu.refuse(reason);
@@ -239,12 +255,11 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
             Action::OpenResult(place) => {
                 let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
                 let stored = store.results().iter().rev().nth(usize::from(place));
-                return Ok(Some(PendingAction::Open(*stored.ok_or(Refused::NotFound)?)));
+                return open(stored.copied());
             }
             Action::OpenLast => {
                 let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
-                let stored = store.find(self.before.result).ok_or(Refused::NotFound)?;
-                return Ok(Some(PendingAction::Open(stored)));
+                return open(store.find(self.before.result));
             }
             Action::DeleteResult => {
                 let summary = self.modal.summary().ok_or(Refused::NotFound)?;
@@ -255,6 +270,13 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
                     .rests()
                     .then_some(PendingAction::Delete(summary.number));
                 return rests.ok_or(Refused::WrongPhase).map(Some);
+            }
+            Action::UseProfile(profile) => {
+                if profile == self.before.profile {
+                    self.menu.open(Screen::Measure);
+                    return Ok(None);
+                }
+                return self.when_idle(PendingAction::UseProfile(profile));
             }
             Action::UseLayout(place) => {
                 let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
@@ -278,9 +300,43 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         }
     }
 
-    /// Starts a campaign; `room` is true when the store has room for it.
-    fn start(&mut self, object: Object, room: bool) -> Result<(), Refused> {
-        let started = self.rig.start(Start { object, ..Start::DEFAULT }, false, room);
+    /// After a press that may have turned from this page: what the new one shows has to be read.
+    fn turned(&self, from: Option<(u32, Page)>) -> Result<Option<PendingAction>, Refused> {
+        let Some((number, page)) = self.page().filter(|page| Some(*page) != from) else {
+            return Ok(None);
+        };
+        let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
+        let stored = store.find(number).ok_or(Refused::NotFound)?;
+        Ok(page.has_detail().then_some(PendingAction::Open(stored, page, false)))
+    }
+
+    /// Number of the open result, and its page on the screen.
+    fn page(&self) -> Option<(u32, Page)> {
+        let summary = self.modal.summary().filter(|_| self.menu.screen() == Screen::Result)?;
+        Some((summary.number, summary.page(self.menu.cursor())))
+    }
+
+    /// The layout in use with the settings of another profile, encoded into `room`.
+    // Not inlined: the layout takes no memory in the future that stores it.
+    #[inline(never)]
+    fn encode_layout<'p>(
+        &self,
+        profile: TestProfile,
+        room: &'p mut [u8; MAX_LAYOUT],
+    ) -> Result<&'p [u8], Refused> {
+        let mut layout = self.rig.measurement.borrow().stated_layout().ok_or(Refused::NoLayout)?;
+        layout.test = layout.test.under(profile);
+        let encoded = postcard::to_slice(&layout, room);
+        encoded.map(|bytes| &*bytes).map_err(|_| Refused::StoreFailed)
+    }
+
+    /// Starts a campaign, for which the store lacks `shortage`.
+    fn start(&mut self, object: Object, shortage: Option<Shortage>) -> Result<(), Refused> {
+        let start = Start { object, ..Start::DEFAULT };
+        let started = self.rig.start(start, false, shortage.is_none());
+        if let (Err(StartError::NoRoom), Some(shortage)) = (started, shortage) {
+            return Err(Refused::TooLittleRoom(shortage.results_to_delete()));
+        }
         if started == Err(StartError::LayoutRefused) {
             let measurement = self.rig.measurement.borrow();
             let check = |layout| measurement.check(layout);
@@ -374,12 +430,18 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
     }
 }
 
+/// Opens this result at its first page.
+fn open(stored: Option<ResultHandle>) -> Result<Option<PendingAction>, Refused> {
+    Ok(Some(PendingAction::Open(stored.ok_or(Refused::NotFound)?, Page::Mass, true)))
+}
+
 /// The stored layouts.
 fn layouts<F: NorFlash>(store: &Store<F>) -> Vec<LayoutLine, LAYOUTS> {
     let line = |stored: &LayoutHandle| LayoutLine {
         hash: stored.hash,
         title: crate::rig::cut(&stored.title),
         in_use: stored.in_use,
+        profile: stored.profile,
     };
     store.layouts().iter().map(line).collect()
 }

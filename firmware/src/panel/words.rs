@@ -6,6 +6,7 @@ use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::calibration::block::BlockError;
 use massline_shared::calibration::tumble::TumbleProblem;
 use massline_shared::diagnosis::{Code, Diagnostic, Subject};
+use massline_shared::identify::Method;
 use massline_shared::layout::{AXIS_LETTERS, Dof, RigLayout};
 
 use super::calibration_wizard::WizardProblem;
@@ -77,6 +78,21 @@ fn write_channel(text: &mut Text, channel: usize) -> core::fmt::Result {
     write!(text, "sensor {} {axis}", response / 3 + 1)
 }
 
+/// The method with this number, in at most six characters.
+pub fn method(number: u8) -> &'static str {
+    match Method::from_number(number) {
+        Some(Method::ToivolaNuutila) => "TN",
+        Some(Method::ContiBretl) => "CB",
+        Some(Method::Dppim) => "DPPIM",
+        Some(Method::DppimStructural) => "DPPIMs",
+        Some(Method::ModalConstant) => "MC",
+        Some(Method::MaximumLikelihood) => "ML",
+        Some(Method::InertiaRestraint) => "IRM",
+        Some(Method::GlobalFit) => "fit",
+        None => "?",
+    }
+}
+
 /// Why the rig has refused an action.
 pub fn of_reason(reason: Refused) -> &'static str {
     match reason {
@@ -85,6 +101,11 @@ pub fn of_reason(reason: Refused) -> &'static str {
         Refused::NoLayout => "No layout stored:\nsend one from a PC\n(massline measure).",
         Refused::LayoutRefused => "This layout cannot\ngive an answer.",
         Refused::StoreFull => "The store is full:\ndelete a result\n(Results).",
+        Refused::TooLittleRoom(0) => "Too little room: take\nfewer hit places.",
+        Refused::TooLittleRoom(_) => "Too little room.\nFirst delete under\nResults:",
+        Refused::BlockNeedsMassLines => {
+            "A block is weighed by\nmass lines: choose\nthem under Measure."
+        }
         Refused::StoreFailed => "Writing the flash\nfailed: try again.",
         Refused::Busy => "The flash is busy:\ntry again.",
         Refused::SamplerStopped => Code::SamplerStopped.words(),

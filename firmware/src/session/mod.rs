@@ -20,7 +20,7 @@ use embassy_time::{Duration, Timer};
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
-use massline_protocol::message::{MAX_CHANGE_ANSWER, REFUSED, Refusal, changes};
+use massline_protocol::message::{MAX_CHANGE_ANSWER, changes};
 use massline_protocol::{Deframer, Frame, MAX_FRAME, crc32};
 
 use crate::rig::Rig;
@@ -142,7 +142,7 @@ impl<F: NorFlash> Session<'_, '_, F> {
         let mut reply = Reply::new(frame, out);
         if let Err(reason) = self.execute(&mut reply).await {
             self.rig.stats.borrow_mut().requests_refused += 1;
-            reply.encode(REFUSED, &Refusal::from(reason));
+            reply.refuse(reason);
         }
         let length = reply.length();
         let answer = out.get(..length)?;

@@ -5,8 +5,8 @@ use heapless::Vec;
 use massline_protocol::message::{
     ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, GetCalibration, GetIdentity,
     GetLayout, GetLevels, GetMassLines, GetObjectInfo, GetRestStatistics, GetStats, GetStatus,
-    LayoutAnswer, ListRequest, ListResults, PutCalibration, PutLayout, ReadObject, Reason,
-    ResultPage, SetStream, TakeReading,
+    LayoutAnswer, ListRequest, ListResults, PutCalibration, PutLayout, REFUSED, ReadObject, Reason,
+    Refusal, ResultPage, SetStream, TakeReading,
 };
 use massline_protocol::object::{ChunkRef, ChunkRequest, DofResult};
 use massline_protocol::{Endpoint, Frame, MAX_FRAME, PlainFrame, crc32, encode_frame};
@@ -50,7 +50,7 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
             }
             Command::KIND => {
                 let request = reply.request::<Command>()?;
-                self.command(request).await?;
+                self.command(request, &mut reply.results_to_delete).await?;
                 reply.with::<Command>(&rig.status())
             }
             GetObjectInfo::KIND => {
@@ -172,8 +172,13 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
         Ok(())
     }
 
-    /// Starts a campaign, or passes a command to it.
-    async fn command(&self, request: CommandRequest) -> Result<(), Reason> {
+    /// Starts a campaign, or passes a command to it. When there is too little room, `results_to_delete` says how many
+    /// results would make it.
+    async fn command(
+        &self,
+        request: CommandRequest,
+        results_to_delete: &mut u8,
+    ) -> Result<(), Reason> {
         let command = CampaignCommand::try_from(request.command).map_err(|_| Reason::Malformed)?;
         if let Some(command) = command.steering() {
             return Ok(self.rig.command(command)?);
@@ -189,8 +194,9 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
             calibration_age_days: request.calibration_age_days,
             started_unix_s: request.started_unix_s,
         };
-        let room = !self.store.lock().await.is_full(self.rig.campaign_size()).await;
-        Ok(self.rig.start(start, request.force, room)?)
+        let shortage = self.store.lock().await.shortage(self.rig.campaign_size()).await;
+        *results_to_delete = shortage.map_or(0, |shortage| shortage.results_to_delete());
+        Ok(self.rig.start(start, request.force, shortage.is_none())?)
     }
 
     async fn list(&self, request: ListRequest) -> ResultPage {
@@ -212,12 +218,14 @@ pub(super) struct Reply<'f, 'o> {
     frame: Frame<'f>,
     out: &'o mut [u8; MAX_FRAME],
     length: usize,
+    /// What a refusal says besides its reason.
+    results_to_delete: u8,
 }
 
 impl<'f, 'o> Reply<'f, 'o> {
     /// A reply without an answer yet.
     pub fn new(frame: Frame<'f>, out: &'o mut [u8; MAX_FRAME]) -> Self {
-        Self { frame, out, length: 0 }
+        Self { frame, out, length: 0, results_to_delete: 0 }
     }
 
     /// Length of the framed answer.
@@ -242,7 +250,16 @@ impl<'f, 'o> Reply<'f, 'o> {
         self.length = plain.map_or(0, |plain| plain.stuff(self.out));
     }
 
-    pub fn encode<T: serde::Serialize>(&mut self, kind: u16, body: &T) {
+    /// Answers that the request is refused.
+    pub fn refuse(&mut self, reason: Reason) {
+        let results_to_delete = match reason {
+            Reason::StoreFull => self.results_to_delete,
+            _ => 0,
+        };
+        self.encode(REFUSED, &Refusal { reason: reason.into(), results_to_delete });
+    }
+
+    fn encode<T: serde::Serialize>(&mut self, kind: u16, body: &T) {
         // Every message fits a frame; a test of the protocol proves it.
         self.length = encode_frame(kind, self.frame.sequence, body, self.out).unwrap_or(0);
     }

@@ -25,7 +25,7 @@ impl<F: NorFlash> Store<F> {
         }
         self.evict_layouts_for(dof.length()).await?;
         let campaign = self.campaign();
-        self.keep(dof, |object| Change::Dof { object, campaign, index }).await
+        self.keep(&dof, &|object| Change::Dof { object, campaign, index }).await
     }
 
     /// Removes a DOF with lines of the current campaign because it is open again, so that there is room for the
@@ -50,7 +50,7 @@ impl<F: NorFlash> Store<F> {
     pub async fn put_progress(&mut self, bytes: &[u8]) -> Result<(), StoreError> {
         self.evict_layouts_for(bytes.len()).await?;
         let campaign = self.campaign();
-        self.keep(bytes, |object| Change::Progress { object, campaign }).await
+        self.keep(&bytes, &|object| Change::Progress { object, campaign }).await
     }
 
     /// True when the progress of a campaign that has not ended is stored.

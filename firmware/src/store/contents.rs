@@ -11,15 +11,15 @@
 
 use heapless::{String, Vec};
 use massline_protocol::message::{EstimatedMass, ResultEntry};
-use massline_shared::layout::RIG_HITS;
+use massline_shared::layout::{RIG_HITS, TestProfile};
 use massline_shared::signal::COMPACT_RESPONSE;
 use serde::{Deserialize, Serialize};
 
 use super::{LAYOUTS, MAX_DOF, RESULTS};
 
 /// Most bytes of an encoded change. The longest is that of a layout: six integers of at most five bytes,
-/// three more bytes, a title.
-pub(super) const MAX_CHANGE: usize = 6 * 5 + 3 + 49;
+/// four more bytes, a title.
+pub(super) const MAX_CHANGE: usize = 6 * 5 + 4 + 49;
 /// Most bytes of an encoded change that names no layout. The longest is that of a result: five integers of at most
 /// five bytes, a length of three, a mass of ten, its kind.
 pub(super) const MAX_SHORT_CHANGE: usize = 5 * 5 + 3 + 10 + 1;
@@ -44,11 +44,13 @@ pub struct LayoutHandle {
     pub hash: u32,
     /// Its title.
     pub title: String<48>,
+    /// What it measures.
+    pub profile: TestProfile,
     /// True for the layout in use.
     pub in_use: bool,
     /// Serial of the change that last put it into use.
     used: u32,
-    object: Object,
+    pub(super) object: Object,
 }
 
 /// A stored result.
@@ -95,6 +97,7 @@ pub(super) enum Change {
     Layout {
         hash: u32,
         title: String<48>,
+        profile: TestProfile,
         object: Object,
         evicted: Option<u32>,
     },
@@ -174,14 +177,15 @@ impl Contents {
     /// Applies a change.
     pub fn apply(&mut self, serial: u32, change: Change) {
         match change {
-            Change::Layout { hash, title, object, evicted } => {
+            Change::Layout { hash, title, profile, object, evicted } => {
                 let gone =
                     |stored: &LayoutHandle| Some(stored.hash) == evicted || stored.hash == hash;
                 if self.layouts.iter().any(|stored| stored.hash == hash && stored.used > serial) {
                     return;
                 }
                 self.layouts.retain(|stored| !gone(stored) || stored.used > serial);
-                let stored = LayoutHandle { hash, title, in_use: false, used: serial, object };
+                let in_use = false;
+                let stored = LayoutHandle { hash, title, profile, in_use, used: serial, object };
                 // There is room: either one was removed or the list was not full.
                 let _ = self.layouts.push(stored);
                 self.mark_layout_in_use();
@@ -317,10 +321,9 @@ impl Contents {
         !self.dofs.is_full() || self.place_of_dof(campaign, index).is_some()
     }
 
-    /// The object and the title of the layout with this hash.
-    pub fn layout(&self, hash: u32) -> Option<(Object, &String<48>)> {
-        let stored = self.layouts.iter().find(|stored| stored.hash == hash)?;
-        Some((stored.object, &stored.title))
+    /// The layout with this hash.
+    pub fn layout(&self, hash: u32) -> Option<&LayoutHandle> {
+        self.layouts.iter().find(|stored| stored.hash == hash)
     }
 
     /// The object of the layout in use.

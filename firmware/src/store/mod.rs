@@ -26,7 +26,7 @@ use massline_protocol::message::{EstimatedMass, Stats};
 use massline_protocol::{MAX_LAYOUT, crc32};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::identify::MASS_LINE_METHODS;
-use massline_shared::layout::{RIG_HITS, RigLayout};
+use massline_shared::layout::{RIG_HITS, RigLayout, TestProfile};
 use massline_shared::signal::{COMPACT_RESPONSE, RESPONSES};
 
 use contents::{Change, Contents};
@@ -53,6 +53,8 @@ pub const MAX_RESULT: usize =
 pub const MAX_RESULT_HEAD: usize = 238;
 /// Most bytes of what a result says of a DOF besides its lines.
 pub const MAX_LINES_HEAD: usize = 72;
+/// Most bytes of what a result says of the suspension modes besides the estimates: six modes, five refusals, the agreement.
+pub const MAX_MODES: usize = 600;
 /// Most bytes of the progress of a campaign.
 pub const MAX_PROGRESS: usize = 280;
 
@@ -152,10 +154,11 @@ impl<F: NorFlash> Store<F> {
         if self.contents.layout(hash).is_some() {
             return self.use_layout(hash).await;
         }
-        let title = &title_of(encoded).ok_or(StoreError::Malformed)?;
-        let evicted = self.contents.layout_to_evict();
-        self.keep(encoded, |object| Change::Layout { hash, title: title.clone(), object, evicted })
-            .await
+        let (title, profile) = &named(encoded).ok_or(StoreError::Malformed)?;
+        let (evicted, profile) = (self.contents.layout_to_evict(), *profile);
+        let change =
+            |object| Change::Layout { hash, title: title.clone(), profile, object, evicted };
+        self.keep(&encoded, &change).await
     }
 
     /// Puts a stored layout into use.
@@ -163,9 +166,9 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`StoreError::NotFound`], or [`StoreError::Failed`].
     pub async fn use_layout(&mut self, hash: u32) -> Result<(), StoreError> {
-        let (object, title) = self.contents.layout(hash).ok_or(StoreError::NotFound)?;
-        let title = title.clone();
-        self.note(Change::Layout { hash, title, object, evicted: None }).await
+        let stored = self.contents.layout(hash).ok_or(StoreError::NotFound)?;
+        let LayoutHandle { title, profile, object, .. } = stored.clone();
+        self.note(Change::Layout { hash, title, profile, object, evicted: None }).await
     }
 
     /// The stored calibration.
@@ -179,7 +182,7 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`StoreError::Full`], or [`StoreError::Failed`] when the write fails.
     pub async fn put_calibration(&mut self, encoded: &[u8]) -> Result<(), StoreError> {
-        self.keep(encoded, |object| Change::Calibration { object }).await
+        self.keep(&encoded, &|object| Change::Calibration { object }).await
     }
 
     /// All results, in the order of their numbers.
@@ -214,7 +217,7 @@ impl<F: NorFlash> Store<F> {
         let (number, campaign, crc) =
             (self.next_number(), self.contents.campaign.serial, result.checksum());
         let change = |object| Change::Result { object, number, layout, mass, crc, campaign };
-        self.keep(result, change).await?;
+        self.keep(&result, &change).await?;
         Ok(number)
     }
 
@@ -246,9 +249,9 @@ impl<F: NorFlash> Store<F> {
     }
 }
 
-/// The title of an encoded layout; `None` when the bytes are not a layout.
-fn title_of(encoded: &[u8]) -> Option<String<48>> {
-    decode_layout(encoded).map(|layout| layout.title)
+/// Title and profile of an encoded layout; `None` when the bytes are not a layout.
+fn named(encoded: &[u8]) -> Option<(String<48>, TestProfile)> {
+    decode_layout(encoded).map(|layout| (layout.title, layout.test.profile))
 }
 
 /// Decodes a layout; `None` when the bytes are not exactly one layout.

@@ -11,8 +11,8 @@ use super::log::Log;
 use super::record::Kind;
 use super::writing::{MAX_PIECE, MIN_PIECE};
 use super::{
-    MAX_DOF, MAX_ESTIMATE, MAX_LINES, MAX_LINES_HEAD, MAX_PROGRESS, MAX_RESULT, MAX_RESULT_HEAD,
-    RESULTS, Store, StoreError,
+    MAX_DOF, MAX_ESTIMATE, MAX_LINES, MAX_LINES_HEAD, MAX_MODES, MAX_PROGRESS, MAX_RESULT,
+    MAX_RESULT_HEAD, RESULTS, Store, StoreError,
 };
 
 /// Changes without an object, such as deletions, for which a full store still has room.
@@ -35,6 +35,13 @@ pub struct Shortage {
     /// How many results must be deleted, the oldest first; `None` when even without results there is too little
     /// room.
     pub results: Option<usize>,
+}
+
+impl Shortage {
+    /// How many results must be deleted, as a message says it: zero when even without results there is too little room.
+    pub fn results_to_delete(&self) -> u8 {
+        self.results.map_or(0, |results| results as u8)
+    }
 }
 
 impl<F: NorFlash> Store<F> {
@@ -74,7 +81,8 @@ impl<F: NorFlash> Store<F> {
     /// Bytes that a campaign takes with its result.
     fn needed(&self, dofs: usize, lines: usize) -> u32 {
         let of_mass_lines = MAX_RESULT - (RIG_HITS - dofs) * MAX_DOF;
-        let of_modes = MAX_RESULT_HEAD + dofs * MAX_LINES_HEAD + SUSPENSION_METHODS * MAX_ESTIMATE;
+        let of_modes =
+            MAX_RESULT_HEAD + dofs * MAX_LINES_HEAD + SUSPENSION_METHODS * MAX_ESTIMATE + MAX_MODES;
         let longest_result = if lines > 0 { of_modes } else { of_mass_lines };
         2 * self.cost(MAX_PROGRESS, MAX_SHORT_CHANGE)
             + dofs as u32 * self.cost(MAX_DOF + lines, MAX_SHORT_CHANGE)

@@ -46,6 +46,20 @@ impl Source for [u8] {
     }
 }
 
+impl<S: Source + ?Sized> Source for &S {
+    fn length(&self) -> usize {
+        (**self).length()
+    }
+
+    fn checksum(&self) -> u32 {
+        (**self).checksum()
+    }
+
+    fn read(&self, offset: usize, out: &mut [u8]) {
+        (**self).read(offset, out);
+    }
+}
+
 /// A finished DOF with its lines: the head, which says the rest of the DOF in at most [`MAX_DOF`](super::MAX_DOF)
 /// bytes of postcard, and the lines after it.
 #[derive(Debug)]

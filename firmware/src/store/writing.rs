@@ -13,30 +13,32 @@ pub(super) const MIN_PIECE: usize = 128;
 pub(super) const MAX_PIECE: usize = 512;
 /// Number of attempts at a write that fails.
 const ATTEMPTS: usize = 3;
+/// The bytes of a change that has no object.
+const NOTHING: &[u8] = &[];
 
 impl<F: NorFlash> Store<F> {
     /// Writes an object and the change that names it.
     pub(super) async fn keep(
         &mut self,
-        source: &(impl Source + ?Sized),
-        change: impl Fn(Object) -> Change,
+        source: &dyn Source,
+        change: &dyn Fn(Object) -> Change,
     ) -> Result<(), StoreError> {
-        let length = u16::try_from(source.length()).map_err(|_| StoreError::Full)?;
         if self.usable && !self.has_room(source.length()).await {
             return Err(StoreError::Full);
         }
-        self.write(source, |serial| change(Object { serial, length, found: length })).await
+        self.write(source, change).await
     }
 
     /// Writes a change that has no object.
     pub(super) async fn note(&mut self, change: Change) -> Result<(), StoreError> {
-        self.write(&[][..], |_| change.clone()).await
+        self.write(&NOTHING, &|_| change.clone()).await
     }
 
+    // Object and change are not type parameters: the firmware has room for one copy of this.
     async fn write(
         &mut self,
-        source: &(impl Source + ?Sized),
-        change: impl Fn(u32) -> Change,
+        source: &dyn Source,
+        change: &dyn Fn(Object) -> Change,
     ) -> Result<(), StoreError> {
         if !self.usable {
             return Err(StoreError::Failed);
@@ -45,7 +47,7 @@ impl<F: NorFlash> Store<F> {
         for _ in 0..ATTEMPTS {
             // Each attempt has a new serial, so that the pieces of a failed one belong to no object.
             self.writing = self.next_serial();
-            written = self.try_write(source, &change).await;
+            written = self.try_write(source, change).await;
             if written.is_ok() {
                 break;
             }
@@ -57,11 +59,12 @@ impl<F: NorFlash> Store<F> {
 
     async fn try_write(
         &mut self,
-        source: &(impl Source + ?Sized),
-        change: &impl Fn(u32) -> Change,
+        source: &dyn Source,
+        change: &dyn Fn(Object) -> Change,
     ) -> Result<(), StoreError> {
-        let serial = self.writing;
-        let (mut offset, length) = (0, source.length());
+        let (serial, length) = (self.writing, source.length());
+        let found = u16::try_from(length).map_err(|_| StoreError::Full)?;
+        let mut offset = 0;
         let mut piece = [0; MAX_PIECE];
         while offset < length {
             let rest = length - offset;
@@ -72,7 +75,7 @@ impl<F: NorFlash> Store<F> {
             self.append(Kind::Data, serial, offset, piece).await?;
             offset += count;
         }
-        let change = change(serial);
+        let change = change(Object { serial, length: found, found });
         let mut encoded = [0; MAX_CHANGE];
         let encoded = postcard::to_slice(&change, &mut encoded).map_err(|_| StoreError::Full)?;
         self.make_room(encoded.len()).await?;

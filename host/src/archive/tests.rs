@@ -42,6 +42,9 @@ fn archive() -> Archive {
         dofs: [dof].into_iter().collect(),
         lines: Default::default(),
         estimates: FixedVec::new(),
+        modes: Default::default(),
+        refusals: Default::default(),
+        agreement: None,
         diagnostics: FixedVec::new(),
     };
     let mut archive = Archive {

@@ -361,6 +361,9 @@ mod tests {
             dofs: dofs.iter().map(of).collect(),
             lines: Default::default(),
             estimates: heapless::Vec::new(),
+            modes: Default::default(),
+            refusals: Default::default(),
+            agreement: None,
             diagnostics: heapless::Vec::new(),
         }
     }

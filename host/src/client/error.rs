@@ -119,12 +119,15 @@ pub enum ClientError {
         advice: &'static str,
     },
     /// The rig refused the request.
-    #[error("the rig refused to {request}: {}", explain(*.reason))]
+    #[error("the rig refused to {request}: {}", explain(*.reason, *.results_to_delete))]
     Refused {
         /// What the rig was asked to do, as in "asked to …".
         request: &'static str,
         /// Raw [`Reason`].
         reason: u16,
+        /// How many results must be deleted for a campaign, the oldest first; zero when that does not help or does not
+        /// matter.
+        results_to_delete: u8,
     },
     /// An object was received completely several times, but never with the announced checksum.
     #[error(
@@ -234,11 +237,12 @@ fn refusal_code(raw: u16) -> &'static str {
         Some(Reason::SamplerStopped) => "sampler_stopped",
         Some(Reason::NothingToUndo) => "nothing_to_undo",
         Some(Reason::HitOverwritten) => "hit_overwritten",
+        Some(Reason::BlockNeedsMassLines) => "block_needs_mass_lines",
         None => "refused",
     }
 }
 
-fn explain(raw: u16) -> String {
+fn explain(raw: u16, results_to_delete: u8) -> String {
     let text = match Reason::try_from(raw).ok() {
         Some(Reason::UnknownMessage) => "its firmware does not know this request; update it",
         Some(Reason::Malformed) => "it could not read the request; is its firmware older?",
@@ -251,7 +255,15 @@ fn explain(raw: u16) -> String {
         }
         Some(Reason::NoLayout) => "it has no layout; `massline measure LAYOUT` sends one",
         Some(Reason::LayoutRefused) => "its layout cannot determine the ten properties",
-        Some(Reason::StoreFull) => "its store is full; `massline results delete` makes room",
+        Some(Reason::StoreFull) => {
+            return match results_to_delete {
+                0 => "its store is full; `massline results delete` makes room".into(),
+                1 => "its store has too little room; delete the oldest result with `massline results delete`".into(),
+                more => format!(
+                    "its store has too little room; delete the {more} oldest results with `massline results delete`"
+                ),
+            };
+        }
         Some(Reason::StoreFailed) => "its flash does not keep what is written",
         Some(Reason::OutOfRange) => "the requested part lies outside the object",
         Some(Reason::Busy) => "it is writing that object at the moment; try again",
@@ -261,6 +273,10 @@ fn explain(raw: u16) -> String {
         Some(Reason::NothingToUndo) => "there is no accepted hit to undo",
         Some(Reason::HitOverwritten) => {
             "a later hit has replaced the record of the last accepted one"
+        }
+        Some(Reason::BlockNeedsMassLines) => {
+            "a block of known mass is weighed by mass lines, and its layout has the suspension profile; use a layout with the \
+             profile mass-line"
         }
         None => return format!("reason {raw}, which this program does not know"),
     };
@@ -287,8 +303,11 @@ mod tests {
 
     #[test]
     fn a_result_that_is_not_there_is_a_wrong_argument() {
-        let refused =
-            ClientError::Refused { request: "find an object", reason: Reason::NotFound as u16 };
+        let refused = ClientError::Refused {
+            request: "find an object",
+            reason: Reason::NotFound as u16,
+            results_to_delete: 0,
+        };
         assert_eq!(exit(refused), 2);
     }
 
@@ -297,14 +316,30 @@ mod tests {
         let refused = ClientError::Refused {
             request: "do what was asked",
             reason: Reason::LayoutRefused as u16,
+            results_to_delete: 0,
         };
         assert_eq!(exit(refused), 3);
     }
 
     #[test]
     fn an_unknown_reason_is_passed_on() {
-        let refused = ClientError::Refused { request: "do what was asked", reason: 999 };
+        let refused = ClientError::Refused {
+            request: "do what was asked",
+            reason: 999,
+            results_to_delete: 0,
+        };
         assert!(refused.to_string().contains("999"));
         assert_eq!(exit(refused), 4);
+    }
+
+    #[test]
+    fn a_full_store_says_how_many_results_to_delete() {
+        let full = |results_to_delete| {
+            let reason = Reason::StoreFull as u16;
+            ClientError::Refused { request: "start", reason, results_to_delete }.to_string()
+        };
+        assert!(full(0).contains("is full; `massline results delete` makes room"));
+        assert!(full(1).contains("delete the oldest result"));
+        assert!(full(3).contains("delete the 3 oldest results"));
     }
 }

@@ -175,9 +175,9 @@ impl Client {
                     }
                     self.broken_frames += 1;
                 } else if kind == REFUSED
-                    && let Ok(Refusal { reason }) = postcard::from_bytes(&body)
+                    && let Ok(Refusal { reason, results_to_delete }) = postcard::from_bytes(&body)
                 {
-                    return Err(ClientError::Refused { request: name, reason });
+                    return Err(ClientError::Refused { request: name, reason, results_to_delete });
                 }
             }
         }

@@ -119,6 +119,7 @@ fn status(phase: u8) -> Status {
         layout_hash: 0,
         result: 0,
         started_unix_s: 0,
+        computed: None,
         diagnostics: heapless::Vec::new(),
     }
 }

@@ -266,8 +266,8 @@ fn advised(error: ClientError, layout: &RigLayout) -> Error {
         return error;
     }
     error.advising(format!(
-        "the lines of {} DOFs need {} kB: keep old results with `massline results get N --output FILE`, delete the oldest, and \
-         repeat the command",
+        "the lines of {} DOFs need {} kB: keep old results with `massline results get N --output FILE` before you delete them, \
+         and repeat the command",
         layout.hits.len(),
         (layout.hits.len() * 3 * layout.sensors.len() * COMPACT_RESPONSE).div_ceil(1000),
     ))
@@ -352,13 +352,17 @@ mod tests {
 
     #[test]
     fn a_full_store_is_explained_by_what_the_lines_need() {
-        let full = || ClientError::Refused { request: "start", reason: Reason::StoreFull as u16 };
+        let full = || ClientError::Refused {
+            request: "start",
+            reason: Reason::StoreFull as u16,
+            results_to_delete: 2,
+        };
         let wheel = include_str!("../../examples/wheel.toml");
         let wheel = LayoutFile::parse(wheel, "wheel.toml").unwrap().rig_layout().unwrap();
         let said = advised(full(), &wheel).to_string();
         // Five DOFs with nine responses of 513 bytes.
         assert!(said.contains("the lines of 5 DOFs need 24 kB"), "{said}");
-        assert!(said.contains("delete the oldest"), "{said}");
+        assert!(said.contains("delete the 2 oldest results"), "{said}");
         let frame = include_str!("../../examples/three-bar-test-1.toml");
         let frame = LayoutFile::parse(frame, "frame.toml").unwrap().rig_layout().unwrap();
         assert_eq!(advised(full(), &frame).to_string(), Error::from(full()).to_string());

@@ -1,5 +1,7 @@
 //! The progress of a campaign for the operator: a bar on a terminal, a line for each hit.
 
+use std::time::Instant;
+
 use indicatif::ProgressBar;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Reason, Status};
@@ -7,6 +9,7 @@ use massline_shared::layout::{RigLayout, TestProfile};
 use massline_shared::measurement::campaign::Phase;
 
 use crate::campaign::{explain_refusal, phase_name};
+use crate::computing::Computing;
 use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::report::HitSaid;
@@ -25,6 +28,10 @@ pub struct Progress<'o> {
     rejected: u32,
     /// Seconds for which the object rings yet in its record.
     rings_s: Option<u64>,
+    began: Instant,
+    computing: Computing,
+    /// Tenths of the computation for which a line was printed.
+    computed_tenths: Option<u8>,
 }
 
 /// A bench that taps by itself is given up after this many rejected hits in a row.
@@ -58,6 +65,9 @@ impl<'o> Progress<'o> {
             prompts,
             rejected: 0,
             rings_s: None,
+            began: Instant::now(),
+            computing: Computing::default(),
+            computed_tenths: None,
         }
     }
 
@@ -80,6 +90,15 @@ impl<'o> Progress<'o> {
         let phase = Phase::try_from(status.phase).ok();
         let place = format!("{} {here}/{}", self.dof(dof), self.hits_per_dof);
         self.bar.set_message(format!("{place} {}", phase_name(status.phase)));
+        self.computing.status(status, self.began.elapsed());
+        if let Some(words) = self.computing.words() {
+            self.bar.set_message(words.clone());
+            let tenth = self.computing.percent().map(|percent| percent / 10);
+            if tenth != self.computed_tenths {
+                self.line(&words);
+            }
+            self.computed_tenths = tenth;
+        }
         let prompt = (status.armings, status.phase);
         if self.prompts == Prompts::Nothing || self.prompted == Some(prompt) {
             return;

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{
     Agreement, CalibrationSigma, Details, Estimate, Finding, FoundBy, GlobalFit, LoggedHit, Modes,
-    Refusal, SingleFaults, Unseen,
+    Properties, Refusal, SingleFaults, Spread, Unseen,
 };
 
 /// A result of a rig. What the host has found is marked; it is missing where the layout is not known.
@@ -43,6 +43,12 @@ pub struct Measurement {
     pub mass_lines: Vec<MeasuredMassLine>,
     /// Every DOF of the suspension profile.
     pub lines: Vec<MeasuredDof>,
+    /// The suspension modes as the rig has found them; none in the mass line profile.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub modes_of_rig: Vec<RigMode>,
+    /// How the methods of the rig agree, in the suspension profile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub agreement_of_rig: Option<RigAgreement>,
     /// Notes on values that the result lacks.
     pub notes: Vec<String>,
     /// Findings of the rig, and of the host where it says so.
@@ -136,6 +142,32 @@ pub struct MeasuredDof {
     pub band_hz: [f32; 2],
     /// Mean coherence of every response; `null` for a single hit, whose coherence is one by definition.
     pub coherence: Option<[f32; 9]>,
+}
+
+/// A suspension mode as a rig has found it.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "rig_mode")]
+pub struct RigMode {
+    /// Natural frequency.
+    pub frequency_hz: Spread<f64>,
+    /// Damping ratio.
+    pub damping_ratio: Spread<f64>,
+    /// Mass-normalised shape at the origin of the body frame: three displacements, 1/√kg, and three rotations, 1/(m √kg).
+    pub shape: Spread<[f64; 6]>,
+    /// Imaginary over real part of the residues.
+    pub complexity: f64,
+}
+
+/// How the methods of a rig agree.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "rig_agreement")]
+pub struct RigAgreement {
+    /// Whether chance explains every difference.
+    pub agree: bool,
+    /// The methods that are off.
+    pub off: Vec<&'static str>,
+    /// The combined answer of the others.
+    pub combined: Spread<Properties<f64>>,
 }
 
 /// What the host finds from what a rig has measured.

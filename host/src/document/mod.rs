@@ -55,7 +55,7 @@ pub use list::{
 };
 pub use measurement::{
     FurtherHit, HalfWidths, HostFindings, Marked, MeasuredDof, MeasuredMassLine, Measurement,
-    Precision, WorstProperty,
+    Precision, RigAgreement, RigMode, WorstProperty,
 };
 pub use modes::{BetterHit, Indicator, Mode, Modes, Order, Pole};
 pub use rig_files::{AddressRange, Flashing, RecordedTape};

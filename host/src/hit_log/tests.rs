@@ -24,6 +24,7 @@ impl Seen {
             layout_hash: 1,
             result: 0,
             started_unix_s: 1,
+            computed: None,
             diagnostics: Diagnostics::new(),
         };
         let mut seen = Self { log: HitLog::simulated(), status };

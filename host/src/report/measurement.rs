@@ -1,14 +1,21 @@
 //! A rig's stored result, unchanged.
 
 use massline_protocol::lines_head::LinesHead;
+use massline_protocol::modes::{StoredAgreement, StoredMode, StoredRefusal};
 use massline_protocol::object::{DofResult, MeasurementResult};
-use massline_shared::identify::Estimate;
+use massline_shared::diagnosis::Diagnostic;
+use massline_shared::identify::{Estimate, Method};
 use massline_shared::layout::TestProfile;
 
+use super::digits::{as_exact_as, two_digits};
 use super::message::message_of_result;
+use super::refusals::{refusals_json, refusals_text};
 use super::{diagnostics_json, estimate_json, hash_text, sentences, table};
 use crate::clock;
-use crate::document::{Marked, MeasuredDof, MeasuredMassLine, Measurement};
+use crate::document::{
+    Marked, MeasuredDof, MeasuredMassLine, Measurement, Properties, Refusal, RigAgreement, RigMode,
+    Spread,
+};
 
 /// The rig's estimates by the methods that this program knows, the best first, converted to double precision.
 pub fn estimates_of(result: &MeasurementResult) -> Vec<Estimate<f64>> {
@@ -35,9 +42,11 @@ pub fn measurement_json(result: &MeasurementResult) -> Measurement {
         profile: result.profile().name(),
         mass_lines: result.dofs.iter().map(dof_json).collect(),
         lines: result.lines.iter().map(lines_json).collect(),
+        modes_of_rig: result.modes.iter().map(mode_json).collect(),
+        agreement_of_rig: result.agreement.as_ref().map(agreement_json),
         notes: notes(result),
         diagnostics: found.into_iter().map(Marked::stored).collect(),
-        not_applicable: None,
+        not_applicable: not_applicable_json(result),
         details: None,
         suspension: None,
         global_fit: None,
@@ -71,6 +80,86 @@ fn lines_json(head: &LinesHead) -> MeasuredDof {
     }
 }
 
+fn mode_json(mode: &StoredMode) -> RigMode {
+    let number = |value: f32, sigma: f32| {
+        let sigma = known(sigma).map(f64::from);
+        Spread { value: value.into(), sigma }
+    };
+    let [_, _, shape @ ..] = mode.sigma;
+    let is_known = shape.iter().all(|sigma| *sigma > 0.0);
+    RigMode {
+        frequency_hz: number(mode.frequency_hz, mode.sigma[0]),
+        damping_ratio: number(mode.damping_ratio, mode.sigma[1]),
+        shape: Spread {
+            value: mode.shape.map(f64::from),
+            sigma: is_known.then(|| shape.map(f64::from)),
+        },
+        complexity: mode.complexity.into(),
+    }
+}
+
+/// A standard deviation, unless it is stored as unknown.
+fn known(sigma: f32) -> Option<f32> {
+    Some(sigma).filter(|sigma| *sigma > 0.0)
+}
+
+fn agreement_json(agreement: &StoredAgreement) -> RigAgreement {
+    let significant = agreement.largest.is_some_and(|largest| largest.significant);
+    RigAgreement {
+        agree: !significant,
+        off: methods(&agreement.off).map(Method::name).collect(),
+        combined: Spread {
+            value: Properties::of(agreement.properties.map(f64::from)),
+            sigma: Some(Properties::of(agreement.sigma.map(f64::from))),
+        },
+    }
+}
+
+fn methods(numbers: &[u8]) -> impl Iterator<Item = Method> + '_ {
+    numbers.iter().filter_map(|number| Method::from_number(*number))
+}
+
+/// The methods that the rig had no answer by, each with its reason.
+fn refusals_of(result: &MeasurementResult) -> Vec<(Method, [Diagnostic; 1])> {
+    let reason = |of: &StoredRefusal| Some((Method::from_number(of.method)?, [of.reason.into()]));
+    result.refusals.iter().filter_map(reason).collect()
+}
+
+fn not_applicable_json(result: &MeasurementResult) -> Option<Vec<Marked<Refusal>>> {
+    let refusals = refusals_json(&refusals_of(result), |d| message_of_result(d, result));
+    (!refusals.is_empty()).then(|| refusals.into_iter().map(Marked::stored).collect())
+}
+
+/// The modes of a rig, how its methods agree, and which of them have no answer.
+fn modes_text(result: &MeasurementResult) -> String {
+    let mut text = String::new();
+    for (place, mode) in result.modes.iter().enumerate() {
+        let spread = |value: f32, sigma: f32| {
+            let (value, sigma) = (f64::from(value), known(sigma).map(f64::from));
+            let error = sigma.map_or_else(String::new, |sigma| format!(" ± {}", two_digits(sigma)));
+            format!("{}{error}", as_exact_as(value, sigma))
+        };
+        text += &format!(
+            "mode {} of the rig: {} Hz, damping {} %\n",
+            place + 1,
+            spread(mode.frequency_hz, mode.sigma[0]),
+            spread(100.0 * mode.damping_ratio, 100.0 * mode.sigma[1]),
+        );
+    }
+    if let Some(agreement) = &result.agreement {
+        let off: Vec<_> = methods(&agreement.off).map(Method::name).collect();
+        text += &match (agreement.differ, off.as_slice()) {
+            (true, _) => "the methods of the rig differ by more than chance".to_owned(),
+            (false, []) => "the methods of the rig agree".to_owned(),
+            (false, off) => format!("methods of the rig that are off: {}", off.join(", ")),
+        };
+        let (mass, sigma) = (f64::from(agreement.properties[0]), f64::from(agreement.sigma[0]));
+        let mass = as_exact_as(mass, Some(sigma));
+        text += &format!("; the combined mass is {mass} ± {} kg\n", two_digits(sigma));
+    }
+    text + &refusals_text(&refusals_of(result), |d| message_of_result(d, result))
+}
+
 /// A result of a rig as text.
 pub fn measurement_text(result: &MeasurementResult) -> String {
     let head = &result.head;
@@ -97,6 +186,7 @@ pub fn measurement_text(result: &MeasurementResult) -> String {
         TestProfile::Suspension => format!("frequency responses by {estimator}, "),
     };
     text += &bands_text(result);
+    text += &modes_text(result);
     for note in notes(result) {
         text += &format!("note: {note}\n");
     }
@@ -151,8 +241,7 @@ fn notes(result: &MeasurementResult) -> Vec<String> {
 mod tests {
     use super::*;
     use massline_protocol::object::{ResultHead, StoredEstimate};
-    use massline_shared::diagnosis::{Code, Diagnostic, Severity};
-    use massline_shared::identify::Method;
+    use massline_shared::diagnosis::{Code, Severity};
     use massline_shared::layout::FrfEstimator;
     use massline_shared::mass_line::Terms;
     use serde_json::json;
@@ -194,6 +283,9 @@ mod tests {
             dofs: heapless::Vec::new(),
             lines: Default::default(),
             estimates: estimates.iter().cloned().collect(),
+            modes: Default::default(),
+            refusals: Default::default(),
+            agreement: None,
             diagnostics: heapless::Vec::new(),
         }
     }

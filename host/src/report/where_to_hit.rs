@@ -2,15 +2,12 @@
 
 use std::fmt;
 
-use massline_shared::layout::{
-    Axis, Dof, HostLayout, Sign, balanced_force, balanced_motion, motion_at, unit_force,
-};
-use nalgebra::{Matrix6xX, Vector3, Vector6};
+use massline_shared::layout::{Dof, HostLayout, balanced_force, motion_at};
+use massline_shared::modes::{Shown, candidates};
+use nalgebra::{Matrix6xX, Vector6};
 
 use crate::suspension::ModeRow;
 
-/// Share of the largest possible Norm Indicator below which the hits hardly show a mode.
-const HARDLY: f64 = 0.2;
 /// Singular value of the unit forces, relative to the largest, below which a direction is not hit.
 const NOT_HIT: f64 = 0.05;
 /// Share of a force that must lie outside those of the hits for it to be new.
@@ -44,12 +41,9 @@ impl fmt::Display for Place {
 
 /// For a mode that no hit shows well, what share of the possible the best one shows, and a hit that shows most.
 pub(super) fn better_hit(row: &ModeRow, layout: &HostLayout) -> Option<(f64, Place)> {
-    let shown = row.norm_indicators.iter().copied().fold(0.0, f64::max);
     let shape = motion_at(&row.shape, &layout.sensor_centroid());
-    let size = balanced_motion(&shape, layout.characteristic_length()).norm();
-    let possible = |(dof, force): (Dof, Vector6<f64>)| (size * shape.dot(&force).abs(), dof);
-    let (possible, dof) = candidates(layout).map(possible).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (shown < HARDLY * possible).then(|| (shown / possible, Place::of(dof, layout)))
+    let shown = Shown::of(&shape, layout, 0..layout.hits.len())?;
+    shown.is_hardly_shown().then(|| (shown.share(), Place::of(shown.better, layout)))
 }
 
 /// What is said of a mode, counted from 1, that no hit shows well.
@@ -85,17 +79,4 @@ pub fn new_direction(layout: &HostLayout) -> Option<Place> {
     };
     let (share, dof) = candidates(layout).map(outside).max_by(|a, b| a.0.total_cmp(&b.0))?;
     (share > NEW).then(|| Place::of(dof, layout))
-}
-
-/// Hits along every axis of the body at every point of the layout, with force and torque about the sensors' centroid.
-fn candidates(layout: &HostLayout) -> impl Iterator<Item = (Dof, Vector6<f64>)> + '_ {
-    let sensors = layout.sensors.iter().map(|sensor| (sensor.node, sensor.position));
-    let points = sensors.chain(layout.hits.iter().map(|hit| (hit.dof.node, hit.position)));
-    points.flat_map(move |(node, point)| {
-        Axis::ALL.into_iter().map(move |axis| {
-            let direction = Vector3::ith(axis.index(), 1.0);
-            let force = unit_force(&point.into(), &direction, &layout.sensor_centroid());
-            (Dof { node, sign: Sign::Plus, axis }, force)
-        })
-    })
 }

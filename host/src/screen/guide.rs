@@ -12,6 +12,7 @@ use super::interim::InterimEstimate;
 use super::pace::Pace;
 use super::pages::Pages;
 use crate::client::DofSpectra;
+use crate::computing::Computing;
 use crate::precision::PrecisionReport;
 use crate::readings::Readings;
 use crate::report::HitSaid;
@@ -41,6 +42,8 @@ pub struct Guide {
     pub(super) slow: bool,
     /// Seconds for which the object rings yet in its record.
     pub(super) rings_s: Option<u64>,
+    /// The computation of the rig.
+    pub(super) computing: Computing,
     pub(super) precision: Vec<InterimEstimate>,
     pub(super) question: Option<String>,
     /// The last note, until something else happens.
@@ -94,6 +97,7 @@ impl Guide {
             spectra: None,
             slow: false,
             rings_s: None,
+            computing: Computing::default(),
             precision: Vec::new(),
             question: None,
             note: None,
@@ -105,6 +109,7 @@ impl Guide {
 
     /// Takes a new status, at a time since any moment.
     pub fn status(&mut self, status: &Status, at: Duration) {
+        self.computing.status(status, at);
         self.pace.take(accepted(status), at);
         if let Some(before) = self.status.replace(status.clone()) {
             self.discarded(&before, status);

@@ -25,6 +25,7 @@ mod layout;
 pub mod lines;
 pub mod lines_head;
 pub mod message;
+pub mod modes;
 pub mod object;
 
 pub use boot_reason::BootReason;

@@ -39,7 +39,14 @@ impl LinesId {
 
 /// The head of a finished DOF with lines, of which `bytes` are the beginning; `None` when it is none.
 pub fn head_of_dof(bytes: &[u8]) -> Option<LinesHead> {
-    postcard::take_from_bytes(bytes).ok().map(|(head, _)| head)
+    take_head(bytes).map(|(head, _)| head)
+}
+
+/// Decodes the head at the front of these bytes, and returns what follows; `None` when they begin with none.
+// Not inlined: the firmware has room for one copy.
+#[inline(never)]
+pub fn take_head(bytes: &[u8]) -> Option<(LinesHead, &[u8])> {
+    postcard::take_from_bytes(bytes).ok()
 }
 
 /// Divides the bytes of a finished DOF into its head, which is decoded, and the lines of its responses, to be decoded

@@ -154,6 +154,8 @@ pub struct Status {
     pub result: u32,
     /// Time at which the campaign was started, as in [`crate::object::ResultHead::started_unix_s`].
     pub started_unix_s: u32,
+    /// Percentage of the computation of the suspension modes that is done; `None` unless it runs.
+    pub computed: Option<u8>,
     /// Diagnostics of the campaign.
     #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
@@ -249,7 +251,8 @@ pub enum CampaignCommand {
     Skip = 5,
     /// Continue with the next DOF, using the hits accepted so far.
     Finish = 6,
-    /// Interrupt the campaign: stop sampling, but keep all accepted hits.
+    /// Interrupt the campaign: stop sampling or computing, but keep all accepted hits. A computation begins anew with
+    /// [`Self::Resume`].
     Pause = 7,
     /// Continue after an interruption.
     Resume = 8,
@@ -381,6 +384,8 @@ pub enum Reason {
     NothingToUndo = 12,
     /// A later hit has overwritten the record of the last accepted one, so it cannot be undone.
     HitOverwritten = 13,
+    /// A block of known mass is weighed by mass lines, and the layout has the suspension profile.
+    BlockNeedsMassLines = 14,
 }
 
 impl From<StartError> for Reason {
@@ -389,6 +394,7 @@ impl From<StartError> for Reason {
             StartError::Busy => Self::Busy,
             StartError::NoLayout => Self::NoLayout,
             StartError::LayoutRefused => Self::LayoutRefused,
+            StartError::BlockNeedsMassLines => Self::BlockNeedsMassLines,
             StartError::NoRoom => Self::StoreFull,
             StartError::WrongPhase => Self::WrongPhase,
         }
@@ -411,10 +417,13 @@ impl From<CommandError> for Reason {
 pub struct Refusal {
     /// Raw [`Reason`].
     pub reason: u16,
+    /// With [`Reason::StoreFull`] for a start: how many results must be deleted, the oldest first; zero when even without
+    /// results there is too little room, and for any other request.
+    pub results_to_delete: u8,
 }
 
 impl From<Reason> for Refusal {
     fn from(reason: Reason) -> Self {
-        Self { reason: reason.into() }
+        Self { reason: reason.into(), results_to_delete: 0 }
     }
 }

@@ -167,6 +167,21 @@ impl<R: Real> TestSettings<R> {
         }
     }
 
+    /// The same settings under another profile: its own defaults for band, windows and impulse; the rest stays.
+    pub fn under(&self, profile: TestProfile) -> Self {
+        if profile == self.profile {
+            return *self;
+        }
+        Self {
+            hits_per_dof: self.hits_per_dof,
+            trigger_n: self.trigger_n,
+            frf_estimator: self.frf_estimator,
+            terms: self.terms,
+            policy: self.policy,
+            ..Self::of_profile(profile)
+        }
+    }
+
     /// The default band of the suspension modes: 0.5 to 12.4 Hz.
     pub fn suspension_band() -> [R; 2] {
         [R::of(0.5), R::of(12.4)]

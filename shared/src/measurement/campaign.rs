@@ -257,7 +257,8 @@ impl Campaign {
         self.is_running().then_some(CampaignProgress { start, dofs, wanted, rejected })
     }
 
-    /// Executes a command of the operator.
+    /// Executes a command of the operator. A computation that is paused begins anew when it is resumed. The caller gives
+    /// no command while it stores the result, which can no longer be interrupted then.
     ///
     /// # Errors
     /// [`CommandError::WrongPhase`] when the command is not possible in this phase; nothing has changed then.
@@ -288,15 +289,9 @@ impl Campaign {
             C::Undo if matches!(self.state, State::Waiting | State::AtTarget) => {
                 self.state = State::Undoing;
             }
-            C::Pause if self.is_running() && self.state != State::Identifying => {
-                self.interrupted();
-            }
+            C::Pause if self.is_running() => self.interrupted(),
             C::Resume if self.paused => self.paused = false,
-            // An abort cannot interrupt the storing of a result, but it can discard one that could not be
-            // stored.
-            C::Abort if self.is_running() && (self.paused || self.state != State::Identifying) => {
-                self.end(State::Aborted);
-            }
+            C::Abort if self.is_running() => self.end(State::Aborted),
             _ => return Err(CommandError::WrongPhase),
         }
         Ok(())

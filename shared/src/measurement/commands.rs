@@ -32,6 +32,8 @@ pub enum StartError {
     NoLayout,
     /// The layout has an error: [`Measurement::check`].
     LayoutRefused,
+    /// A block of known mass is weighed by mass lines, and the layout has the suspension profile.
+    BlockNeedsMassLines,
     /// There is no room for the result.
     NoRoom,
     /// The rig is busy with something else.
@@ -44,6 +46,9 @@ impl core::fmt::Display for StartError {
             Self::Busy => "layout or calibration are being replaced",
             Self::NoLayout => "there is no layout",
             Self::LayoutRefused => "the layout has an error",
+            Self::BlockNeedsMassLines => {
+                "a block of known mass is weighed by mass lines, and the layout has the suspension profile"
+            }
             Self::NoRoom => "there is no room for the result",
             Self::WrongPhase => "the rig is busy with something else",
         })
@@ -65,6 +70,9 @@ impl<R: RealFft> Measurement<'_, R> {
         let layout = self.layout.as_ref().ok_or(StartError::NoLayout)?;
         let mut findings = self.check(layout);
         if let Object::Block { .. } = start.object {
+            if self.is_long() {
+                return Err(StartError::BlockNeedsMassLines);
+            }
             // Hits through the centre of mass do not determine the ten properties, and need not for a block
             // test.
             findings.retain(|found| !can_be_forced(found));
@@ -149,10 +157,16 @@ impl<R: RealFft> Measurement<'_, R> {
         if command == Command::Undo {
             self.last_accepted.check()?;
         }
+        let identifies = campaign.step() == Step::Identify;
+        if let (true, Task::Identified) = (identifies, &*task) {
+            // The result is being stored.
+            return Err(CommandError::WrongPhase);
+        }
         let dof = campaign.dof();
         campaign.command(command)?;
-        // A record that is being taken is discarded, since the command may have changed what is wanted.
-        if let Task::Capture { .. } | Task::Grade { .. } = task {
+        // A record that is being taken is discarded, since the command may have changed what is wanted; and a
+        // computation that is interrupted begins anew.
+        if identifies || matches!(task, Task::Capture { .. } | Task::Grade { .. }) {
             *task = Task::None;
         }
         let computes = !matches!(campaign.step(), Step::Rest | Step::AwaitHit { .. });

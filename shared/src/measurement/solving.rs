@@ -3,9 +3,10 @@
 use nalgebra::Complex;
 
 use super::answering::Answering;
+use super::campaign::Step;
 use super::hits::Task;
 use super::{Activity, Measurement, Memory, NextAction, Recorded, note};
-use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::identify::suspension_solver::{LineGrid, SolverMemory, SuspensionSolver};
 use crate::identify::{Estimate, Method, Progress};
 use crate::mass_line::window_correlation;
@@ -68,23 +69,11 @@ impl<R: RealFft> Measurement<'_, R> {
         if solver.step(layout, &mut memory) == Progress::Going {
             return Task::Solve;
         }
-        let (failed, found) = (solver.has_failed(), solver.diagnostics().clone());
+        let found = solver.diagnostics().clone();
         for found in found {
             self.push_diagnostic(found);
         }
-        if !failed {
-            self.name_refusals();
-        }
         Task::Identified
-    }
-
-    /// Notes why methods have no answer.
-    fn name_refusals(&mut self) {
-        let Some(solver) = self.memory.answers.solver() else { return };
-        for (_, reason) in solver.refusals() {
-            let reason = Diagnostic { severity: Severity::Warning, ..reason };
-            note(&mut self.diagnostics, reason);
-        }
     }
 
     /// The response that the computation needs next: its DOF and its number.
@@ -114,6 +103,13 @@ impl<R: RealFft> Measurement<'_, R> {
         }
     }
 
+    /// Part of the computation of the suspension modes that is done, from zero to one; `None` unless it runs.
+    pub fn computed(&self) -> Option<f32> {
+        let Activity::Measuring(campaign, Task::Solve) = &self.activity else { return None };
+        let runs = campaign.step() == Step::Identify;
+        self.solver().filter(|_| runs).map(SuspensionSolver::completed)
+    }
+
     /// The computation of the suspension modes, while it runs and when it is done.
     pub fn solver(&self) -> Option<&SuspensionSolver<R>> {
         self.memory.answers.solver()
@@ -121,11 +117,23 @@ impl<R: RealFft> Measurement<'_, R> {
 
     /// The estimates of the methods that use the suspension modes, best first. They are computed when they are needed.
     pub fn modal_estimates(&self) -> impl Iterator<Item = Estimate<R>> + '_ {
+        self.modal_answers().filter_map(|(_, answer)| answer.ok())
+    }
+
+    /// The methods that use the suspension modes and have no answer, best first, each with its reason.
+    pub fn modal_refusals(&self) -> impl Iterator<Item = (Method, Diagnostic)> + '_ {
+        self.modal_answers().filter_map(|(method, answer)| Some((method, *answer.err()?.first()?)))
+    }
+
+    fn modal_answers(
+        &self,
+    ) -> impl Iterator<Item = (Method, Result<Estimate<R>, Diagnostics>)> + '_ {
         let of_modes = self.solver().zip(self.layout.as_ref()).into_iter();
         of_modes.flat_map(|(solver, layout)| {
             let lent = self.memory.spectra.lent();
-            Method::of_modes()
-                .filter_map(move |method| solver.estimate_from(method, layout, lent)?.ok())
+            Method::of_modes().filter_map(move |method| {
+                Some((method, solver.estimate_from(method, layout, lent)?))
+            })
         })
     }
 }

@@ -7,6 +7,7 @@ use heapless::Vec;
 
 use super::vector_fitting::MOST_PAIRS;
 use crate::Real;
+use crate::sorting::sort_short;
 
 /// Most lines on each side of a mode.
 pub const LINES_OF_A_SIDE: usize = 4;
@@ -88,7 +89,7 @@ pub fn choose_lines<R: Real>(
         take(&mut (0..split).rev(), &mut lines.below);
         take(&mut (split..frequencies.len()), &mut lines.above);
     }
-    lines.below.sort_unstable();
-    lines.above.sort_unstable();
+    sort_short(&mut lines.below, |a, b| a < b);
+    sort_short(&mut lines.above, |a, b| a < b);
     lines
 }

@@ -26,6 +26,7 @@ mod origin_responses;
 mod residues;
 mod shapes;
 mod vector_fitting;
+mod where_to_hit;
 
 pub use force_mixing::ForceMixing;
 pub use identification::{Mode, Modes, identify_modes, modal_assurance};
@@ -36,11 +37,12 @@ pub use order_search::OrderSearch;
 pub use origin_responses::{OriginResponses, Reduction, reduce_line};
 pub(crate) use origin_responses::{reduce, reduce_determined};
 pub use residues::{ResidueFit, Residues, fit_residues};
-pub use shapes::{best_force, norm_indicator, shape_of_force, shape_of_forces};
+pub use shapes::{best_force, energy_shares, norm_indicator, shape_of_force, shape_of_forces};
 pub use vector_fitting::{
     MOST_PAIRS, PoleSearch, Poles, SEARCH_MEMORY, SUSPENSION_MODES, VectorFit, find_poles,
     relocate_once,
 };
+pub use where_to_hit::{Shown, candidates};
 
 /// Most forces. More are [mixed](ForceMixing) to this many without a loss.
 pub const MOST_FORCES: usize = 6;

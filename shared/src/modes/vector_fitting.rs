@@ -11,6 +11,7 @@ use nalgebra::Complex;
 use super::origin_responses::OriginResponses;
 use super::{MOST_FORCES, MOST_LINES};
 use crate::linalg::{Elimination, eigenvalues};
+use crate::sorting::sort_short;
 use crate::{Progress, Real};
 
 /// Most pairs of poles.
@@ -348,9 +349,7 @@ fn zeros<R: Real>(poles: &Poles<R>, top: R, residues: &[R], constant: R) -> Opti
             }
         }
     }
-    found.sort_unstable_by(|a, b| {
-        a.norm_sqr().partial_cmp(&b.norm_sqr()).unwrap_or(core::cmp::Ordering::Equal)
-    });
+    sort_short(&mut found, |a, b| a.norm_sqr() < b.norm_sqr());
     let usable = |pole: &Complex<R>| pole.im > R::zero() && pole.re.finite() && pole.im.finite();
     (found.len() == poles.len() && found.iter().all(usable)).then_some(found)
 }

@@ -5,6 +5,7 @@ use massline_shared::measurement::campaign::Phase;
 
 use embedded_graphics::prelude::*;
 use massline_shared::diagnosis::Diagnostic;
+use massline_shared::layout::TestProfile;
 use massline_shared::signal::CHANNELS;
 
 use super::View;
@@ -44,12 +45,24 @@ pub(super) fn draw<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
             lists::entries(canvas, view, &title);
         }
         Phase::Solving => {
-            canvas.title("Computing", "");
-            canvas.lines(1, "The ten properties\nare being computed.");
+            canvas.title("Computing", &time_left(model));
+            match model.computed {
+                None => canvas.lines(1, "The ten properties\nare being computed."),
+                Some(percent) => computing(canvas, percent),
+            }
         }
         Phase::TargetReached => precision::target_reached(canvas, model),
         Phase::Done => done(canvas, model),
     }
+}
+
+/// The computation of the suspension modes, which takes long.
+fn computing<D: Screen>(canvas: &mut Canvas<'_, D>, percent: u8) {
+    let share = u32::from(percent.min(100)) * SIZE.width / 100;
+    canvas.fill(0, 12, share as i32, 1);
+    canvas.lines(0, "Suspension modes, the\nten properties, and\nhow certain they are.");
+    canvas.format(3, format_args!("{percent} % done"));
+    canvas.line(4, "Back: stop");
 }
 
 fn prepared<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
@@ -62,7 +75,14 @@ fn prepared<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     canvas.format(0, format_args!("{} sensors", layout.sensors.len()));
     canvas.format(1, format_args!("{} places", layout.hits.len()));
     canvas.format(2, format_args!("{} hits each", layout.test.hits_per_dof));
-    canvas.line(4, "OK: start");
+    canvas.line(
+        3,
+        match layout.test.profile {
+            TestProfile::MassLine => "mass lines",
+            TestProfile::Suspension => "modes",
+        },
+    );
+    canvas.line(4, "OK: start  Next: what");
     sketch::draw(canvas, layout, None, SKETCH.0, SKETCH.1);
 }
 

@@ -1,7 +1,7 @@
 //! Lists, messages, and the pages about the rig.
 
 use massline_shared::diagnosis::{Diagnostic, Severity};
-use massline_shared::layout::RigLayout;
+use massline_shared::layout::{RigLayout, TestProfile};
 
 use super::canvas::{Canvas, Screen, clipped, text};
 use super::{LayoutLine, View};
@@ -58,7 +58,9 @@ pub(super) fn layouts<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     }
     let line = |layout: &LayoutLine| {
         let mark = if layout.in_use { '*' } else { ' ' };
-        text(format_args!("{mark}{}", clipped(&layout.title, words::WIDTH - 2)))
+        let modes = if layout.profile == TestProfile::Suspension { "~" } else { "" };
+        let room = words::WIDTH - 2 - modes.len();
+        text(format_args!("{mark}{modes}{}", clipped(&layout.title, room)))
     };
     let lines: heapless::Vec<_, 8> = view.layouts.iter().take(8).map(line).collect();
     canvas.list(lines.iter().map(|line| line.as_str()), usize::from(view.menu.cursor()));
@@ -142,5 +144,9 @@ pub(super) fn sure<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, quest
 pub(super) fn refused<D: Screen>(canvas: &mut Canvas<'_, D>, reason: Refused) {
     canvas.title("Not possible", "");
     canvas.lines(0, words::of_reason(reason));
+    if let Refused::TooLittleRoom(results @ 1..) = reason {
+        let more = if results == 1 { "" } else { "s" };
+        canvas.format(3, format_args!("{results} result{more}, old first"));
+    }
     canvas.line(4, "OK");
 }

@@ -4,13 +4,14 @@ mod calibration;
 mod campaign;
 pub mod canvas;
 mod lists;
+mod modes;
 mod precision;
 mod result;
 mod sketch;
 
 use massline_protocol::message::{ResultEntry, Stats};
 use massline_shared::diagnosis::Diagnostic;
-use massline_shared::layout::RigLayout;
+use massline_shared::layout::{RigLayout, TestProfile};
 
 use self::canvas::{Canvas, Screen as Pixels};
 use super::PanelModel;
@@ -52,6 +53,8 @@ pub struct LayoutLine {
     pub title: heapless::String<24>,
     /// True for the layout in use.
     pub in_use: bool,
+    /// What it measures.
+    pub profile: TestProfile,
 }
 
 /// Draws the whole screen.
@@ -64,6 +67,7 @@ pub fn draw<D: Pixels>(view: &View<'_>, target: &mut D) {
         Screen::Findings => lists::findings(canvas, view),
         Screen::Precision => precision::page(canvas, view.model),
         Screen::Layouts => lists::layouts(canvas, view),
+        Screen::Profile => lists::entries(canvas, view, "Measure what?"),
         Screen::Results => result::list(canvas, view),
         Screen::Result => result::page(canvas, view),
         Screen::Calibration => lists::entries(canvas, view, "Calibrate"),

@@ -7,9 +7,9 @@ use massline_shared::layout::{HitUncertainty, RigLayout};
 
 use super::View;
 use super::canvas::{Canvas, Screen, text, top};
-use super::lists;
+use super::{lists, modes};
 use crate::panel::number::{Text, decimals_for, fitting, percent};
-use crate::panel::summary::{ANSWER_PAGES, Summary};
+use crate::panel::summary::{Detail, Page, Summary};
 
 /// Millimeters of a meter, gram square meters of a kilogram square meter.
 const MILLI: f32 = 1000.0;
@@ -39,41 +39,61 @@ fn of_entry(entry: &ResultEntry) -> Text {
 /// A page of the open result.
 pub(super) fn page<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     let Some(summary) = view.summary else { return };
-    let page = view.menu.cursor();
-    let number = text(format_args!("Result {}", summary.number));
-    let pages = text(format_args!("{}/{}", page + 1, summary.pages()));
-    let Some(answer) = &summary.answer else {
-        return match page.checked_sub(1) {
-            Some(finding) => finding_page(canvas, view, summary, finding, &pages),
-            None => {
-                canvas.title(&number, &pages);
-                canvas.lines(0, "No answer: the next\npages say why.");
-            }
-        };
-    };
-    match page {
-        0 => {
-            canvas.title(&number, &pages);
+    let place = view.menu.cursor();
+    let page = summary.page(place);
+    let pages = text(format_args!("{}/{}", place + 1, summary.pages()));
+    canvas.title(&title(page, summary), &pages);
+    match (page, &summary.answer) {
+        (Page::Finding(finding), _) => finding_page(canvas, view, summary, finding, &pages),
+        (Page::NoAnswer, _) => canvas.lines(0, "No answer: the next\npages say why."),
+        (Page::Mass, Some(answer)) => {
             property(canvas, answer, 0, 0, 1.0, "kg");
             (1..4).for_each(|k| property(canvas, answer, k, k, MILLI, "mm"));
         }
-        1 | 2 => {
-            canvas.title("Inertia g m\u{b2}", &pages);
-            let first = 4 + 3 * (usize::from(page) - 1);
-            (0..3).for_each(|k| property(canvas, answer, k, first + k, MILLI, ""));
-            canvas.line(4, "about the centre");
-        }
-        3 => {
-            canvas.title("Principal g m\u{b2}", &pages);
-            principal(canvas, answer);
-        }
-        4 => limits(canvas, answer, &pages),
-        5 => {
-            canvas.title("Error budget", &pages);
-            budget(canvas, answer, own_layout(view, summary));
-        }
-        _ => finding_page(canvas, view, summary, page - ANSWER_PAGES, &pages),
+        (Page::Moments, Some(answer)) => inertia(canvas, answer, 4),
+        (Page::Products, Some(answer)) => inertia(canvas, answer, 7),
+        (Page::Principal, Some(answer)) => principal(canvas, answer),
+        (Page::Limits, Some(answer)) => limits(canvas, answer),
+        (Page::Budget, Some(answer)) => budget(canvas, answer, own_layout(view, summary)),
+        _ => detail(canvas, view, summary, page),
     }
+}
+
+fn title(page: Page, summary: &Summary) -> Text {
+    match page {
+        Page::NoAnswer | Page::Mass => text(format_args!("Result {}", summary.number)),
+        Page::Moments | Page::Products => text(format_args!("Inertia g m\u{b2}")),
+        Page::Principal => text(format_args!("Principal g m\u{b2}")),
+        Page::Limits => text(format_args!("What limits it")),
+        Page::Budget => text(format_args!("Error budget")),
+        Page::Mode(mode) => text(format_args!("Mode {} of {}", mode + 1, summary.modes)),
+        Page::Property(k) => modes::property_title(k.into()),
+        Page::Agreement => text(format_args!("Agreement")),
+        Page::Refusal(_) => text(format_args!("No answer of")),
+        Page::Finding(_) => Text::new(),
+    }
+}
+
+/// A page of the suspension modes and of the methods that use them.
+fn detail<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, summary: &Summary, page: Page) {
+    let layout = own_layout(view, summary);
+    match (page, &summary.detail) {
+        (Page::Mode(_), Detail::Mode(mode)) => {
+            let body = summary.answer.as_ref().map(|answer| &answer.body);
+            modes::mode(canvas, mode, body, layout, summary.dofs_with_lines);
+        }
+        (Page::Property(k), Detail::Property { each, combined }) => {
+            modes::property(canvas, k.into(), each, *combined);
+        }
+        (Page::Agreement, Detail::Agreement(agreement)) => modes::agreement(canvas, agreement),
+        (Page::Refusal(_), Detail::Refusal(refusal)) => modes::refusal(canvas, refusal, layout),
+        _ => {}
+    }
+}
+
+fn inertia<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>, first: usize) {
+    (0..3).for_each(|k| property(canvas, answer, k, first + k, MILLI, ""));
+    canvas.line(4, "about the centre");
 }
 
 fn finding_page<D: Screen>(
@@ -154,7 +174,7 @@ pub(super) fn symbol(k: usize) -> Text {
 }
 
 /// Draws a name, a value, its standard deviation with two significant digits, and a unit.
-fn quantity<D: Screen>(
+pub(super) fn quantity<D: Screen>(
     canvas: &mut Canvas<'_, D>,
     line: usize,
     name: &str,
@@ -186,8 +206,7 @@ fn principal<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>) {
 
 /// What limits the accuracy: the method, whether the data agree with the stated uncertainties, the
 /// condition number of the equations, and the least known parameter.
-fn limits<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>, pages: &str) {
-    canvas.title("What limits it", pages);
+fn limits<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>) {
     canvas.line(0, answer.method.entry().title);
     match answer.consistency {
         Some(consistency) => {

@@ -72,12 +72,16 @@ fn suits(action: Action, model: &PanelModel) -> bool {
     match action {
         Action::Start => matches!(phase, Phase::Idle | Phase::Done),
         Action::Command(C::Accept | C::Reject) => phase == Phase::Confirming,
-        Action::Command(C::Pause) => matches!(phase, Phase::Armed | Phase::Busy),
+        Action::Command(C::Pause) => {
+            matches!(phase, Phase::Armed | Phase::Busy)
+                || phase == Phase::Solving && model.computed.is_some()
+        }
         Action::Command(C::Redo | C::Skip | C::Resume | C::Abort) => phase == Phase::Paused,
         Action::Command(C::Undo) => phase == Phase::Paused && model.averaged > 0,
         Action::Command(C::Finish) => phase == Phase::Paused && model.accepted > 0,
         Action::Command(C::Conclude | C::Continue) => phase == Phase::TargetReached,
         Action::StartBlock { decigrams } => model.idle && decigrams > 0,
+        Action::UseProfile(_) => model.dofs > 0,
         Action::UseLayout(place) => model.idle && place < model.layouts,
         Action::OpenResult(place) => place < model.results,
         Action::OpenLast => phase == Phase::Done,
@@ -182,6 +186,7 @@ fn every_screen_is_reached_by_buttons_alone() {
         "Home",
         "Findings",
         "Precision",
+        "Profile",
         "Layouts",
         "Results",
         "Result",
@@ -270,6 +275,7 @@ fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Me
             std::vec![(menu, PanelModel { calibration_wizard: CalibrationWizard::Off, ..*model })]
         }
         Action::UseLayout(_) => std::vec![(menu, *model)],
+        Action::UseProfile(_) => std::vec![(at(Screen::Measure), *model)],
     }
 }
 

@@ -38,7 +38,16 @@ fn serials_of_dofs(contents: &Contents) -> Vec<u32, DOFS> {
 
 fn layout(hash: u32, serial: u32, evicted: Option<u32>) -> (u32, Change) {
     let object = object(serial);
-    (serial, Change::Layout { hash, title: String::new(), object, evicted })
+    (
+        serial,
+        Change::Layout {
+            hash,
+            title: String::new(),
+            profile: TestProfile::MassLine,
+            object,
+            evicted,
+        },
+    )
 }
 
 #[test]
@@ -222,7 +231,8 @@ fn the_longest_change_fits_its_room() {
     let hash = u32::MAX;
     let mass = Some(EstimatedMass { value: 1.0, sigma: Some(1.0) });
     let number = u32::MAX;
-    let layout = Change::Layout { hash, title, object: all, evicted: Some(hash) };
+    let profile = TestProfile::Suspension;
+    let layout = Change::Layout { hash, title, profile, object: all, evicted: Some(hash) };
     postcard::to_slice(&layout, &mut [0; MAX_CHANGE]).expect("fits");
     let (campaign, index) = (u32::MAX, u8::MAX);
     let others = [

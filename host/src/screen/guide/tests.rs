@@ -24,6 +24,7 @@ pub(in crate::screen) fn status(dof: u8, accepted: &[u8]) -> Status {
         layout_hash: 1,
         result: 0,
         started_unix_s: 1,
+        computed: None,
         diagnostics: Diagnostics::new(),
     }
 }

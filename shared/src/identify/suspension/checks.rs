@@ -6,6 +6,7 @@ use crate::Real;
 use crate::body::scale;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::modes::{Mode, Modes, OriginResponses, best_force, norm_indicator};
+use crate::sorting::sort_short;
 
 /// Imaginary over real part of the residues above which a mode is complex. Modal methods are off by its square.
 const COMPLEX: f64 = 0.1;
@@ -141,6 +142,6 @@ fn largest_indicator<R: Real>(mode: &Mode<R>, length: R) -> R {
 fn median_indicator<R: Real>(modes: &Modes<R>, length: R) -> R {
     let mut all: heapless::Vec<R, { crate::modes::MOST_PAIRS }> =
         modes.modes.iter().map(|mode| largest_indicator(mode, length)).collect();
-    all.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(core::cmp::Ordering::Equal));
+    sort_short(&mut all, |a, b| a < b);
     all.get(all.len() / 2).copied().unwrap_or(R::one())
 }

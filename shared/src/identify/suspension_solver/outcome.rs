@@ -3,7 +3,7 @@
 use nalgebra::{Complex, SVector, Vector3, Vector6};
 
 use super::{MethodAnswer, RigLayout, SolverMemory, Stage, SuspensionSolver};
-use crate::diagnosis::{Diagnostic, Diagnostics};
+use crate::diagnosis::Diagnostics;
 use crate::identify::agreement::{Agreement, Comparing};
 use crate::identify::suspension::{Answer, add_doubts, judged_estimate};
 use crate::identify::{Estimate, Method, SUSPENSION_METHODS};
@@ -132,6 +132,8 @@ impl<R: Real> SuspensionSolver<R> {
     }
 
     /// The same, given only the lent memory of the readings, in which the covariances are by then.
+    // Not inlined: the firmware has room for one copy.
+    #[inline(never)]
     pub fn estimate_from(
         &self,
         method: Method,
@@ -221,14 +223,6 @@ impl<R: Real> SuspensionSolver<R> {
         core::array::from_fn(|place| {
             let answer = self.answers[place].answer().filter(|_| self.accepted[place]);
             answer.map(|answer| answer.body.theta())
-        })
-    }
-
-    /// The refusals of the methods, best method first.
-    pub fn refusals(&self) -> impl Iterator<Item = (Method, Diagnostic)> + '_ {
-        Method::of_modes().zip(&self.answers).filter_map(|(method, answer)| match answer {
-            MethodAnswer::Refused(reason) => Some((method, *reason)),
-            _ => None,
         })
     }
 }

@@ -145,8 +145,8 @@ impl<R: Real> Rig<R> {
             }
             *steps += 1;
             let progress = solver.step(layout, &mut memory);
-            assert!(solver.progress() >= shown, "{} after {shown}", solver.progress());
-            shown = solver.progress();
+            assert!(solver.completed() >= shown, "{} after {shown}", solver.completed());
+            shown = solver.completed();
             if progress == Progress::Done || until(solver) {
                 return self;
             }
@@ -285,7 +285,10 @@ fn agrees_with_full(test: &Test, dofs: &[usize]) -> Vec<Option<Code>> {
     let mut refused = Vec::new();
     for method in Method::of_modes() {
         let full = fit.answer(method, &part.layout, &memory, fit.modes());
-        let reason = rig.solver.refusals().find(|(of, _)| *of == method).map(|(_, d)| d.code);
+        let reason = match &rig.solver.answers[answering::place_of(method)] {
+            MethodAnswer::Refused(reason) => Some(reason.code),
+            _ => None,
+        };
         refused.push(reason);
         let worse = [Code::DampingNotViscous, Code::DampingNotStructural];
         if reason.is_some_and(|code| worse.contains(&code)) {

@@ -275,12 +275,28 @@ proptest! {
 }
 
 #[test]
-fn a_result_that_is_being_stored_is_not_aborted() {
+fn a_computation_is_paused_and_begins_anew() {
     let mut campaign = started(1, 1);
     hit(&mut campaign, true);
     campaign.dof_closed();
+    assert_eq!((campaign.phase(), campaign.step()), (Phase::Solving, Step::Identify));
+    campaign.command(C::Pause).unwrap();
+    assert_eq!((campaign.phase(), campaign.step()), (Phase::Paused, Step::Rest));
+    // Its DOFs stay finished, also after a power cut.
+    assert_eq!(campaign.progress().unwrap().dofs[0].outcome, Outcome::Complete);
+    assert_eq!(cut(&campaign).dofs(), campaign.dofs());
+    for command in [C::Redo, C::Skip, C::Finish, C::Undo] {
+        assert_eq!(campaign.command(command), Err(CommandError::WrongPhase), "{command:?}");
+    }
+    campaign.command(C::Resume).unwrap();
     assert_eq!(campaign.step(), Step::Identify);
-    assert_eq!(campaign.command(C::Abort), Err(CommandError::WrongPhase));
+}
+
+#[test]
+fn a_result_that_could_not_be_stored_is_discarded_by_an_abort() {
+    let mut campaign = started(1, 1);
+    hit(&mut campaign, true);
+    campaign.dof_closed();
     campaign.not_stored();
     assert_eq!(campaign.command(C::Abort), Ok(()));
     // Reports on the storing of its result do not restart it.
