@@ -10,7 +10,7 @@ use massline::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, fol
 use massline::client::Client;
 use massline::commands::bench_test::nominal_calibration;
 use massline::interrupt::Interrupt;
-use massline_firmware::panel::Button;
+use massline_firmware::panel::{Button, PanelModel};
 use massline_firmware::store::Store;
 use massline_protocol::lines::{CURRENT_CAMPAIGN, LinesId};
 use massline_protocol::message::{CampaignCommand, Reason};
@@ -304,6 +304,23 @@ fn a_campaign_that_is_interrupted_at_every_dof_has_the_same_result() {
             looked.go_on(&rig);
         }
     }
+    // While the answers are computed, which begins anew then.
+    for by_host in [true, false] {
+        let computes =
+            |model: &PanelModel| model.phase == Phase::Solving && model.computed.is_some();
+        rig.wait_for(LATE, computes).expect("the answers are computed");
+        if by_host {
+            client.command(CampaignCommand::Pause).unwrap();
+        } else {
+            rig.press(Button::Back);
+        }
+        wait_for(&mut client, |status| phase(status) == Some(Phase::Paused));
+        if by_host {
+            client.command(CampaignCommand::Resume).unwrap();
+        } else {
+            rig.press(Button::Ok);
+        }
+    }
     let status = wait_for(&mut client, |status| phase(status) == Some(Phase::Done));
     assert_eq!((status.rejected, status.armings), (0, arming));
     assert!(Stored::read(&mut client, status.result) == whole.result);
@@ -313,11 +330,15 @@ fn a_campaign_that_is_interrupted_at_every_dof_has_the_same_result() {
 #[test]
 fn a_campaign_that_is_ended_at_a_dof_leaves_nothing_behind() {
     let whole = &*WHOLE;
-    for dof in 0..DOFS as u8 {
+    // At each of them, and while the answers are computed.
+    for dof in 0..=DOFS as u8 {
         let memory = whole.before.copied();
         let (rig, mut client) = power_on(&memory, whole.source());
         client.start(false, false).unwrap();
-        wait_for(&mut client, |status| status.dof == dof && phase(status) == Some(Phase::Busy));
+        wait_for(&mut client, |status| match phase(status) {
+            Some(Phase::Busy) => status.dof == dof,
+            at => at == Some(Phase::Solving),
+        });
         client.command(CampaignCommand::Abort).unwrap();
         // The rig answers before it writes.
         wait_for(&mut client, |status| phase(status) == Some(Phase::Idle));

@@ -157,9 +157,17 @@ fn a_tape_of_the_wheel_gives_the_same_result_again() {
     };
     assert_eq!(hits(&again.stderr), hits(&ran.stderr));
     assert_eq!(hits(&again.stderr).len(), 2);
-    // A tape that ends while the object still rings.
+    // The last 30 s are missing: the tape ends while the object still rings.
     let whole = std::fs::read(&tape).unwrap();
-    std::fs::write(&tape, &whole[..whole.len() - 30 * 4000 * 20]).unwrap();
+    let (header, scans) = whole.split_at(whole.iter().position(|&byte| byte == b'\n').unwrap() + 1);
+    let (count, missing) = (scans.len() / 20, 30 * 4000);
+    let header = String::from_utf8_lossy(header).into_owned();
+    let short = header.replace(&count.to_string(), &(count - missing).to_string());
+    assert!(short != header && short.len() == header.len(), "{header}");
+    // The first bytes are no text.
+    let magic = whole[..10].iter().chain(&short.as_bytes()[short.find('{').unwrap()..]);
+    let cut: Vec<u8> = magic.chain(&scans[..20 * (count - missing)]).copied().collect();
+    std::fs::write(&tape, cut).unwrap();
     let (code, message) = refusal(2, &["replay", &tape, "--layout", &layout]);
     assert_eq!(code, "tape_ends_in_a_record", "{message}");
 }
@@ -258,5 +266,60 @@ mod on_a_rig {
         let (code, message) = refusal(2, &["solve", cut_to]);
         assert_eq!(code, "archive_malformed");
         assert!(message.contains("lines[0] (101:+X)"), "{message}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+mod on_a_screen {
+    use super::*;
+    use crate::on_terminal::{Size, Terminal};
+    use crate::virtual_process::VirtualProcess;
+
+    /// `measure` on a terminal of this size.
+    fn on_terminal(size: Size, rig: &VirtualProcess, layout: &str, more: &[&str]) -> Terminal {
+        let measure = [&["measure", layout, "--port", &rig.port], more].concat();
+        Terminal::start(size, "xterm-256color", &measure)
+    }
+
+    #[test]
+    fn a_wheel_is_measured_on_a_full_screen_of_either_size() {
+        let folder = tempfile::tempdir().unwrap();
+        let layout = one_dof(&folder);
+        let rig = VirtualProcess::on_bench("wheel", &["--layout", &layout, "--fast"]);
+        for size in [[80, 24], [200, 60]] {
+            let mut terminal = on_terminal(size, &rig, &layout, &[]);
+            let hit = |shown: &str| shown.contains(" N s") && shown.contains("good");
+            assert!(terminal.until_shown(hit), "{}", terminal.shown());
+            // Wrapped where it does not fit a line.
+            let shown = terminal.shown();
+            assert!(shown.contains("the records of 40 s stay on the rig;"), "{shown}");
+            assert!(shown.contains("what they give"), "{shown}");
+            let (exit, text) = terminal.end();
+            assert_eq!(exit, 0, "{text}");
+            let (_, answer) = text.rsplit_once("\x1b[?1049l").expect("the screen is left");
+            for said in ["suspension modes from", "Norm Indicator", "all methods on the same data"]
+            {
+                assert!(answer.contains(said), "{said}: {answer}");
+            }
+        }
+    }
+
+    /// At the speed of a real rig.
+    #[test]
+    fn the_ringing_is_counted_down_and_a_campaign_that_was_paused_meanwhile_goes_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let layout = one_dof(&folder);
+        let rig = VirtualProcess::on_bench("wheel", &["--layout", &layout]);
+        for (more, goes_on) in [(&[][..], false), (&["--plain"], true)] {
+            let mut terminal = on_terminal([80, 24], &rig, &layout, more);
+            for said in ["when it hangs still, hit 110:+X", "39 s left", "38 s left"] {
+                let shown = |shown: &str| words(shown).contains(said);
+                assert!(terminal.until_shown(shown), "{said}: {}", terminal.shown());
+            }
+            terminal.type_keys("\x03");
+            let (exit, text) = terminal.end();
+            assert_eq!((exit, text.contains("resuming the interrupted campaign")), (130, goes_on));
+            assert!(words(&text).contains("the same command"), "{text}");
+        }
     }
 }
