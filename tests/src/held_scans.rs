@@ -1,63 +1,99 @@
-//! Scans of a bench that stop after each arming until the test has looked at the rig.
+//! Scans that stop after each arming, once or at several places, until the test has looked at the rig.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Instant;
 
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_virtual::VirtualRig;
-use massline_virtual::bench::BenchSource;
 use massline_virtual::source::ScanSource;
+
+use crate::campaign::LATE;
 
 /// Number of scans between an arming and the stop: 0.1 s, enough for the level bars and before the hit.
 const STOP_AFTER: usize = 500;
 
-/// A bench whose scans stop after each arming, so that a test misses no state of the rig, which simulates
+/// Scans that stop after each arming, so that a test misses no state of the rig, which simulates
 /// faster than a test can look.
-pub struct HeldScans {
-    bench: BenchSource,
-    scans: usize,
-    looked: Arc<AtomicBool>,
+pub struct HeldScans<S> {
+    source: S,
+    /// Scans after an arming before each stop.
+    stops: Vec<usize>,
+    /// Scans since the arming; `None` before it.
+    scans: Option<usize>,
+    place: Looked,
 }
 
 /// Lets the scans of [`HeldScans`] go on.
-pub struct Looked(Arc<AtomicBool>);
+#[derive(Clone, Default)]
+pub struct Looked(Arc<Mutex<Place>>);
 
-impl HeldScans {
-    /// The scans of this bench, and what lets them go on.
-    pub fn of(bench: BenchSource) -> (Self, Looked) {
-        let looked = Arc::new(AtomicBool::new(false));
-        (Self { bench, scans: 0, looked: looked.clone() }, Looked(looked))
+/// Where the scans are.
+#[derive(Default)]
+struct Place {
+    /// They are at a stop.
+    held: bool,
+    /// Stops since the arming that they have passed.
+    passed: usize,
+}
+
+impl<S: ScanSource> HeldScans<S> {
+    /// These scans, and what lets them go on.
+    pub fn of(source: S) -> (Self, Looked) {
+        Self::at(source, vec![STOP_AFTER])
+    }
+
+    /// The same with a stop after each of these numbers of scans since the arming.
+    pub fn at(source: S, stops: Vec<usize>) -> (Self, Looked) {
+        let place = Looked::default();
+        (Self { source, stops, scans: None, place: place.clone() }, place)
     }
 }
 
 impl Looked {
-    /// Lets the scans of this rig go on to the next arming.
+    /// Lets the scans of this rig go on to the next stop, as soon as they are at one.
+    #[track_caller]
     pub fn go_on(&self, rig: &VirtualRig) {
-        self.0.store(true, Ordering::Release);
+        let start = Instant::now();
+        while !std::mem::take(&mut self.place().held) {
+            assert!(start.elapsed() < LATE, "the scans do not come to a stop");
+            thread::yield_now();
+        }
+        self.place().passed += 1;
         rig.poke();
+    }
+
+    fn place(&self) -> MutexGuard<'_, Place> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl ScanSource for HeldScans {
+impl<S: ScanSource> ScanSource for HeldScans<S> {
     fn adc(&self) -> AdcProperties {
-        self.bench.adc()
+        self.source.adc()
     }
 
     fn started(&mut self) {
-        self.bench.started();
+        self.scans = None;
+        *self.place.place() = Place::default();
+        self.source.started();
     }
 
     fn armed(&mut self, arming: u32, dof: usize) {
-        self.looked.store(false, Ordering::Release);
-        self.scans = 0;
-        self.bench.armed(arming, dof);
+        self.scans = Some(0);
+        *self.place.place() = Place::default();
+        self.source.armed(arming, dof);
     }
 
     fn next_scan(&mut self) -> Option<Scan> {
-        if self.scans >= STOP_AFTER && !self.looked.load(Ordering::Acquire) {
-            return None;
+        if let Some(scans) = &mut self.scans {
+            let mut place = self.place.place();
+            if self.stops.get(place.passed).is_some_and(|&stop| *scans >= stop) {
+                place.held = true;
+                return None;
+            }
+            *scans += 1;
         }
-        self.scans += 1;
-        self.bench.next_scan()
+        self.source.next_scan()
     }
 }

@@ -6,6 +6,7 @@ pub mod garbage;
 pub mod held_scans;
 pub mod person;
 pub mod pooled;
+pub mod taped_hits;
 
 /// True when `MASSLINE_LONG` asks for the tests with many runs, whose limits apply without allowances for few.
 pub fn long() -> bool {

@@ -2,6 +2,7 @@
 
 mod archive;
 pub mod bench_test;
+mod beside_truth;
 pub mod calibrate;
 mod collected;
 mod color;

@@ -18,7 +18,8 @@ use crate::rig::SimulatedRig;
 use crate::single_fault::NominalTest;
 use crate::tape::{Tape, TapeProgress, TapeSource};
 
-/// A rig that is still armed this long after the end of a segment has found no hit in it.
+/// A rig that is still armed this long after the end of a segment has found no hit in it, and one that still records has not seen the
+/// end of the hit.
 const GRACE: Duration = Duration::from_secs(1);
 
 /// Arguments of `massline replay`.
@@ -106,11 +107,17 @@ impl Player {
             let message = format!("the tape cannot be played on: {failed}");
             return Err(Error::input("tape_not_readable", message));
         }
-        if Phase::try_from(status.phase).ok() != Some(Phase::Armed) {
-            self.silent_since = None;
-            return Ok(None);
-        }
         let dof = usize::from(status.dof);
+        match Phase::try_from(status.phase).ok() {
+            Some(Phase::Armed) => {}
+            Some(Phase::Busy) if self.tape.played_out() => {
+                return if self.is_silent(status) { Err(torn(shown.dof(dof))) } else { Ok(None) };
+            }
+            _ => {
+                self.silent_since = None;
+                return Ok(None);
+            }
+        }
         if self.tape.exhausted() == Some(dof) {
             // The status may be older than the tape's state, so a new one is requested.
             let status = client.status()?;
@@ -121,20 +128,31 @@ impl Player {
             }
             return Ok(None);
         }
-        if self.tape.played_out() {
-            let since = match self.silent_since {
-                Some((arming, since)) if arming == status.armings => since,
-                _ => Instant::now(),
-            };
-            self.silent_since = Some((status.armings, since));
-            if since.elapsed() > GRACE {
-                self.silent_since = None;
-                shown.line(&format!("a segment of {} holds no hit", shown.dof(dof)));
-                self.tape.play_next();
-            }
+        if self.tape.played_out() && self.is_silent(status) {
+            self.silent_since = None;
+            shown.line(&format!("a segment of {} holds no hit", shown.dof(dof)));
+            self.tape.play_next();
         }
         Ok(None)
     }
+
+    /// True when the segment of this arming has ended a while ago.
+    fn is_silent(&mut self, status: &Status) -> bool {
+        let since = match self.silent_since {
+            Some((arming, since)) if arming == status.armings => since,
+            _ => Instant::now(),
+        };
+        self.silent_since = Some((status.armings, since));
+        since.elapsed() > GRACE
+    }
+}
+
+/// The error of a tape that ends while the rig records a hit at this DOF.
+fn torn(dof: &str) -> Error {
+    let text = format!(
+        "the tape ends within the record of a hit at {dof}; record {dof} again, or remove its last segment from the sidecar"
+    );
+    Error::input("tape_ends_in_a_record", text)
 }
 
 /// Finishes the DOF with the hits that it has; without any the data cannot determine the answer.

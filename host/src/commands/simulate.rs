@@ -4,27 +4,19 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use massline_protocol::LayoutHash;
-use massline_shared::calibration::CalibrationRecord;
-use massline_shared::layout::{Dof, RigLayout, TestProfile};
-use massline_shared::signal::{AdcProperties, Calibration, PRE_TRIGGER_SCANS, Scan};
+use massline_shared::layout::{Dof, RigLayout};
+use massline_shared::signal::{AdcProperties, Calibration, PRE_TRIGGER_SCANS, RECORD_SCANS, Scan};
 use massline_virtual::source::ScanSource;
 
 use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
-use super::compare::{Comparison, SIGMA_NOTE};
+use super::beside_truth::ShownTest;
 use super::files;
 use super::monte_carlo::{self, MonteCarloArgs};
-use super::simulated::{ReportArgs, RigArgs, Simulated, results_of};
-use crate::archive::Archive;
+use super::simulated::{ReportArgs, RigArgs};
 use crate::commands::files::ReplaceArgs;
-use crate::document::Simulation;
 use crate::error::Result;
 use crate::file::Existing;
-use crate::host_solution::HostSolution;
-use crate::identification::Selection;
-use crate::layout_file::LayoutFile;
-use crate::output::{Output, Tone};
-use crate::rig_lines::RigLines;
-use crate::single_fault::NominalTest;
+use crate::output::Output;
 use crate::tape::{Segment, Sidecar, TapeWriter};
 
 /// Arguments of `massline simulate`.
@@ -96,80 +88,27 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         rig: args.rig.rig,
         firmware: firmware.as_deref(),
     };
-    let mut taped = Ok(None);
-    let (measured, archive) = match &args.tape {
-        None => measure(args, &test, &file, &calibration, output, |source| source)?,
-        Some(path) => {
-            TapeWriter::check(path, args.replace.existing())?;
-            let recorder =
-                Recorder::new(path, args.replace.existing(), &layout, &calibration.calibration);
-            let measured =
-                measure(args, &test, &file, &calibration, output, |source| recorder.around(source));
-            taped = recorder.end(measured.is_ok());
-            if let Ok(Some(scans)) = taped {
-                output.note(format!("{}: {scans} scans", path.display()));
-            }
-            measured?
-        }
-    };
-    let nominal = NominalTest::of_file(&file);
-    let again = HostSolution::examined(measured.test(), &nominal, Selection::All).without_details();
-    let answer = again.best();
-    if let Some(error) = again.error().filter(|_| answer.is_none()) {
-        return Err(error);
-    }
-    let comparison = Comparison {
-        name: name.clone(),
-        seed: args.bench.seed,
-        truth: test.truth(),
-        length: file.layout.characteristic_length(),
-        result: measured.result.clone(),
-        answer,
-    };
     let existing = args.replace.existing();
-    let report = args.report.write(|| results_of(archive.map(|of| (name, of))), existing);
-    let value = Simulation {
-        test: comparison.to_json(|measurement| again.add_to(measurement))?,
-        report: report.as_ref().ok().cloned().flatten(),
-        tape: args.tape.clone().filter(|_| taped.is_ok()),
+    let shown = ShownTest { test, file: &file, report: &args.report, existing };
+    let Some(path) = &args.tape else {
+        let measured = shown.measure(&calibration, output, |source| source)?;
+        return shown.print(measured, None, output);
     };
-    let (symbol, worst) = comparison.worst()?;
-    let table = comparison.table()?;
-    let remark = match measured.test().profile() {
-        TestProfile::MassLine => format!("{SIGMA_NOTE}\n"),
-        TestProfile::Suspension => comparison.of_methods(&again.answers()),
-    };
-    output.answer(&value, |output| {
-        let heading = output.toned(&file.title, Tone::Strong);
-        format!(
-            "{heading}\n{table}worst: {worst:+.3} % of scale at {symbol}\n{remark}\n{}",
-            again.to_text().trim_end()
-        )
-    })?;
-    // The answer needs neither tape nor report.
-    args.report.offer(report?, output);
+    TapeWriter::check(path, existing)?;
+    let recorder = Recorder::new(path, existing, &layout, &calibration.calibration);
+    let measured = shown.measure(&calibration, output, |source| recorder.around(source));
+    let taped = recorder.end(measured.is_ok());
+    if let Ok(Some(scans)) = taped {
+        output.note(format!("{}: {scans} scans", path.display()));
+    }
+    let tape = taped.is_ok().then(|| path.clone());
+    shown.print(measured?, tape, output)?;
+    // The answer needs no tape.
     taped.map(|_| ())
 }
 
-/// Measures; the archive is made if the report needs it.
-fn measure(
-    args: &Args,
-    test: &BenchTest<'_>,
-    file: &LayoutFile,
-    calibration: &CalibrationRecord,
-    output: &mut Output,
-    wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
-) -> Result<(Simulated, Option<Archive>)> {
-    if !args.report.is_wanted() {
-        return Ok((test.run_with(calibration, output, wrap)?, None));
-    }
-    let archive = test.archived(file, calibration, output, wrap)?;
-    let measured =
-        Simulated { result: archive.result.clone(), lines: RigLines::of_archive(&archive) };
-    Ok((measured, Some(archive)))
-}
-
-/// Records the scans of a source on a tape, one segment per arming.
+/// Records the scans of a source on a tape, one segment per arming: all that the rig sees from the start of its sampler on, so that
+/// a replay gives the same result.
 #[derive(Clone, Debug)]
 pub struct Recorder {
     path: PathBuf,
@@ -182,6 +121,8 @@ pub struct Recorder {
 #[derive(Debug, Default)]
 struct State {
     writer: Option<TapeWriter>,
+    /// Scans since the start of the sampler, before the arming.
+    lead: Vec<Scan>,
     /// The segment of the present arming, which is listed when it is complete.
     begun: Option<Segment>,
     /// The first error; later ones are consequences of it.
@@ -290,6 +231,10 @@ impl ScanSource for Recorded {
 
     fn started(&mut self) {
         self.source.started();
+        self.recorder.state().attempt(|state| {
+            state.lead.clear();
+            state.end_segment()
+        });
     }
 
     fn armed(&mut self, arming: u32, dof: usize) {
@@ -297,16 +242,24 @@ impl ScanSource for Recorded {
         let Some(&dof) = self.recorder.dofs.get(dof) else { return };
         self.recorder.state().attempt(|state| {
             state.end_segment()?;
-            state.begun = state.writer.as_ref().map(|tape| Segment { start: tape.scans(), dof });
-            Ok(())
+            let lead = std::mem::take(&mut state.lead);
+            let Some(writer) = &mut state.writer else { return Ok(()) };
+            state.begun = Some(Segment { start: writer.scans(), dof });
+            writer.push(&lead)
         });
     }
 
     fn next_scan(&mut self) -> Option<Scan> {
         let scan = self.source.next_scan()?;
-        self.recorder.state().attempt(|state| match &mut state.writer {
-            Some(writer) => writer.push(&[scan]),
-            None => Ok(()),
+        self.recorder.state().attempt(|state| match (&state.begun, &mut state.writer) {
+            (Some(_), Some(writer)) => writer.push(&[scan]),
+            _ => {
+                // An arming follows its start by a few scans. What else is sampled belongs to no hit.
+                if state.lead.len() < RECORD_SCANS {
+                    state.lead.push(scan);
+                }
+                Ok(())
+            }
         });
         Some(scan)
     }

@@ -128,7 +128,7 @@ impl Described {
         Self {
             name: "simulation",
             summary: "a simulated test beside the truth",
-            commands: &["simulate"],
+            commands: &["simulate", "demo wheel"],
             schema: of::<Simulation>,
         },
         Self {

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::program::{answer, run, success, words};
+use crate::program::{answer, run, run_json, success, words};
 
 /// The layout of the wheel, whose profile is that of the suspension modes.
 const WHEEL: &str = "examples/wheel.toml";
@@ -126,10 +126,76 @@ fn the_option_for_the_profile_replaces_that_of_the_layout() {
     assert_eq!(refusal(4, &mass_lines).0, in_profile("mass-line").0);
 }
 
+/// The layout of the wheel with a single DOF, whose hit moves all six modes, and two hits.
+fn one_dof(folder: &tempfile::TempDir) -> String {
+    let hits = r#"["101:+X", "102:+Z", "103:+Z", "104:+Y", "105:+X"]"#;
+    let layout = changed(folder, hits, r#"["110:+X"]"#);
+    let text = std::fs::read_to_string(&layout).unwrap();
+    let oblique = "\n[[node]]\nid = 110\nposition_m = [0.18, -0.21, -0.02]\n\
+                   axes = [[0.6, 0.64, 0.48], [-0.8, 0.48, 0.36]]\n";
+    let text = text.replace("[test]\n", "[test]\nhits_per_dof = 2\n") + oblique;
+    std::fs::write(&layout, text).unwrap();
+    layout
+}
+
+#[test]
+fn a_tape_of_the_wheel_gives_the_same_result_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (layout, tape) = (one_dof(&folder), path("wheel.npy"));
+    let (ran, simulated) =
+        run_json(&[&["simulate", &layout, "--tape", &tape][..], &ON_BENCH].concat());
+    let (again, replayed) = run_json(&["replay", &tape, "--layout", &layout]);
+    assert_eq!((ran.exit, again.exit), (0, 0), "{} {}", ran.stderr, again.stderr);
+    for key in ["results", "lines", "suspension", "host"] {
+        assert_eq!(replayed[key], simulated[key], "{key}");
+    }
+    assert_eq!(replayed["suspension"]["modes"].as_array().unwrap().len(), 6);
+    let hits = |stderr: &str| -> Vec<String> {
+        let lines = stderr.lines().filter(|line| line.starts_with("hit "));
+        lines.map(str::to_owned).collect()
+    };
+    assert_eq!(hits(&again.stderr), hits(&ran.stderr));
+    assert_eq!(hits(&again.stderr).len(), 2);
+    // The last 30 s are missing: the tape ends while the object still rings.
+    let whole = std::fs::read(&tape).unwrap();
+    let (header, scans) = whole.split_at(whole.iter().position(|&byte| byte == b'\n').unwrap() + 1);
+    let (count, missing) = (scans.len() / 20, 30 * 4000);
+    let header = String::from_utf8_lossy(header).into_owned();
+    let short = header.replace(&count.to_string(), &(count - missing).to_string());
+    assert!(short != header && short.len() == header.len(), "{header}");
+    // The first bytes are no text.
+    let magic = whole[..10].iter().chain(&short.as_bytes()[short.find('{').unwrap()..]);
+    let cut: Vec<u8> = magic.chain(&scans[..20 * (count - missing)]).copied().collect();
+    std::fs::write(&tape, cut).unwrap();
+    let (code, message) = refusal(2, &["replay", &tape, "--layout", &layout]);
+    assert_eq!(code, "tape_ends_in_a_record", "{message}");
+}
+
+#[test]
+fn what_a_rig_does_not_keep_of_long_records_is_refused_before_the_first_hit() {
+    let record =
+        ["record", WHEEL, "-o", "unused.npy", "--triggered", "--port", "/dev/no-such-port"];
+    let (code, message) = refusal(2, &record);
+    assert_eq!(code, "usage");
+    assert!(message.contains("without --triggered"), "{message}");
+}
+
+#[test]
+fn the_demonstration_measures_the_wheel_with_a_simulated_rig() {
+    let demo = success(&["demo", "wheel", "--rig", "virtual", "--seed", "3"]);
+    let same = [&["simulate", WHEEL, "--seed", "3"][..], &ON_BENCH].concat();
+    assert_eq!(demo, success(&same));
+    for other in [&["--set", "A"][..], &["--runs", "2"], &["--noise", "0.01"]] {
+        let both = [&["demo", "wheel", "--rig", "virtual"][..], other].concat();
+        assert_eq!(refusal(2, &both).0, "usage", "{other:?}");
+    }
+    assert_eq!(refusal(2, &["demo", "wheel", "--firmware", "x"]).0, "usage");
+}
+
 #[cfg(unix)]
 mod on_a_rig {
     use super::*;
-    use crate::program::run_json;
     use crate::virtual_process::VirtualProcess;
 
     #[test]
@@ -200,5 +266,60 @@ mod on_a_rig {
         let (code, message) = refusal(2, &["solve", cut_to]);
         assert_eq!(code, "archive_malformed");
         assert!(message.contains("lines[0] (101:+X)"), "{message}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+mod on_a_screen {
+    use super::*;
+    use crate::on_terminal::{Size, Terminal};
+    use crate::virtual_process::VirtualProcess;
+
+    /// `measure` on a terminal of this size.
+    fn on_terminal(size: Size, rig: &VirtualProcess, layout: &str, more: &[&str]) -> Terminal {
+        let measure = [&["measure", layout, "--port", &rig.port], more].concat();
+        Terminal::start(size, "xterm-256color", &measure)
+    }
+
+    #[test]
+    fn a_wheel_is_measured_on_a_full_screen_of_either_size() {
+        let folder = tempfile::tempdir().unwrap();
+        let layout = one_dof(&folder);
+        let rig = VirtualProcess::on_bench("wheel", &["--layout", &layout, "--fast"]);
+        for size in [[80, 24], [200, 60]] {
+            let mut terminal = on_terminal(size, &rig, &layout, &[]);
+            let hit = |shown: &str| shown.contains(" N s") && shown.contains("good");
+            assert!(terminal.until_shown(hit), "{}", terminal.shown());
+            // Wrapped where it does not fit a line.
+            let shown = terminal.shown();
+            assert!(shown.contains("the records of 40 s stay on the rig;"), "{shown}");
+            assert!(shown.contains("what they give"), "{shown}");
+            let (exit, text) = terminal.end();
+            assert_eq!(exit, 0, "{text}");
+            let (_, answer) = text.rsplit_once("\x1b[?1049l").expect("the screen is left");
+            for said in ["suspension modes from", "Norm Indicator", "all methods on the same data"]
+            {
+                assert!(answer.contains(said), "{said}: {answer}");
+            }
+        }
+    }
+
+    /// At the speed of a real rig.
+    #[test]
+    fn the_ringing_is_counted_down_and_a_campaign_that_was_paused_meanwhile_goes_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let layout = one_dof(&folder);
+        let rig = VirtualProcess::on_bench("wheel", &["--layout", &layout]);
+        for (more, goes_on) in [(&[][..], false), (&["--plain"], true)] {
+            let mut terminal = on_terminal([80, 24], &rig, &layout, more);
+            for said in ["when it hangs still, hit 110:+X", "39 s left", "38 s left"] {
+                let shown = |shown: &str| words(shown).contains(said);
+                assert!(terminal.until_shown(shown), "{said}: {}", terminal.shown());
+            }
+            terminal.type_keys("\x03");
+            let (exit, text) = terminal.end();
+            assert_eq!((exit, text.contains("resuming the interrupted campaign")), (130, goes_on));
+            assert!(words(&text).contains("the same command"), "{text}");
+        }
     }
 }

@@ -16,6 +16,14 @@ pub struct Cut {
     pub seed: u64,
 }
 
+/// A step that a rig has done: a word that it wrote, or a page that it erased.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FlashStep {
+    at: usize,
+    /// The bytes of the word; `None` for a page.
+    word: Option<Vec<u8>>,
+}
+
 /// The content of a flash in memory; clones share it.
 #[derive(Clone)]
 pub struct FlashMemory(Arc<Mutex<Cells>>);
@@ -48,9 +56,32 @@ impl FlashMemory {
         Self(Arc::new(Mutex::new(cells)))
     }
 
-    /// An independent copy with the same content.
+    /// An independent copy with the same content, whose steps are not noted.
     pub fn copied(&self) -> Self {
-        Self::of_cells(self.with(|cells| cells.clone()))
+        let cells = self.with(|cells| Cells { noted: None, ..cells.clone() });
+        Self::of_cells(cells)
+    }
+
+    /// Notes every step from now on.
+    pub fn note_steps(&self) {
+        self.with(|cells| cells.noted = Some(Vec::new()));
+    }
+
+    /// The steps that were noted, in their order.
+    pub fn noted_steps(&self) -> Vec<FlashStep> {
+        self.with(|cells| cells.noted.clone().unwrap_or_default())
+    }
+
+    /// Does a step that was noted on flash of the same chip with the content that this one has: after some of the steps
+    /// of a rig, and a [cut](Self::cut_power) in the next one, the flash is as if the rig's power had been cut there.
+    ///
+    /// # Errors
+    /// Those of the write or of the erase.
+    pub fn repeat(&self, step: &FlashStep) -> Result<(), FlashError> {
+        self.with(|cells| match &step.word {
+            Some(word) => cells.write(step.at, word),
+            None => cells.erase(step.at, cells.page),
+        })
     }
 
     /// Schedules a power cut. Power returns when the flash is opened again.
@@ -103,6 +134,8 @@ pub(super) struct Cells {
     cut: Option<Cut>,
     dark: bool,
     refuses: bool,
+    /// The steps that were done since noting them was asked for.
+    noted: Option<Vec<FlashStep>>,
 }
 
 impl Cells {
@@ -117,6 +150,7 @@ impl Cells {
             cut: None,
             dark: false,
             refuses: false,
+            noted: None,
             bytes,
         }
     }
@@ -168,6 +202,7 @@ impl Cells {
                 };
             }
             self.powered()?;
+            self.note(at, Some(new));
         }
         Ok(())
     }
@@ -186,8 +221,15 @@ impl Cells {
                 Some(mut chance) => self.tear_page(page, &mut chance),
             }
             self.powered()?;
+            self.note(page, None);
         }
         Ok(())
+    }
+
+    fn note(&mut self, at: usize, word: Option<&[u8]>) {
+        if let Some(noted) = &mut self.noted {
+            noted.push(FlashStep { at, word: word.map(<[u8]>::to_vec) });
+        }
     }
 
     /// Begins a step; returns the random number generator when the power is cut during it.

@@ -16,7 +16,7 @@ use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 
-pub use cells::{Cut, FlashMemory};
+pub use cells::{Cut, FlashMemory, FlashStep};
 
 /// The rules of a chip's flash.
 pub trait Chip: Send + 'static {

@@ -174,3 +174,31 @@ fn a_cut_erase_touches_its_page_alone_and_counts_as_none() {
     }
     assert_eq!(states, [true; 2], "readable and not");
 }
+
+#[test]
+fn noted_steps_give_the_same_flash_again_and_can_be_cut() {
+    let memory = FlashMemory::of::<F411>();
+    let mut flash = ChipFlash::<F411>::over(&memory);
+    block_on(flash.write(0, &[1; 8])).unwrap();
+    let (before, begun) = (memory.copied(), memory.steps());
+    memory.note_steps();
+    block_on(flash.write(8, &[0x5A; 12])).unwrap();
+    block_on(flash.erase(0, F411::PAGE as u32)).unwrap();
+    block_on(flash.write(4, &[3; 4])).unwrap();
+    let steps = memory.noted_steps();
+    assert_eq!(steps.len() as u64, memory.steps() - begun);
+    let content = |memory: &FlashMemory| memory.with(|cells| cells.bytes(0, F411::BYTES).to_vec());
+    let again = before.copied();
+    steps.iter().for_each(|step| again.repeat(step).unwrap());
+    assert_eq!(content(&again), content(&memory));
+    // As a write of the chip that is cut at its third word.
+    let [noted, written] = [before.copied(), before.copied()];
+    steps[..2].iter().for_each(|step| noted.repeat(step).unwrap());
+    noted.cut_power(Cut { after: 0, seed: 7 });
+    assert_eq!(noted.repeat(&steps[2]), Err(FlashError::PowerCut));
+    let mut flash = ChipFlash::<F411>::over(&written);
+    written.cut_power(Cut { after: 2, seed: 7 });
+    assert_eq!(block_on(flash.write(8, &[0x5A; 12])), Err(FlashError::PowerCut));
+    assert_eq!(content(&noted), content(&written));
+    assert_eq!(noted.noted_steps(), []);
+}

@@ -3,6 +3,7 @@
 //! If the link is fast enough, the stream of all scans is written, and this program finds the hits in it.
 //! Otherwise a campaign runs in which every hit waits for its verdict until its record has been read.
 
+mod finder;
 mod stream;
 mod triggered;
 
@@ -10,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use massline_protocol::LayoutHash;
 use massline_protocol::message::Identity;
-use massline_shared::layout::RigLayout;
+use massline_shared::layout::{RigLayout, TestProfile};
 use massline_shared::signal::{Calibration, PRE_TRIGGER_SCANS};
 
 use super::connect::PortArgs;
@@ -31,7 +32,8 @@ Hit each DOF when prompted. The tape gets a sidecar of the same name with .toml.
 ends the recording with exit 4; what came before it is kept. Until the tape is complete it is called
 OUT.partial.npy: a recording that is killed leaves it, and it can be replayed.
 With the stream, hits are found in it by the trigger of [test]; with --triggered, or where the link
-is too slow, the rig runs a campaign and each good hit's record is read.
+is too slow, the rig runs a campaign and each good hit's record is read. In the suspension profile
+there is the stream only: a rig does not keep the scans of 40 s.
 
 Examples:
   massline record frame.toml --output frame-tape.npy
@@ -74,6 +76,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = files::layout(&args.layout, output)?;
     let layout = files::for_rig(&file, &args.layout)?;
     let given = files::calibration(args.calibration.as_deref(), &file)?;
+    if args.triggered {
+        has_records(&layout)?;
+    }
     TapeWriter::check(&args.output, args.replace.existing())?;
     let (mut client, identity) = args.port.connect(output)?;
     fits(&layout, &identity)?;
@@ -87,6 +92,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     };
     let recording = Recording { layout: &layout, calibration: &calibration, identity: &identity };
     let triggered = args.triggered || !identity.streams;
+    if triggered {
+        has_records(&layout)?;
+    }
     if triggered && !args.triggered {
         output.note("the link is too slow for the stream: the record of each hit is read");
     }
@@ -106,6 +114,18 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let scans = writer.finish()?;
     let value = RecordedTape { tape: args.output.clone(), scans, segments };
     output.answer(&value, |_| format!("{}: {scans} scans, {segments} hits", args.output.display()))
+}
+
+/// Refuses to read records of hits that are not kept as scans.
+fn has_records(layout: &RigLayout) -> Result<()> {
+    match layout.test.profile {
+        TestProfile::MassLine => Ok(()),
+        TestProfile::Suspension => Err(Error::input(
+            "usage",
+            "a record of the suspension profile is not kept as scans: it is taken from the stream, without --triggered and \
+             over USB",
+        )),
+    }
 }
 
 /// The error of a recording, with what is left of its tape.
@@ -133,6 +153,10 @@ impl Recording<'_> {
             segments: Vec::new(),
         };
         TapeWriter::create(path, sidecar, existing)
+    }
+
+    fn profile(&self) -> TestProfile {
+        self.layout.test.profile
     }
 
     fn dof(&self, index: usize) -> String {

@@ -4,12 +4,11 @@ use std::time::{Duration, Instant};
 
 use massline_protocol::event::ScanBlock;
 use massline_protocol::message::CampaignCommand;
-use massline_shared::signal::{
-    Capture, CaptureState, HitReport, PRE_TRIGGER_SCANS, Record, Scan, Trigger, grade,
-};
-use massline_shared::units::{Newtons, ScanIndex};
+use massline_shared::layout::TestProfile;
+use massline_shared::signal::{HitReport, ringing_s};
 
 use super::Recording;
+use super::finder::{Found, HitFinder, Settings};
 use crate::campaign::is_out_of_reach;
 use crate::client::{Client, Event, scans_of};
 use crate::commands::keyboard::{Keyboard, Pressed};
@@ -40,10 +39,13 @@ pub(super) fn record(
     let _guard = interrupt.guard();
     let mut keyboard = output.has_keyboard().then(|| Keyboard::take(output)).transpose()?;
     if recording.identity.board == massline_virtual::BOARD {
-        output.note(
-            "a simulated rig taps by itself only in a campaign: press Enter at `massline virtual --manual`, or \
-             record with --triggered",
-        );
+        let or_triggered = match recording.profile() {
+            TestProfile::MassLine => ", or record with --triggered",
+            TestProfile::Suspension => "",
+        };
+        output.note(format!(
+            "a simulated rig taps by itself only in a campaign: press Enter at `massline virtual --manual`{or_triggered}"
+        ));
     }
     client.set_stream(true)?;
     let mut tape = Stream::new(recording);
@@ -99,9 +101,11 @@ struct Stream<'r> {
 
 impl<'r> Stream<'r> {
     fn new(recording: &'r Recording<'r>) -> Self {
+        let Recording { identity, calibration, layout } = *recording;
+        let settings = Settings { adc: &identity.adc, calibration, test: &layout.test };
         Self {
             recording,
-            finder: HitFinder::new(recording),
+            finder: HitFinder::new(settings),
             indices: None,
             heard: Instant::now(),
             silent: false,
@@ -128,7 +132,13 @@ impl<'r> Stream<'r> {
             self.prompted = Some(place);
             let (taken, wanted) =
                 (self.segments.len() - self.before, self.recording.layout.test.hits_per_dof);
-            output.note(format!("hit {} now ({taken}/{wanted})", self.recording.dof(self.dof)));
+            let dof = self.recording.dof(self.dof);
+            output.note(match self.recording.profile() {
+                TestProfile::MassLine => format!("hit {dof} now ({taken}/{wanted})"),
+                TestProfile::Suspension => {
+                    format!("when it hangs still, hit {dof} ({taken}/{wanted})")
+                }
+            });
         }
     }
 
@@ -201,10 +211,17 @@ impl<'r> Stream<'r> {
         writer.push(&scans)?;
         self.indices = Some((base, next + scans.len() as u64));
         for (scan, index) in scans.iter().zip(next - base..) {
-            if let Some((start, report)) = self.finder.feed(scan, index) {
-                self.found(start, &report, output);
-                writer.set_segments(&self.segments)?;
-                self.last_hit = index;
+            match self.finder.feed(scan, index) {
+                Found::Nothing => {}
+                Found::Ringing => {
+                    let left = ringing_s(&self.recording.identity.adc);
+                    output.note(format!("ringing for {left:.0} s: do not touch it"));
+                }
+                Found::Hit { start, report } => {
+                    self.found(start, &report, output);
+                    writer.set_segments(&self.segments)?;
+                    self.last_hit = index;
+                }
             }
         }
         let quiet = (next - base).saturating_sub(self.last_hit) as f32;
@@ -237,37 +254,5 @@ impl<'r> Stream<'r> {
         {
             self.next_dof();
         }
-    }
-}
-
-/// Finds hits in consecutive scans.
-struct HitFinder<'r> {
-    recording: &'r Recording<'r>,
-    capture: Capture,
-    record: Box<Record>,
-    /// Fingerprint of the record graded last.
-    last_record: Option<u32>,
-}
-
-impl<'r> HitFinder<'r> {
-    fn new(recording: &'r Recording<'r>) -> Self {
-        let level = Newtons(recording.layout.test.trigger_n);
-        let trigger = Trigger::new(&recording.identity.adc, recording.calibration, level);
-        let (capture, record) = (Capture::new(trigger), Box::new(Record::new()));
-        Self { recording, capture, record, last_record: None }
-    }
-
-    /// Processes the next scan. When it completes the record of a hit, returns the start of the hit's segment
-    /// and the grading.
-    fn feed(&mut self, scan: &Scan, index: u64) -> Option<(u64, HitReport)> {
-        let state = self.capture.feed(&mut self.record, scan, ScanIndex(index));
-        let CaptureState::Complete { trigger_scan } = state else { return None };
-        let (adc, test) = (&self.recording.identity.adc, &self.recording.layout.test);
-        let calibration = self.recording.calibration;
-        let report = grade(&self.record, adc, calibration, test, self.last_record);
-        self.last_record = Some(report.fingerprint);
-        self.capture.arm(&mut self.record);
-        // Twice the pre-trigger scans, so that the trigger of a replay settles before the hit.
-        Some((trigger_scan.0.saturating_sub(2 * PRE_TRIGGER_SCANS as u64), report))
     }
 }

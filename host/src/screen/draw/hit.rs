@@ -57,7 +57,8 @@ pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: 
             TestProfile::MassLine => "no hit read yet",
         };
         let text = Paragraph::new(missing).block(framed(" hit over time ", theme));
-        return frame.render_widget(text.style(theme.faint()), area);
+        let text = text.wrap(Wrap { trim: true }).style(theme.faint());
+        return frame.render_widget(text, area);
     };
     let [force, responses] = stacked(area, 50);
     let is_last = guide.hit.as_ref().is_none_or(|hit| hit.number == of.number);

@@ -172,4 +172,5 @@ fn a_record_of_the_suspension_profile_is_counted_down_and_its_hit_has_an_impulse
     let screen = shown(&guide, [200, 60]);
     assert!(screen.contains("2:+Z: 96.0 N, 4.1 m/s², 1.02 N s"), "{screen}");
     assert!(screen.contains("the records of 40 s stay on the rig"), "{screen}");
+    assert!(words(&guide, [80, 24]).contains("show what they give"), "it is wrapped");
 }

@@ -1,0 +1,31 @@
+//! The wheel, measured by a simulated rig in the suspension profile.
+
+use massline_virtual::bench::Bench;
+
+use super::{Args, LAYOUT};
+use crate::commands::bench_test::{BenchTest, nominal_calibration};
+use crate::commands::beside_truth::ShownTest;
+use crate::error::Result;
+use crate::layout_file::LayoutFile;
+use crate::output::Output;
+use crate::rig::RigKind;
+
+/// Measures the wheel, and prints the result beside the truth.
+pub(super) fn run(args: &Args, rig: RigKind, output: &mut Output) -> Result<()> {
+    let existing = args.replace.existing();
+    args.report.check(existing)?;
+    let file = LayoutFile::parse(LAYOUT, "wheel.toml")?;
+    let bench = Bench::named(if args.tyre { "wheel-with-tyre" } else { "wheel" })?;
+    let firmware = rig.firmware(args.firmware.as_deref())?;
+    let test = BenchTest {
+        label: "wheel",
+        layout: &file.layout,
+        bench: &bench,
+        seed: args.seed,
+        rig,
+        firmware: firmware.as_deref(),
+    };
+    let shown = ShownTest { test, file: &file, report: &args.report, existing };
+    let measured = shown.measure(&nominal_calibration(&bench).into(), output, |source| source)?;
+    shown.print(measured, None, output)
+}
