@@ -271,12 +271,15 @@ fn a_campaign_that_is_interrupted_at_every_dof_has_the_same_result() {
     let mut arming = 0;
     for dof in 0..DOFS as u8 {
         for hit in 0..HITS {
+            // The panel follows a little later than the status.
             let at = |client: &mut Client, wanted: Phase, arming: u32| {
                 wait_for(client, |status| {
                     let accepted = status.accepted[usize::from(dof)];
                     (phase(status), status.armings) == (Some(wanted), arming)
                         && (status.dof, accepted) == (dof, hit)
                 });
+                let shown = |model: &PanelModel| (model.phase, model.armings) == (wanted, arming);
+                rig.wait_for(LATE, shown).expect("the panel shows it");
             };
             arming += 1;
             at(&mut client, Phase::Armed, arming);
@@ -314,7 +317,7 @@ fn a_campaign_that_is_interrupted_at_every_dof_has_the_same_result() {
         } else {
             rig.press(Button::Back);
         }
-        wait_for(&mut client, |status| phase(status) == Some(Phase::Paused));
+        rig.wait_for(LATE, |model| model.phase == Phase::Paused).expect("it is paused");
         if by_host {
             client.command(CampaignCommand::Resume).unwrap();
         } else {
