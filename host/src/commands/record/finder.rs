@@ -17,7 +17,7 @@ pub(super) enum Found {
     Hit {
         /// Index of the first scan of its segment: quiet enough scans before the hit for the trigger of a replay.
         start: u64,
-        report: HitReport,
+        report: Box<HitReport>,
     },
 }
 
@@ -69,7 +69,7 @@ impl<'r> HitFinder<'r> {
                 self.ringing = false;
                 self.capture = HitCapture::new(self.settings, &mut self.record);
                 let start = trigger_scan.0.saturating_sub(self.scans_before());
-                Found::Hit { start, report }
+                Found::Hit { start, report: Box::new(report) }
             }
             CaptureState::Filling if extremes.is_some() && !self.ringing => {
                 self.ringing = true;
@@ -139,7 +139,7 @@ mod tests {
                     assert_eq!(rings.replace(index), None, "said once");
                     None
                 }
-                Found::Hit { start, report } => Some((start, report)),
+                Found::Hit { start, report } => Some((start, *report)),
             });
             let (start, report) = hit.expect("a hit");
             (start, rings.expect("it rings"), report)
