@@ -324,7 +324,7 @@ impl<R: Real> SuspensionSolver<R> {
     }
 
     /// Part of the responses that are taken, from zero to one.
-    fn taken(&self) -> f32 {
+    pub fn taken(&self) -> f32 {
         let (Stage::Wanting(wanted) | Stage::Reducing(wanted, _)) = self.stage else { return 1.0 };
         let forces = f32::from(self.forces.max(1));
         if usize::from(self.forces) == self.dofs.len() {
