@@ -20,6 +20,8 @@ pub struct FrequencyResponses<'a, R> {
     /// Factor on standard deviations because the window correlates neighbouring bins:
     /// [`window_correlation`](crate::mass_line::window_correlation).
     pub correlation: R,
+    /// Precision of each bin; see [`Self::weighted`].
+    precision: &'a [R],
 }
 
 impl<'a, R: Real> FrequencyResponses<'a, R> {
@@ -34,13 +36,27 @@ impl<'a, R: Real> FrequencyResponses<'a, R> {
     ) -> Option<Self> {
         let whole = frequencies.len() * channels * hits == accelerance.len();
         let (decay, correlation) = (R::zero(), R::one());
-        whole.then_some(Self { frequencies, accelerance, channels, hits, decay, correlation })
+        let precision = &[];
+        let all = Self { frequencies, accelerance, channels, hits, decay, correlation, precision };
+        whole.then_some(all)
     }
 
     /// The same for records with an exponential window of this decay rate, 1/s, which correlates neighbouring
     /// bins by this factor.
     pub fn windowed(self, decay: R, correlation: R) -> Self {
         Self { decay, correlation, ..self }
+    }
+
+    /// The same with noise that is not alike in all bins: the precision of a bin is the reciprocal of its standard deviation,
+    /// relative to a noise that all have in common. Bins beyond the slice have that noise.
+    pub fn weighted(self, precision: &'a [R]) -> Self {
+        Self { precision, ..self }
+    }
+
+    /// Precision of a bin relative to the noise that all have in common; one unless the responses are
+    /// [`weighted`](Self::weighted).
+    pub fn precision(&self, bin: usize) -> R {
+        self.precision.get(bin).copied().unwrap_or(R::one())
     }
 
     /// Frequencies of the bins, Hz.

@@ -4,10 +4,12 @@
 use std::collections::BTreeMap;
 
 use massline::commands::bench_test::nominal_calibration;
+use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
+use massline::monte_carlo::{MonteCarlo, report};
 use massline::suspension::{DofLines, TestLines};
 use massline_shared::identify::{Estimate, Method};
-use massline_shared::layout::RigLayout;
+use massline_shared::layout::{CALIBRATED_HAMMER_GAIN, RigLayout};
 use massline_shared::measurement::campaign::Start;
 use massline_shared::measurement::{Measurement, Memory, NextAction};
 use massline_shared::nalgebra::Complex;
@@ -15,7 +17,8 @@ use massline_shared::signal::{
     COMPACT_RESPONSE, CompactLines, SPECTRUM_BINS, expand_response, ringing_s,
 };
 use massline_shared::units::ScanIndex;
-use massline_virtual::bench::{Bench, BenchSource};
+use massline_tests::long;
+use massline_virtual::bench::{Bench, BenchSource, ErrorsFrom};
 use massline_virtual::source::ScanSource;
 
 const SEED: u64 = 4;
@@ -130,4 +133,29 @@ fn rig_and_host_answer_the_same_lines_alike() {
         }
     }
     assert!(compared >= 3, "{estimates:?}");
+}
+
+/// Campaigns whose errors are drawn from the default error budget, with a calibrated hammer: as in the study of the guide, whose
+/// seed was chosen before its first run.
+#[test]
+fn errors_within_the_budget_are_not_refused_and_the_intervals_hold_the_truth() {
+    let bench = Bench { errors: ErrorsFrom::Layout, ..Bench::named("wheel").expect("bundled") };
+    let file = LayoutFile::parse(include_str!("../../host/examples/wheel.toml"), "wheel.toml");
+    let mut layout = file.expect("a layout").layout.cast().expect("it fits a rig");
+    (layout.hammer_gain, layout.calibrated_hammer) = (CALIBRATED_HAMMER_GAIN, false);
+    let calibration = nominal_calibration(&bench);
+    let (layout, calibration) = (&layout, &calibration);
+    let runs = if long() { 100 } else { 3 };
+    let study = MonteCarlo { bench: &bench, layout, calibration, seed: 2026, runs, threads: None }
+        .run(&Interrupt::new(), |_| ())
+        .expect("the bench takes the layout");
+    println!("{}", report::to_text(&study));
+    let combined = study.methods.last().expect("a combined answer");
+    // Each of the checks has a false alarm in at most one of a hundred tests.
+    let refused = if long() { 3 } else { 0 };
+    assert!(combined.method.is_none() && combined.unanswered <= refused, "{combined:?}");
+    // The ten intervals of a run may all contain the truth or all miss it; 2.3 standard deviations for few runs.
+    let allowed = if long() { 0.0 } else { 2.3 * (0.95 * 0.05 / runs as f64).sqrt() };
+    let coverage = combined.pooled_coverage95().expect("intervals");
+    assert!((0.92 - allowed..=0.97 + allowed).contains(&coverage), "{coverage}");
 }

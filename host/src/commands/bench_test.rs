@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
+use clap::ValueEnum;
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::HostLayout;
 use massline_shared::signal::{Calibration, ChannelCalibration};
 use massline_shared::units::{Hertz, Volts};
-use massline_virtual::bench::{Bench, BenchError, BenchSource, Bundled, Fault};
+use massline_virtual::bench::{Bench, BenchError, BenchSource, Bundled, ErrorsFrom, Fault};
 use massline_virtual::source::ScanSource;
 
 use super::number::seed;
@@ -38,6 +39,18 @@ pub struct BenchArgs {
     /// (5 mV of the mains in every channel). A bench file has more: boards/virtual/README.md.
     #[arg(long, value_name = "FAULT")]
     pub fault: Vec<Fault>,
+    /// What says how large the errors of sensors, marks, hits, hammer and gravity are; default: what the bench file says.
+    #[arg(long, value_enum, value_name = "WHOSE")]
+    errors: Option<Errors>,
+}
+
+/// What says how large errors are, as an argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Errors {
+    /// The keys of the bench file.
+    Bench,
+    /// The error budget of the layout: its table `uncertainty`, and the defaults.
+    Layout,
 }
 
 /// The help of `--bench`, with every bundled bench.
@@ -55,6 +68,11 @@ impl BenchArgs {
     pub fn open(&self) -> Result<Bench> {
         let mut bench = open_bench(&self.bench)?;
         bench.faults.extend(&self.fault);
+        bench.errors = match self.errors {
+            None => bench.errors,
+            Some(Errors::Bench) => ErrorsFrom::Bench,
+            Some(Errors::Layout) => ErrorsFrom::Layout,
+        };
         Ok(bench)
     }
 }

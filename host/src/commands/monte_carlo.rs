@@ -4,6 +4,7 @@ use std::num::{NonZeroU64, NonZeroUsize};
 use std::path::Path;
 
 use clap::ValueEnum;
+use massline_shared::layout::CALIBRATED_HAMMER_GAIN;
 
 use super::bench_test::{BenchArgs, nominal_calibration};
 use crate::error::{Error, Result};
@@ -21,6 +22,9 @@ pub struct MonteCarloArgs {
     /// Error budget that the methods assume; the bound is always that of the errors of the bench.
     #[arg(long, value_enum, default_value_t, value_name = "BUDGET", requires = "runs")]
     budget: Budget,
+    /// Take the hammer as calibrated with a block of known mass: its gain is uncertain by 0.3 %, unless the layout states it.
+    #[arg(long, requires = "runs", conflicts_with = "budget")]
+    calibrated_hammer: bool,
     /// Number of threads; default: all cores.
     #[arg(long, value_name = "N", requires = "runs", value_parser = threads)]
     threads: Option<NonZeroUsize>,
@@ -83,6 +87,10 @@ pub fn run(
         let text = "the layout has more sensors or hits than a rig takes";
         Error::input("layout_too_large", text).within(path.display())
     })?;
+    if args.calibrated_hammer && layout.calibrated_hammer {
+        // Stated, so that no calibration supplies it.
+        (layout.hammer_gain, layout.calibrated_hammer) = (CALIBRATED_HAMMER_GAIN, false);
+    }
     if args.budget == Budget::Bench {
         apply_bench_budget(&mut layout, &bench);
     }

@@ -28,7 +28,8 @@ the bench. The result is printed beside the truth. A layout with profile = 'susp
 
 With --runs the test is repeated with other errors each time, on all cores, from ADC codes to the
 ten properties by every method: bias, rms error, rms error over the Cramér-Rao bound, and how
-often the 95 % intervals hold the truth. With a [target] in the layout each run stops as soon as it
+often the 95 % intervals hold the truth. With --errors layout the bench has errors as large as the
+error budget of the layout says: the intervals then have to hold. With a [target] in the layout each run stops as soon as it
 is reached: the coverage at the stop and the hits saved are printed. A seed gives the same numbers on any machine and number
 of cores.
 
@@ -40,6 +41,7 @@ Examples:
   massline simulate wheel.toml --bench wheel
   massline simulate frame.toml --runs 1000
   massline simulate frame.toml --runs 200 --budget bench --json
+  massline simulate frame.toml --runs 200 --errors layout
   massline simulate frame.toml --bench box.toml --tape box-tape.npy
   massline replay box-tape.npy --layout frame.toml")]
 pub struct Args {

@@ -1,5 +1,6 @@
 //! Tests on the simulated bench, beside the truth.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
@@ -107,6 +108,8 @@ pub struct MethodOverRuns {
     pub answers: usize,
     /// Runs without an answer.
     pub unanswered: usize,
+    /// The codes of the reasons, each with the number of these runs in which it is the first.
+    pub reasons: BTreeMap<&'static str, usize>,
     /// Geometric mean of `ratio` over the ten properties.
     pub geometric_mean_ratio: Option<f64>,
     /// The largest `ratio`.

@@ -12,7 +12,7 @@ use massline_shared::units::ScanIndex;
 use massline_virtual::source::ScanSource;
 
 use crate::report;
-use crate::suspension::{DofLines, TestLines};
+use crate::suspension::{DofLines, Doubt, TestLines};
 
 /// A layout in the rig's capacity and in double precision.
 pub type TestLayout = measurement::TestLayout<f64>;
@@ -31,6 +31,8 @@ pub struct SimulatedTest {
     pub lines: Vec<DofLines>,
     /// What all methods of the suspension profile say together.
     pub combined: Option<Agreement<f64>>,
+    /// Why they are not combined, as far as there is a reason besides theirs.
+    pub doubt: Option<Doubt>,
     /// The answers, the best method first.
     pub estimates: Vec<Estimate<f64>>,
     /// The methods without an answer, and the reasons.
@@ -134,6 +136,7 @@ pub fn measure(
         dofs: result.mass_lines.to_vec(),
         lines,
         combined: solved.combined,
+        doubt: solved.doubt,
         estimates: [result.estimates, &solved.estimates].concat(),
         refusals: [result.refusals, &solved.refusals].concat(),
         hits_saved: unneeded * usize::from(layout.test.hits_per_dof),
@@ -157,6 +160,7 @@ struct Solved {
     estimates: Vec<Estimate<f64>>,
     refusals: Vec<(Method, Diagnostics)>,
     combined: Option<Agreement<f64>>,
+    doubt: Option<Doubt>,
 }
 
 /// What the methods of the suspension profile say of lines.
@@ -170,6 +174,7 @@ fn solve_lines(rig: &Measurement<'_, f64>, lines: &[DofLines]) -> Solved {
             estimates: found.estimates,
             refusals: found.not_applicable,
             combined: found.comparison.agreement,
+            doubt: found.comparison.doubt,
         },
         Err(reasons) => {
             let refusals = wanted.iter().map(|method| (*method, reasons.clone())).collect();

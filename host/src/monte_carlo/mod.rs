@@ -22,21 +22,20 @@ pub mod statistics;
 
 use std::num::NonZeroUsize;
 
-use massline_shared::diagnosis::Diagnostics;
+use massline_shared::diagnosis::{Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::maximum_likelihood::{self, RIG_WORKSPACE};
 use massline_shared::identify::{Estimate, Method};
-use massline_shared::layout::{
-    CalibratedGains, HitUncertainty, RIG_SENSORS, SensorUncertainty, TestProfile,
-};
+use massline_shared::layout::{CalibratedGains, RIG_SENSORS, TestProfile};
 use massline_shared::responses::Responses;
 use massline_shared::signal::Calibration;
-use massline_virtual::bench::{Bench, BenchError, BenchSource};
+use massline_virtual::bench::{Bench, BenchError, BenchSource, ErrorSizes};
 use rayon::ThreadPoolBuilder;
 
 use crate::Error;
 use crate::interrupt::Interrupt;
 use crate::parallel::pieces;
+use crate::suspension::Doubt;
 use measurement::{MeasureError, SimulatedTest, TestLayout, measure};
 use statistics::{MethodStatistics, StoppingStatistics};
 
@@ -231,26 +230,17 @@ fn mean_noise(runs: &[Run], dofs: usize) -> Vec<Responses<f64, RIG_SENSORS>> {
 
 /// Replaces the budget of the layout by the true one of the bench, used as it is.
 pub fn apply_bench_budget(layout: &mut TestLayout, bench: &Bench) {
-    for sensor in &mut layout.sensors {
-        sensor.uncertainty = SensorUncertainty {
-            position: bench.sensor.position_sigma_m,
-            rotation: bench.sensor.rotation_sigma_rad,
-            gain: bench.sensor.gain_sigma,
-            cross_axis: bench.sensor.cross_axis_sigma,
-        };
+    let sizes = ErrorSizes::of(bench, &layout.cast().unwrap_or_default());
+    for (sensor, uncertainty) in layout.sensors.iter_mut().zip(sizes.sensors) {
+        sensor.uncertainty = uncertainty;
         sensor.calibrated = CalibratedGains::default();
     }
-    for hit in &mut layout.hits {
-        hit.uncertainty = HitUncertainty {
-            position: bench.tap.point_sigma_m,
-            direction: bench.tap.direction_sigma_rad,
-            node_position: bench.tap.mark_position_sigma_m,
-            node_direction: bench.tap.mark_direction_sigma_rad,
-        };
+    for (hit, uncertainty) in layout.hits.iter_mut().zip(sizes.hits) {
+        hit.uncertainty = uncertainty;
     }
-    layout.hammer_gain = bench.hammer.gain_sigma;
-    // The hammer is as linear, and the object hangs, exactly as the bench says.
-    (layout.hit_gain, layout.gravity_direction) = (0.0, 0.0);
+    layout.hammer_gain = sizes.hammer_gain;
+    layout.hit_gain = sizes.hit_gain;
+    layout.gravity_direction = sizes.gravity_direction;
     layout.calibrated_hammer = false;
     layout.learn_budget = false;
 }
@@ -276,7 +266,11 @@ fn mean_sigma(method: Method, runs: &[Run]) -> Option<[f64; 10]> {
 /// What all methods of a run say together.
 fn combined_answer(run: &Run) -> Result<Agreement<f64>, Option<Diagnostics>> {
     let measured = run.as_ref().map_err(|_| None)?;
-    measured.combined.clone().ok_or(None)
+    // Without a doubt, the reasons of the methods are those of the combination.
+    let of_methods = || measured.refusals.first().map(|(_, reasons)| reasons.clone());
+    let reason = |doubt: Doubt| Diagnostic::whole(doubt.code(), Severity::Error, 0.0);
+    let reasons = || measured.doubt.map(|doubt| Diagnostics::from_array([reason(doubt)]));
+    measured.combined.clone().ok_or_else(|| reasons().or_else(of_methods))
 }
 
 /// The answer of a method in a run; an error without a reason when the run has no mass lines.

@@ -68,6 +68,7 @@ fn method_json(method: &MethodStatistics) -> MethodOverRuns {
         method: method.name(),
         answers: method.answers,
         unanswered: method.unanswered,
+        reasons: method.reasons.iter().map(|(code, runs)| (code.name(), *runs)).collect(),
         geometric_mean_ratio: method.geometric_mean_ratio(),
         worst_ratio: method.worst_ratio(),
         geometric_mean_width: method.geometric_mean_width(),
@@ -169,6 +170,11 @@ fn summary(method: &MethodStatistics) -> String {
     };
     if method.unanswered > 0 {
         text += &format!("; {} runs without an answer", method.unanswered);
+        let reasons = method.reasons.iter().map(|(code, runs)| format!("{} {runs}", code.name()));
+        let reasons: Vec<_> = reasons.collect();
+        if !reasons.is_empty() {
+            text += &format!(" ({})", reasons.join(", "));
+        }
     }
     text + "\n"
 }

@@ -1,6 +1,6 @@
 //! Statistics of a method over many runs: bias, error relative to the bound, coverage of the intervals.
 
-use massline_shared::diagnosis::Diagnostics;
+use massline_shared::diagnosis::{Code, Diagnostics};
 use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::{Estimate, HALF_WIDTH_95, Method};
 use nalgebra::SVector;
@@ -44,6 +44,8 @@ pub struct MethodStatistics {
     pub unanswered: usize,
     /// The reason in the first of those runs that had mass lines.
     pub refusal: Option<Diagnostics>,
+    /// The first reason in each of them: how often which, the most frequent first.
+    pub reasons: Vec<(Code, usize)>,
     /// The ten properties, in the order of `theta`; empty without an answer.
     pub properties: Vec<PropertyStatistics>,
 }
@@ -148,6 +150,7 @@ impl MethodStatistics {
             answers: answered.len(),
             unanswered: answers.len() - answered.len(),
             refusal: answers.iter().find_map(|a| a.as_ref().err()?.clone()),
+            reasons: counted(answers.iter().filter_map(|a| a.as_ref().err()?.as_ref())),
             properties,
         }
     }
@@ -192,6 +195,19 @@ impl MethodStatistics {
     }
 }
 
+/// How often each code is the first of the reasons.
+fn counted<'d>(refusals: impl Iterator<Item = &'d Diagnostics>) -> Vec<(Code, usize)> {
+    let mut counts: Vec<(Code, usize)> = Vec::new();
+    for code in refusals.filter_map(|reasons| Some(reasons.first()?.code)) {
+        match counts.iter_mut().find(|(counted, _)| *counted == code) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((code, 1)),
+        }
+    }
+    counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    counts
+}
+
 fn geometric_mean(values: &[f64]) -> f64 {
     (values.iter().map(|value| value.ln()).sum::<f64>() / values.len() as f64).exp()
 }
@@ -224,7 +240,7 @@ fn property<A: Answer>(
 mod tests {
     use super::*;
     use massline_shared::body::RigidBody;
-    use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+    use massline_shared::diagnosis::{Diagnostic, Severity};
     use nalgebra::SMatrix;
 
     const TRUTH: [f64; 10] = [1.0; 10];
@@ -303,7 +319,13 @@ mod tests {
         let reasons: Diagnostics = [reason].into_iter().collect();
         let s = statistics(&[Err(None), Err(Some(reasons.clone()))], Some(1.0));
         assert_eq!((s.answers, s.unanswered), (0, 2));
-        assert_eq!(s.refusal, Some(reasons));
+        assert_eq!(s.refusal, Some(reasons.clone()));
+        assert_eq!(s.reasons, [(Code::NotConverged, 1)]);
+        let other = Diagnostic::whole(Code::ModelDoesNotFit, Severity::Error, 2.0);
+        let of_model: Answer = Err(Some([other, reason].into_iter().collect()));
+        let of_both = [of_model.clone(), Err(Some(reasons)), answer(0.0, None), of_model];
+        let counts = [(Code::ModelDoesNotFit, 2), (Code::NotConverged, 1)];
+        assert_eq!(statistics(&of_both, None).reasons, counts);
         assert!(s.properties.is_empty());
         assert_eq!(s.geometric_mean_ratio(), None);
         assert_eq!(s.pooled_coverage95(), None);

@@ -39,7 +39,9 @@ impl Unexplained<'_, '_> {
     pub(super) fn structural(&self) -> Option<GlobalAnswer> {
         let settings =
             GlobalFitSettings { damping: Damping::Structural, ..GlobalFitSettings::default() };
-        let found = GlobalAnswer::of(self.layout, self.readings, self.start, &settings).ok()?;
+        let found =
+            GlobalAnswer::of_uneven_noise(self.layout, self.readings, self.start, &settings)
+                .ok()?;
         self.is_whole(&found.solution).then_some(found)
     }
 
@@ -56,8 +58,9 @@ impl Unexplained<'_, '_> {
         }
         let part = self.lines(&kept);
         let settings = GlobalFitSettings::default();
+        let responses = part.responses()?;
         let mut found =
-            GlobalAnswer::of(self.layout, &part.responses()?, self.start, &settings).ok()?;
+            GlobalAnswer::of_uneven_noise(self.layout, &responses, self.start, &settings).ok()?;
         if !self.is_whole(&found.solution) {
             return None;
         }

@@ -30,12 +30,17 @@ pub enum Doubt {
 }
 
 impl Doubt {
+    /// The code of the finding that it follows from.
+    pub fn code(self) -> Code {
+        match self {
+            Self::FlexibleMode => Code::FlexibleModeAboveBand,
+            Self::Misfit => Code::ModelDoesNotFit,
+        }
+    }
+
     /// Its name in JSON.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::FlexibleMode => Code::FlexibleModeAboveBand.name(),
-            Self::Misfit => Code::ModelDoesNotFit.name(),
-        }
+        self.code().name()
     }
 }
 

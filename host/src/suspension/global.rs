@@ -12,6 +12,15 @@ use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 use nalgebra::{Complex, SVector};
 
 use super::HostFit;
+use super::explained::left;
+use super::noise::UnevenNoise;
+
+/// Rounds of fitting with the noise of every line: the second one sees it without what the first has explained.
+const ROUNDS: usize = 2;
+/// Deviate of an extra term from which it stands in uneven noise. What follows the modes is alike in all lines about a mode, and
+/// not only in neighbours: in 40 simulated campaigns of a rigid wheel the deviates were 1.4 ± 1.3, so that chance exceeds
+/// this once in 300 tests.
+const STANDING: f64 = 5.0;
 
 /// The answer of the global fit, and how it depends on data and layout.
 #[derive(Clone, Debug)]
@@ -20,11 +29,67 @@ pub struct GlobalAnswer {
     pub solution: GlobalFitSolution<f64>,
     /// The lines that were used, as places in the readings of the test.
     pub(super) lines: Vec<usize>,
+    /// The noise of these lines, where they are not all alike.
+    noise: Option<UnevenNoise>,
+    /// What is left of every reading of these lines.
+    left: Vec<Complex<f64>>,
     gain: Vec<SVector<Complex<f64>, 10>>,
     nuisances: Vec<SVector<f64, 10>>,
 }
 
 impl GlobalAnswer {
+    /// As [`Self::of`], with the noise of every line as the readings show it. Whether a flexible mode is there is decided with
+    /// that noise: in white noise, what follows the modes looks like one.
+    ///
+    /// # Errors
+    /// Those of [`solve_with_sensitivities`].
+    pub fn of_uneven_noise(
+        layout: &HostLayout,
+        readings: &FrequencyResponses<'_, f64>,
+        start: &RigidBody<f64>,
+        settings: &GlobalFitSettings,
+    ) -> Result<Self, Diagnostics> {
+        let rigid = GlobalFitSettings { most_extra_terms: 0, ..*settings };
+        let mut found = Self::of(layout, readings, start, &rigid);
+        for _round in 0..ROUNDS {
+            let noise = found.as_ref().ok().and_then(|found| found.uneven(readings));
+            let Some(noise) = noise else {
+                return Self::of(layout, readings, start, settings);
+            };
+            let weighted = readings.windowed(readings.decay, noise.correlation);
+            let weighted = weighted.weighted(&noise.precision);
+            found = Self::of(layout, &weighted, start, settings);
+            if let Some(fewer) = found.as_ref().ok().and_then(|found| found.fewer_extra_terms()) {
+                let settings = GlobalFitSettings { most_extra_terms: fewer, ..*settings };
+                found = Self::of(layout, &weighted, start, &settings);
+            }
+            found = found.map(|found| Self { noise: Some(noise), ..found });
+        }
+        found
+    }
+
+    /// How many extra terms stand in uneven noise, where those of the fit do not.
+    fn fewer_extra_terms(&self) -> Option<usize> {
+        let deviates = self.solution.extra_terms_z.iter().take(self.solution.extra_terms);
+        let standing = deviates.take_while(|z| z.is_some_and(|z| z > STANDING)).count();
+        (standing < self.solution.extra_terms).then_some(standing)
+    }
+
+    /// The noise of the lines where they are not alike. Where hardly anything is left, that is rounding and no noise.
+    fn uneven(&self, readings: &FrequencyResponses<'_, f64>) -> Option<UnevenNoise> {
+        let sum: f64 = self.left.iter().map(Complex::norm_sqr).sum();
+        let is_noise = sum > self.left.len() as f64 * self.solution.noise.powi(2);
+        if is_noise { UnevenNoise::of(&self.left, readings) } else { None }
+    }
+
+    /// Noise at one of the lines of the fit over that of the modes.
+    fn noise_at(&self, place: usize, fit: &HostFit<'_>) -> f64 {
+        let Some(noise) = &self.noise else { return 1.0 };
+        let precision = noise.precision.get(place).copied().unwrap_or(1.0);
+        let correlation = noise.correlation / fit.correlation();
+        left(&self.solution, fit) * correlation / precision
+    }
+
     /// Fits the readings from this start.
     ///
     /// # Errors
@@ -41,7 +106,9 @@ impl GlobalAnswer {
         let mut gain = vec![SVector::zeros(); readings_count];
         let mut of_nuisances =
             vec![SVector::zeros(); nuisances(sensors, hits, layout.attached.len())];
-        let mut sensitivities = Sensitivities { gain: &mut gain, nuisances: &mut of_nuisances };
+        let mut left = vec![Complex::ZERO; readings_count];
+        let mut sensitivities =
+            Sensitivities { gain: &mut gain, nuisances: &mut of_nuisances, left: &mut left };
         let solution = solve_with_sensitivities(
             layout,
             readings,
@@ -51,7 +118,7 @@ impl GlobalAnswer {
             &mut sensitivities,
         )?;
         let lines = (0..readings.frequencies().len()).collect();
-        Ok(Self { solution, lines, gain, nuisances: of_nuisances })
+        Ok(Self { solution, lines, noise: None, left, gain, nuisances: of_nuisances })
     }
 
     /// The answer to perturbed data, to first order.
@@ -67,7 +134,9 @@ impl GlobalAnswer {
             for (place, gain) in self.gain.iter().enumerate() {
                 let (rest, hit) = (place / hits, place % hits);
                 let line = self.lines.get(rest / channels).copied().unwrap_or_default();
-                let noise = fit.noise_of(draw, line, rest % channels, hit);
+                // The other methods are asked about the noise that the modes show.
+                let more = self.noise_at(rest / channels, fit);
+                let noise = fit.noise_of(draw, line, rest % channels, hit).scale(more);
                 for (to, gain) in theta.iter_mut().zip(gain) {
                     *to += gain.re * noise.re + gain.im * noise.im;
                 }

@@ -11,6 +11,7 @@ mod gravity;
 mod mass_lines;
 mod methods;
 mod modes;
+mod noise;
 mod reciprocity;
 mod rigidity;
 mod survey;
@@ -288,7 +289,7 @@ fn global_fit(
         Diagnostics::from_array([Diagnostic::whole(code, Severity::Error, count as f32)])
     };
     let start = start.filter(|_| count > 0).ok_or_else(few)?;
-    let found = GlobalAnswer::of(layout, readings, start, settings)
+    let found = GlobalAnswer::of_uneven_noise(layout, readings, start, settings)
         .map_err(|reasons| if count < FEWEST_MODES { few() } else { reasons })?;
     let estimate = &found.solution.estimate;
     let length = layout.characteristic_length();

@@ -183,7 +183,8 @@ pub struct GlobalFitSolution<R> {
     pub extra_terms_z: [Option<R>; MOST_EXTRA_TERMS],
     /// Gravity as the budget and the data have it, when the layout states it and a sensor senses it.
     pub gravity: Option<FittedGravity<R>>,
-    /// Standard deviation of the real and of the imaginary part of a reading, (m/s²)/N.
+    /// Standard deviation of the real and of the imaginary part of a reading, (m/s²)/N; over the precision of its bin, for
+    /// responses that are weighted.
     pub noise: R,
 }
 
@@ -211,6 +212,8 @@ pub struct Sensitivities<'a, R> {
     /// three rotations, three displacements; two rotations of gravity; for each hit DOF two displacements, two
     /// rotations and its length; the hammer's gain; the mass of each attached body. Without a budget nothing is written.
     pub nuisances: &'a mut [SVector<R, 10>],
+    /// For each accelerance, in the same order, what the fit leaves of it, (m/s²)/N.
+    pub left: &'a mut [Complex<R>],
 }
 
 /// Number of accelerances of this many bins, sensors and hit DOFs.

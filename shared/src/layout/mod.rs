@@ -31,8 +31,8 @@ pub use uncertain_quantities::{
     GRAVITY_QUANTITIES, HIT_QUANTITIES, SENSOR_QUANTITIES, UncertainQuantity,
 };
 pub use uncertainty::{
-    Attached, DEFAULT_GRAVITY_DIRECTION, DEFAULT_HAMMER_GAIN, DEFAULT_HIT_GAIN, HitUncertainty,
-    MAX_ATTACHED, Prior, SensorUncertainty,
+    Attached, CALIBRATED_HAMMER_GAIN, CONVERTER_GAIN, DEFAULT_GRAVITY_DIRECTION,
+    DEFAULT_HAMMER_GAIN, DEFAULT_HIT_GAIN, HitUncertainty, MAX_ATTACHED, Prior, SensorUncertainty,
 };
 
 use heapless::{String, Vec};

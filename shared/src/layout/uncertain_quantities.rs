@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Layout, MAX_ATTACHED};
+use super::{CONVERTER_GAIN, Layout, MAX_ATTACHED, TestProfile};
 use crate::Real;
 
 /// Uncertain quantities of one sensor: nine sensitivities row by row, three rotations, three displacements.
@@ -72,7 +72,7 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
             }
             UncertainQuantity::Hit { index, quantity } => self.shift_hit(index, quantity),
             UncertainQuantity::Hammer => {
-                let gain = self.hammer_gain;
+                let gain = self.force_gain();
                 for hit in &mut self.hits {
                     // It reads too much, so the force is smaller.
                     hit.direction = hit.direction.map(|v| v * (R::one() - gain));
@@ -100,6 +100,15 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
             return [Vector3::zeros(); GRAVITY_QUANTITIES];
         };
         across(&direction).map(|across| across * (gravity.norm() * self.gravity_direction))
+    }
+
+    /// Relative standard deviation of the hammer's gain against the sensors: [`hammer_gain`](Self::hammer_gain), and in the
+    /// suspension profile, whose responses are a few codes, also the converter's ([`CONVERTER_GAIN`]).
+    pub fn force_gain(&self) -> R {
+        match self.test.profile {
+            TestProfile::MassLine => self.hammer_gain,
+            TestProfile::Suspension => self.hammer_gain.hypot(R::of(CONVERTER_GAIN)),
+        }
     }
 
     fn shift_sensor(&mut self, index: usize, quantity: usize) -> bool {
@@ -167,6 +176,20 @@ pub(crate) fn across<R: Real>(direction: &Vector3<R>) -> [Vector3<R>; 2] {
 mod tests {
     use super::*;
     use crate::layout::tests::bar_layout;
+
+    #[test]
+    fn responses_of_a_few_codes_have_the_gain_of_the_converter_as_well() {
+        let mut layout = bar_layout();
+        layout.hammer_gain = 0.003;
+        assert_eq!(layout.force_gain(), 0.003);
+        layout.test.profile = TestProfile::Suspension;
+        // 3 and 5 parts of a thousand; rounding.
+        assert!((layout.force_gain() - 34_f64.sqrt() * 1e-3).abs() < 1e-15);
+        let mut shifted = layout.clone();
+        assert!(shifted.shift(UncertainQuantity::Hammer));
+        let force = Vector3::from(shifted.hits[0].direction).norm();
+        assert!((force - (1.0 - layout.force_gain())).abs() < 1e-12, "{force}");
+    }
 
     /// What a shift does to every response row and unit force, by finite differences of what the budget says.
     #[test]

@@ -240,10 +240,15 @@ impl FilteredNoise {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bench::ErrorSizes;
 
     fn quiet_bench() -> (Bench, TestErrors) {
         let bench = Bench::named("ideal").unwrap();
-        let mut errors = TestErrors::draw(&bench, 3, &mut ChaCha8Rng::seed_from_u64(1));
+        let mut errors = TestErrors::draw(
+            &bench,
+            &ErrorSizes::of_bench(&bench, 3, 0),
+            &mut ChaCha8Rng::seed_from_u64(1),
+        );
         errors.zero_v = [0.0; CHANNELS];
         errors.rc = [0.0; CHANNELS];
         (bench, errors)

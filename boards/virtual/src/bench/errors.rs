@@ -1,12 +1,14 @@
 //! Errors that stay constant over one test, drawn once from the seed.
 
 use massline_shared::signal::CHANNELS;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use super::Bench;
+use super::error_sizes::ErrorSizes;
+use super::suspension::Suspension;
 
 /// Errors of one triaxial sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,31 +37,34 @@ pub struct TestErrors {
     pub inl_phase: f64,
     /// Determines the widths of the converter's codes.
     pub dnl_seed: u64,
+    /// Rotation vector from the gravity of the bench to the true one, before its part along gravity is taken out, rad.
+    pub gravity_turn: Vector3<f64>,
 }
 
 impl TestErrors {
-    /// Draws the errors of a test with `sensors` sensors.
+    /// Draws the errors of a test.
     ///
     /// The same random numbers are drawn whatever the standard deviations, so that two benches that
     /// differ in one of them differ in nothing else.
-    pub(super) fn draw(bench: &Bench, sensors: usize, rng: &mut ChaCha8Rng) -> Self {
+    pub(super) fn draw(bench: &Bench, sizes: &ErrorSizes, rng: &mut ChaCha8Rng) -> Self {
         let (sensor, hammer) = (&bench.sensor, &bench.hammer);
         let mut zero_v = [0.0; CHANNELS];
         let mut rc = [0.0; CHANNELS];
-        let hammer_gain = normal(rng) * hammer.gain_sigma + hammer.gain_error;
+        let hammer_gain = normal(rng) * sizes.hammer_gain + hammer.gain_error;
         zero_v[0] = normal(rng) * hammer.zero_sigma_v;
         rc[0] = tolerance(rng, hammer.rc_tolerance) + hammer.rc_error;
         for (zero, cutoff) in zero_v.iter_mut().zip(&mut rc).skip(1) {
             *zero = normal(rng) * sensor.zero_sigma_v;
             *cutoff = tolerance(rng, sensor.rc_tolerance);
         }
-        let sensors: Vec<_> = (0..sensors)
-            .map(|_| SensorErrors {
-                position: normal_vector(rng) * sensor.position_sigma_m,
-                rotation: normal_vector(rng) * sensor.rotation_sigma_rad,
+        let sensors: Vec<_> = sizes
+            .sensors
+            .iter()
+            .map(|of| SensorErrors {
+                position: normal_vector(rng) * of.position,
+                rotation: normal_vector(rng) * of.rotation,
                 sensitivity: Matrix3::from_fn(|row, column| {
-                    let sigma =
-                        if row == column { sensor.gain_sigma } else { sensor.cross_axis_sigma };
+                    let sigma = if row == column { of.gain } else { of.cross_axis };
                     f64::from(u8::from(row == column)) + normal(rng) * sigma
                 }),
             })
@@ -70,17 +75,35 @@ impl TestErrors {
             *cutoff += within * (2.0 * rng.random::<f64>() - 1.0);
         }
         let dnl_seed = rng.random();
-        Self { sensors, hammer_gain, zero_v, rc, inl_phase, dnl_seed }
+        let gravity_turn = normal_vector(rng) * sizes.gravity_direction;
+        Self { sensors, hammer_gain, zero_v, rc, inl_phase, dnl_seed, gravity_turn }
     }
 }
 
 impl TestErrors {
     /// Draws the position and rotation errors again, as when the same sensors are glued on again.
-    pub(super) fn mount_again(&mut self, bench: &Bench, rng: &mut ChaCha8Rng) {
-        for sensor in &mut self.sensors {
-            sensor.position = normal_vector(rng) * bench.sensor.position_sigma_m;
-            sensor.rotation = normal_vector(rng) * bench.sensor.rotation_sigma_rad;
+    pub(super) fn mount_again(&mut self, sizes: &ErrorSizes, rng: &mut ChaCha8Rng) {
+        for (sensor, of) in self.sensors.iter_mut().zip(&sizes.sensors) {
+            sensor.position = normal_vector(rng) * of.position;
+            sensor.rotation = normal_vector(rng) * of.rotation;
         }
+    }
+
+    /// The bench with the object as it really hangs: gravity and the cords that carry it are tilted in its frame.
+    pub(super) fn hung(&self, bench: &Bench) -> Bench {
+        let mut bench = bench.clone();
+        let tilted = bench.gravity + self.gravity_turn.cross(&bench.gravity);
+        let Some(turn) = Rotation3::rotation_between(&bench.gravity, &tilted) else { return bench };
+        if tilted == bench.gravity {
+            return bench;
+        }
+        bench.gravity = tilted.normalize() * bench.gravity.norm();
+        if let Suspension::Cords { cords, .. } = &mut bench.suspension {
+            for cord in cords {
+                cord.direction = (turn * Vector3::from(cord.direction)).into();
+            }
+        }
+        bench
     }
 }
 

@@ -8,16 +8,16 @@ use std::ops::RangeInclusive;
 
 use serde::Deserialize;
 
-use super::Bench;
 use super::body::BodyTable;
 use super::faults::Fault;
 use super::locate::{BenchFileError, Located};
 use super::settings::{
-    AdcSettings, EnvironmentSettings, HammerSettings, MainsSettings, OperatorSettings,
+    AdcSettings, EnvironmentSettings, HammerSettings, MainsSettings, OperatorSettings, SIGMA,
     SensorSettings, TapSettings,
 };
 use super::sprung_part::SprungPart;
 use super::suspension::{Cord, Suspension, rigid_modes};
+use super::{Bench, ErrorsFrom};
 
 /// The default bench, from which tables missing in a file are taken.
 pub const DEFAULT: &str = include_str!("../../benches/default.toml");
@@ -124,6 +124,10 @@ struct BenchFile {
     #[serde(default = "standard_gravity")]
     gravity_m_per_s2: [f64; 3],
     #[serde(default)]
+    gravity_tilt_sigma_rad: f64,
+    #[serde(default)]
+    errors: ErrorsFrom,
+    #[serde(default)]
     mounting: u16,
     body: Option<BodyTable>,
     suspension: Option<SuspensionTable>,
@@ -176,6 +180,7 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
     for g in file.gravity_m_per_s2 {
         at.within(g, &(-MOST_GRAVITY..=MOST_GRAVITY), "gravity_m_per_s2")?;
     }
+    at.within(file.gravity_tilt_sigma_rad, &SIGMA, "gravity_tilt_sigma_rad")?;
     for (section, problem) in [
         ("sensor", file.sensor.problem()),
         ("hammer", file.hammer.problem()),
@@ -207,6 +212,8 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
     let bench = Bench {
         title: file.title,
         gravity: file.gravity_m_per_s2.into(),
+        gravity_tilt_sigma_rad: file.gravity_tilt_sigma_rad,
+        errors: file.errors,
         body,
         suspension: match file.suspension {
             Some(table) => suspension_of(table, &at)?,

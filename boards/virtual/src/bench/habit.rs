@@ -1,10 +1,12 @@
 //! What all hits at a DOF have in common: the errors of the mark, the side of it on which they land, and how
 //! the tip of the hammer pushes.
 
+use massline_shared::layout::HitUncertainty;
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 
-use super::errors::normal_vector;
+use super::error_sizes::ErrorSizes;
+use super::errors::{normal, normal_vector};
 use super::{Bench, faults};
 
 /// Forces of the tip that the hammer does not measure, in addition to the force along its axis.
@@ -24,6 +26,8 @@ pub(super) struct HitHabit {
     /// What turns the unit vector along the mark to the mean direction of the force, across it.
     pub(super) turn: Vector3<f64>,
     pub(super) tip: Tip,
+    /// Relative error of the hammer's gain at this DOF against the others.
+    pub(super) gain_error: f64,
 }
 
 impl HitHabit {
@@ -32,20 +36,23 @@ impl HitHabit {
     /// The same random numbers are drawn whatever the settings.
     pub(super) fn draw(
         bench: &Bench,
+        sizes: &ErrorSizes,
         dof: usize,
         along: &Vector3<f64>,
         rng: &mut ChaCha8Rng,
     ) -> Self {
         let tap = &bench.tap;
+        let of_mark = sizes.hits.get(dof).copied().unwrap_or_else(HitUncertainty::none);
         let across = Matrix3::identity() - along * along.transpose();
         let [beside, lateral] = [(); 2].map(|()| (across * normal_vector(rng)).normalize());
         let axis = normal_vector(rng).normalize();
         let [displaced, turned] = [(); 2].map(|()| across * normal_vector(rng));
         Self {
             offset: beside * (tap.offset_m + faults::beside(bench, dof))
-                + displaced * tap.mark_position_sigma_m,
-            turn: turned * tap.mark_direction_sigma_rad,
+                + displaced * of_mark.node_position,
+            turn: turned * of_mark.node_direction,
             tip: Tip { lateral: lateral * tap.lateral, moment_m: axis * tap.free_moment_m },
+            gain_error: normal(rng) * sizes.hit_gain,
         }
     }
 }

@@ -32,6 +32,7 @@
 //! | `mains` | the hum of the mains |
 //! | `nonlinearity` | integral and differential nonlinearity of the converter |
 //! | [`errors`] | errors that stay constant over a test |
+//! | [`error_sizes`] | how large they and those of the hits are |
 //! | [`faults`] | gross mistakes: a reversed axis, swapped cables, a hit at the wrong node |
 //! | [`taps`] | good and bad taps |
 //! | `habit` | what all hits at a DOF have in common: side of the mark, forces of the tip |
@@ -49,6 +50,7 @@ mod channels;
 mod converter;
 pub mod dynamics;
 mod environment;
+pub mod error_sizes;
 pub mod errors;
 pub mod faults;
 pub mod file;
@@ -73,6 +75,7 @@ pub mod tumble;
 #[cfg(test)]
 mod tests;
 
+pub use error_sizes::{ErrorSizes, ErrorsFrom};
 pub use faults::Fault;
 pub use file::Bundled;
 pub use locate::BenchFileError;
@@ -94,6 +97,10 @@ pub struct Bench {
     pub title: String,
     /// Acceleration of gravity in the body frame as suspended, m/s².
     pub gravity: Vector3<f64>,
+    /// Tilt of the object, and so of gravity in its frame, about each axis across gravity, 1 σ, rad; drawn once for each test.
+    pub gravity_tilt_sigma_rad: f64,
+    /// What says how large the errors of sensors, hits, hammer and gravity are.
+    pub errors: ErrorsFrom,
     /// The object.
     pub body: RigidBody<f64>,
     /// How the object hangs.

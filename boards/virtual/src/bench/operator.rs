@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use massline_shared::layout::HostLayout;
+use massline_shared::layout::{HitUncertainty, HostLayout};
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_shared::units::{Hertz, Seconds, Volts};
 use nalgebra::Vector3;
@@ -11,6 +11,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::dynamics::check_node;
+use super::error_sizes::ErrorSizes;
 use super::errors::TestErrors;
 use super::faults;
 use super::habit::HitHabit;
@@ -36,6 +37,7 @@ pub struct BenchSource {
     bench: Bench,
     layout: HostLayout,
     seed: u64,
+    sizes: ErrorSizes,
     errors: TestErrors,
     simulation: Simulation,
     noise: ChaCha8Rng,
@@ -103,19 +105,22 @@ impl BenchSource {
     /// modes of the bench are not defined, or a fault refers to something that the layout does not have.
     pub fn new(bench: &Bench, layout: &HostLayout, seed: u64) -> Result<Self, BenchError> {
         faults::check(bench, layout)?;
-        let errors = errors_of(bench, layout.sensors.len(), seed);
-        let mut simulation = Simulation::new(bench, layout, &errors)?;
+        let sizes = ErrorSizes::of(bench, layout);
+        let errors = errors_of(bench, &sizes, seed);
+        let bench = errors.hung(bench);
+        let mut simulation = Simulation::new(&bench, layout, &errors)?;
         for (dof, _) in layout.hits.iter().enumerate() {
-            if let Some((node, point, _)) = faults::mark(bench, layout, dof) {
-                check_node(bench, node, point.into())?;
+            if let Some((node, point, _)) = faults::mark(&bench, layout, dof) {
+                check_node(&bench, node, point.into())?;
             }
         }
         let mut noise = stream(seed, TEST - 1);
         simulation.reset(&mut noise, stream(seed, TEST - 2));
         Ok(Self {
-            bench: bench.clone(),
+            bench,
             layout: layout.clone(),
             seed,
+            sizes,
             errors,
             simulation,
             noise,
@@ -178,7 +183,9 @@ impl BenchSource {
         let mut rng = stream(self.seed, purpose(arming, dof, TAPS + u64::from(self.taps)));
         self.taps += 1;
         let habit = self.habit(dof, &direction);
-        let mut tap = Tap::draw(&self.bench, dof, (point, direction), &habit, start, &mut rng);
+        let scatter = self.sizes.hits.get(dof).copied().unwrap_or_else(HitUncertainty::none);
+        let mark = (point, direction);
+        let mut tap = Tap::draw(&self.bench, &scatter, dof, mark, &habit, start, &mut rng);
         if std::mem::take(&mut self.impatient) && tap.kind == TapKind::Good {
             tap.kind = TapKind::Impatient;
         }
@@ -213,7 +220,7 @@ impl BenchSource {
     /// What all hits at a DOF have in common.
     fn habit(&self, dof: usize, direction: &Vector3<f64>) -> HitHabit {
         let mut rng = stream(self.seed, HABITS + dof as u64);
-        HitHabit::draw(&self.bench, dof, direction, &mut rng)
+        HitHabit::draw(&self.bench, &self.sizes, dof, direction, &mut rng)
     }
 }
 
@@ -254,12 +261,12 @@ impl ScanSource for BenchSource {
     }
 }
 
-/// The constant errors of a test with the first `sensors` sensors.
-fn errors_of(bench: &Bench, sensors: usize, seed: u64) -> TestErrors {
-    let mut errors = TestErrors::draw(bench, sensors, &mut stream(seed, TEST));
+/// The constant errors of a test.
+fn errors_of(bench: &Bench, sizes: &ErrorSizes, seed: u64) -> TestErrors {
+    let mut errors = TestErrors::draw(bench, sizes, &mut stream(seed, TEST));
     if bench.mounting > 0 {
         let mounting = MOUNTINGS + u64::from(bench.mounting);
-        errors.mount_again(bench, &mut stream(seed, mounting));
+        errors.mount_again(sizes, &mut stream(seed, mounting));
     }
     errors
 }

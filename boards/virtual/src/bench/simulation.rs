@@ -50,7 +50,7 @@ pub(super) struct Simulation {
     /// Modal forces at the last point of the grid, and at the next.
     forces: Vec<f64>,
     next_forces: Vec<f64>,
-    /// Force of the hammer at the last point of the grid, N.
+    /// Force of the hammer at the last point of the grid, N, as its gain there has it.
     tapped: f64,
     environment: Option<Environment>,
     /// What it does to the object at the last scan.
@@ -347,7 +347,7 @@ impl Simulation {
         for drive in drives {
             let force = drive.tap.force(time);
             if force > 0.0 {
-                total += force;
+                total += force * (1.0 + drive.tap.gain_error);
                 for (f, p) in self.next_forces.iter_mut().zip(&drive.participation) {
                     *f += force * p;
                 }
@@ -388,6 +388,7 @@ fn load_modes(forces: &mut [f64], rigid: &[RigidMode], load: &Load) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bench::ErrorSizes;
     use crate::bench::habit::Tip;
     use crate::bench::taps::Contact;
     use crate::bench::tests::test_one;
@@ -404,7 +405,7 @@ mod tests {
         bench.environment.creak_rate_per_s = 50.0;
         bench.environment.creak_n_s = 1e-3;
         let mut rng = ChaCha8Rng::seed_from_u64(5);
-        let errors = TestErrors::draw(&bench, 3, &mut rng);
+        let errors = TestErrors::draw(&bench, &ErrorSizes::of_bench(&bench, 3, 0), &mut rng);
         let mut free_response = Simulation::new(&bench, &test_one(), &errors).unwrap();
         free_response.reset(&mut rng, ChaCha8Rng::seed_from_u64(6));
         let mut stepping = Simulation { free_response: None, ..free_response.clone() };
@@ -414,6 +415,7 @@ mod tests {
             point: Vector3::zeros(),
             direction: Vector3::y(),
             tip: Tip::default(),
+            gain_error: 0.0,
             contacts: vec![contact],
         };
         let drives = contacts.map(|contact| free_response.drive(&bench, 1, tap(contact)).unwrap());

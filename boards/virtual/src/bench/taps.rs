@@ -1,5 +1,6 @@
 //! Taps: what the hammer does when it is used well and when it is used badly.
 
+use massline_shared::layout::HitUncertainty;
 use nalgebra::{Matrix3, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -113,16 +114,19 @@ pub struct Tap {
     pub direction: Vector3<f64>,
     /// What the tip of the hammer does besides.
     pub tip: Tip,
+    /// Relative error of the hammer's gain at this DOF against the others.
+    pub gain_error: f64,
     /// One contact, or two when the hammer bounced.
     pub contacts: Vec<Contact>,
 }
 
 impl Tap {
-    /// Draws a tap at the marked point, beginning at `start` seconds after arming.
+    /// Draws a tap at the marked point with this scatter, beginning at `start` seconds after arming.
     ///
     /// Every kind of tap draws the same number of random values, so that a rate changes nothing else.
     pub(super) fn draw(
         bench: &Bench,
+        scatter: &HitUncertainty<f64>,
         dof: usize,
         (mark, along): (Vector3<f64>, Vector3<f64>),
         habit: &HitHabit,
@@ -131,8 +135,8 @@ impl Tap {
     ) -> Self {
         let (tap, operator) = (&bench.tap, &bench.operator);
         let across = Matrix3::identity() - along * along.transpose();
-        let point = mark + across * normal_vector(rng) * tap.point_sigma_m + habit.offset;
-        let turn = habit.turn + across * normal_vector(rng) * tap.direction_sigma_rad;
+        let point = mark + across * normal_vector(rng) * scatter.position + habit.offset;
+        let turn = habit.turn + across * normal_vector(rng) * scatter.direction;
         let direction = (along + turn).normalize();
         let kind = kind(bench, rng.random());
         let (range, time) = match kind {
@@ -173,7 +177,7 @@ impl Tap {
         };
         let beside = (across * Vector3::repeat(1.0)).normalize();
         let point = if kind == TapKind::Misplaced { point + beside * MISPLACED_M } else { point };
-        Self { dof, kind, point, direction, tip: habit.tip, contacts }
+        Self { dof, kind, point, direction, tip: habit.tip, gain_error: habit.gain_error, contacts }
     }
 
     /// A tap on the mark of mean force and contact time, at the arming.
@@ -190,6 +194,7 @@ impl Tap {
             point: mark,
             direction: along,
             tip: Tip::default(),
+            gain_error: 0.0,
             contacts: vec![Contact { start: 0.0, duration, peak }],
         }
     }
@@ -238,14 +243,16 @@ fn within([low, high]: [f64; 2], draw: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bench::ErrorSizes;
     use rand::SeedableRng;
 
     fn taps(bench: &Bench, count: u64) -> Vec<Tap> {
         let mark = (Vector3::zeros(), Vector3::new(0.0, 0.0, 1.0));
+        let scatter = ErrorSizes::of_bench(bench, 0, 1).hits[0];
         (0..count)
             .map(|seed| {
                 let mut rng = ChaCha8Rng::seed_from_u64(seed);
-                Tap::draw(bench, 0, mark, &HitHabit::default(), 0.3, &mut rng)
+                Tap::draw(bench, &scatter, 0, mark, &HitHabit::default(), 0.3, &mut rng)
             })
             .collect()
     }

@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::chain::Chain;
 use super::channels::{Channels, UNLIMITED};
+use super::error_sizes::ErrorSizes;
 use super::errors::{TestErrors, normal};
 use super::operator::TEST;
 use super::streams::stream;
@@ -60,7 +61,11 @@ impl TumbleSource {
         if sensors * 3 > RESPONSES {
             return Err(BenchError::TooManySensors(sensors));
         }
-        let errors = TestErrors::draw(bench, sensors, &mut stream(seed, TEST));
+        let errors = TestErrors::draw(
+            bench,
+            &ErrorSizes::of_bench(bench, sensors, 0),
+            &mut stream(seed, TEST),
+        );
         Ok(Self {
             bench: bench.clone(),
             sensors,

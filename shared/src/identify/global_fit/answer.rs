@@ -108,6 +108,25 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         motion.transpose() * balanced * motion
     }
 
+    /// Writes what the fit leaves of every reading.
+    fn write_left(&self, to: &mut [Complex<R>]) -> Option<()> {
+        let (problem, unknowns) = (self.problem, &self.unknowns);
+        let x = &self.memory.x[..unknowns.len()];
+        let apparatus = Apparatus::new(problem, unknowns, x);
+        let dynamics = problem.dynamics(unknowns, x)?;
+        let mut to = to.iter_mut();
+        for bin in 0..problem.bins() {
+            let residuals = problem.residuals_at(unknowns, &apparatus, &dynamics, bin)?;
+            let precision = problem.precision(bin);
+            for channel in 0..3 * apparatus.sensors.len() {
+                for of_hit in &residuals {
+                    *to.next()? = of_hit[channel / 3][channel % 3].unscale(precision);
+                }
+            }
+        }
+        Some(())
+    }
+
     /// Writes the sensitivities of theta; [`Self::answer`] must have been called.
     pub(super) fn write_sensitivities(&self, to: &mut Sensitivities<'_, R>) -> Option<()> {
         let scale = self.problem.balance.theta_scale();
@@ -115,6 +134,7 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         for (k, change) in to.nuisances.iter_mut().enumerate() {
             *change = SVector::from_fn(|i, _| self.memory.response[i * len + k] * scale[i]);
         }
+        self.write_left(to.left)?;
         self.write_gain(&scale, to.gain)
     }
 
@@ -146,7 +166,7 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
                     let at = [sensor, axis, hit];
                     each_slope(unknowns, &apparatus, &model, at, |own, slope| {
                         let response = responses(unknown_of(unknowns, sensor, hit, own));
-                        *to += response.map(|r| slope.scale(r));
+                        *to += response.map(|r| slope.scale(r * model.precision));
                     });
                     if let Some(part) = elastic.parts.get((hit * sensors + sensor) * 3 + axis) {
                         for own in first_own(unknowns)..own_count(unknowns) {

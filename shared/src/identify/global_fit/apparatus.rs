@@ -199,7 +199,7 @@ impl<R: Real> HitModel<R> {
             }
             force += slopes[HIT_QUANTITIES + 1] * torque;
         }
-        slopes[HIT_QUANTITIES] = force * (-problem.layout.hammer_gain / hammer);
+        slopes[HIT_QUANTITIES] = force * (-problem.layout.force_gain() / hammer);
         Self { force, slopes }
     }
 }
@@ -224,7 +224,7 @@ impl<R: Real, const S: usize, const H: usize> Apparatus<R, S, H> {
         };
         let one = |place: usize| errors(place, 1).first().copied().unwrap_or_else(R::zero);
         // A gain of less than a tenth is none.
-        let hammer = (R::one() - layout.hammer_gain * one(unknowns.hammer())).max(R::of(0.1));
+        let hammer = (R::one() - layout.force_gain() * one(unknowns.hammer())).max(R::of(0.1));
         let gravity = problem.gravity_at(errors(unknowns.gravity(), GRAVITY_QUANTITIES));
         let sensor = |(i, sensor): (usize, &Sensor<R>)| {
             let u = errors(unknowns.sensor(i), SENSOR_NUISANCES);

@@ -28,7 +28,7 @@ impl<R: Real> Dynamics<R> {
     }
 }
 
-/// The model at one bin.
+/// The model at one bin. Readings are multiplied by their precision.
 pub(super) struct BinModel<R, const S: usize, const H: usize> {
     /// `sᵖ` for each matrix besides the mass, then one for the mass.
     pub(super) powers: Vec<Complex<R>, 5>,
@@ -36,6 +36,8 @@ pub(super) struct BinModel<R, const S: usize, const H: usize> {
     pub(super) motions: Vec<Vector6<Complex<R>>, H>,
     /// Rows of every sensor without sensitivities and rotation.
     pub(super) plain: Vec<Rows<R>, S>,
+    /// Precision of the readings.
+    pub(super) precision: R,
     /// `D⁻¹ ĝᵀ` of every reading.
     pub(super) adjoints: Vec<Rows<R>, S>,
     /// Measured minus modelled, of the readings of every sensor under every hit.
@@ -51,7 +53,8 @@ impl<R: Real, const S: usize, const H: usize> BinModel<R, S, H> {
         parameter: usize,
     ) -> Option<Vector6<Complex<R>>> {
         // The first power is that of K.
-        sensor.slope(&self.plain[place], self.powers[0], axis, parameter)
+        let slope = sensor.slope(&self.plain[place], self.powers[0], axis, parameter)?;
+        Some(slope.map(|v| v.scale(self.precision)))
     }
 }
 
@@ -104,13 +107,15 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
             apparatus.sensors.iter().map(|sensor| sensor.plain_rows(s)).collect();
         let rows = apparatus.sensors.iter().zip(&plain).map(|(sensor, plain)| sensor.rows(plain));
         let rows: Vec<Rows<R>, S> = rows.collect();
-        let mut model =
-            BinModel { powers, motions, plain, adjoints: Vec::new(), residuals: Vec::new() };
+        let precision = self.precision(bin);
+        let (adjoints, residuals) = (Vec::new(), Vec::new());
+        let mut model = BinModel { powers, motions, plain, precision, adjoints, residuals };
         model.residuals = (0..model.motions.len())
             .map(|hit| self.residuals(bin, hit, &model.motions[hit], &rows))
             .collect();
         // The dynamic stiffness is symmetric, so `ĝ D⁻¹` is the transpose of this.
-        model.adjoints = rows.iter().map(|rows| rows.map(|row| inverse * row)).collect();
+        let weighted = inverse.map(|v| v.scale(precision));
+        model.adjoints = rows.iter().map(|rows| rows.map(|row| weighted * row)).collect();
         Some(model)
     }
 
@@ -121,12 +126,12 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
         motion: &Vector6<Complex<R>>,
         rows: &[Rows<R>],
     ) -> [[Complex<R>; 3]; S] {
-        let complex = self.complex();
+        let (complex, precision) = (self.complex(), self.precision(bin));
         from_fn(|sensor| {
             let Some(rows) = rows.get(sensor) else { return [real(R::zero()); 3] };
             from_fn(|axis| {
                 let measured = self.responses.at(bin, 3 * sensor + axis, hit);
-                let left = measured - dot(&rows[axis], motion);
+                let left = (measured - dot(&rows[axis], motion)).scale(precision);
                 if complex { left } else { real(left.re) }
             })
         })

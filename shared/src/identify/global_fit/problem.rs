@@ -68,6 +68,12 @@ impl<'a, R: Real, const S: usize, const H: usize> Problem<'a, R, S, H> {
         self.responses.s(bin).unscale(self.top)
     }
 
+    /// Factor of the readings and the model at a bin that makes their noise that of all. Elastic residuals are eliminated from
+    /// bins that are all alike.
+    pub(super) fn precision(&self, bin: usize) -> R {
+        if self.settings.elastic { R::one() } else { self.responses.precision(bin) }
+    }
+
     /// Gravity with these errors of its direction, as [`Self::gravity`].
     pub(super) fn gravity_at(&self, u: &[R]) -> Vector3<R> {
         let changes = self.gravity_slopes.iter().zip(u);

@@ -113,6 +113,11 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
         self.noise
     }
 
+    /// Factor on standard deviations because the window of the records correlates neighbouring lines.
+    pub fn correlation(&self) -> R {
+        self.readings.correlation
+    }
+
     /// A finding about a mode more than a rigid body on a suspension has; an error where the answers would be far off.
     pub fn one_more(&self) -> Option<Diagnostic> {
         self.one_more

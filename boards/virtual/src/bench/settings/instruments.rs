@@ -132,6 +132,9 @@ pub struct HammerSettings {
     pub gain_sigma: f64,
     /// Relative gain error that every test has, in addition to the drawn one.
     pub gain_error: f64,
+    /// Relative error of the gain at each DOF against the others, 1 σ, drawn once for each DOF: an amplifier that is not
+    /// linear, an unlike grip.
+    pub hit_gain_sigma: f64,
     /// Output at rest, V.
     pub zero_v: f64,
     /// Tolerance of `zero_v`, 1 σ, V.
@@ -154,6 +157,7 @@ impl Default for HammerSettings {
             sensitivity_v_per_n: Calibration::HAMMER_VOLT_PER_NEWTON,
             gain_sigma: 0.0,
             gain_error: 0.0,
+            hit_gain_sigma: 0.0,
             zero_v: Calibration::HAMMER_ZERO.0,
             zero_sigma_v: 0.005,
             noise_n_per_sqrt_hz: 0.0005,
@@ -171,6 +175,7 @@ impl HammerSettings {
             (self.sensitivity_v_per_n, "sensitivity_v_per_n", 1e-9..=1e3),
             (self.gain_sigma, "gain_sigma", SIGMA),
             (self.gain_error, "gain_error", FIXED_ERROR),
+            (self.hit_gain_sigma, "hit_gain_sigma", SIGMA),
             (self.zero_v, "zero_v", VOLTS),
             (self.zero_sigma_v, "zero_sigma_v", VOLTS),
             (self.noise_n_per_sqrt_hz, "noise_n_per_sqrt_hz", SIGMA),

@@ -17,7 +17,7 @@ pub use person::{OperatorSettings, TapSettings};
 pub(super) type SettingProblem = Option<(&'static str, String)>;
 
 /// Allowed standard deviations in m, rad or relative.
-const SIGMA: RangeInclusive<f64> = 0.0..=1.0;
+pub(super) const SIGMA: RangeInclusive<f64> = 0.0..=1.0;
 /// Allowed standard deviations and outputs at rest, V.
 const VOLTS: RangeInclusive<f64> = 0.0..=100.0;
 /// Allowed cutoff of a filter, Hz.

@@ -14,7 +14,7 @@ use crate::bench::channels::UNLIMITED;
 use crate::bench::errors::TestErrors;
 use crate::bench::nonlinearity::Nonlinearity;
 use crate::bench::taps::Tip;
-use crate::bench::{Bench, BenchSource};
+use crate::bench::{Bench, BenchSource, ErrorSizes};
 use crate::source::ScanSource;
 
 /// As [`exact`], with 16 bits.
@@ -218,7 +218,11 @@ fn a_slow_clock_sees_the_mains_and_the_drift_at_true_times() {
 fn jitter_moves_all_channels_of_a_scan_by_the_same_time() {
     let mut bench = fine(&[]);
     bench.adc.jitter_s = 1e-5;
-    let errors = TestErrors::draw(&bench, 3, &mut ChaCha8Rng::seed_from_u64(1));
+    let errors = TestErrors::draw(
+        &bench,
+        &ErrorSizes::of_bench(&bench, 3, 0),
+        &mut ChaCha8Rng::seed_from_u64(1),
+    );
     let mut chain = Chain::new(&bench, &errors);
     let mut noise = ChaCha8Rng::seed_from_u64(7);
     chain.settle(&[0.0; 10], &mut noise, ChaCha8Rng::seed_from_u64(8));

@@ -3,6 +3,7 @@
 mod calibration;
 mod converter;
 mod environment;
+mod error_sizes;
 mod faults;
 mod files;
 mod hits;

@@ -8,11 +8,11 @@ use massline_shared::layout::{HostLayout, Sensor};
 use massline_shared::signal::CHANNELS;
 
 use super::{layout, sensor, test_one};
-use crate::bench::Bench;
 use crate::bench::channels::{Channels, Sampled};
 use crate::bench::errors::TestErrors;
 use crate::bench::simulation::Simulation;
 use crate::bench::taps::{Contact, Tap, TapKind, Tip};
+use crate::bench::{Bench, ErrorSizes};
 
 pub(super) fn no_errors(bench: &Bench) -> TestErrors {
     let mut ideal = bench.clone();
@@ -20,7 +20,7 @@ pub(super) fn no_errors(bench: &Bench) -> TestErrors {
     ideal.hammer.rc_tolerance = 0.0;
     ideal.sensor.zero_sigma_v = 0.0;
     ideal.hammer.zero_sigma_v = 0.0;
-    TestErrors::draw(&ideal, 3, &mut ChaCha8Rng::seed_from_u64(1))
+    TestErrors::draw(&ideal, &ErrorSizes::of_bench(&ideal, 3, 0), &mut ChaCha8Rng::seed_from_u64(1))
 }
 
 /// The analogue outputs without noise after a tap of 20 N at a hit of the layout, minus the sensor
@@ -59,6 +59,7 @@ pub(super) fn samples(
         point: hit.position.into(),
         direction: hit.direction.into(),
         tip,
+        gain_error: 0.0,
         contacts: vec![Contact { start: 0.01013, duration: 0.0047, peak: 20.0 }],
     };
     let drives = [simulation.drive(bench, hit.dof.node, tap).unwrap()];

@@ -13,10 +13,11 @@ fn fault(bench: &mut Bench, text: &str) {
 }
 
 /// Every disturbance.
-const ALL: [(&str, Change); 32] = [
+const ALL: [(&str, Change); 34] = [
     ("rail:2z", |b| fault(b, "rail:2z:20")),
     ("rail:hammer", |b| fault(b, "rail:hammer:10")),
     ("hammer", |b| fault(b, "hammer:0.9")),
+    ("hit_gain_sigma", |b| b.hammer.hit_gain_sigma = 0.1),
     ("gain_error", |b| b.hammer.gain_error = -0.1),
     ("beside", |b| fault(b, "beside:2:0.02")),
     ("offset_m", |b| b.tap.offset_m = 0.02),
@@ -46,10 +47,11 @@ const ALL: [(&str, Change); 32] = [
     ("draught_n", |b| b.environment.draught_n = 0.5),
     ("creak_n_s", |b| (b.environment.creak_rate_per_s, b.environment.creak_n_s) = (20.0, 0.01)),
     ("impatient_rate", |b| b.operator.impatient_rate = 1.0),
+    ("gravity_tilt_sigma_rad", |b| b.gravity_tilt_sigma_rad = 0.1),
 ];
 
 /// How many of these, from the first, leave an object at rest without noise alone.
-const QUIET_AT_REST: usize = 16;
+const QUIET_AT_REST: usize = 17;
 
 fn without_bad_taps() -> Bench {
     let mut bench = Bench::named("default").unwrap();

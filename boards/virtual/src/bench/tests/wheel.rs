@@ -77,6 +77,7 @@ fn tapped(bench: &Bench, layout: &HostLayout, dof: usize, scans: usize) -> (Tap,
         point: hit.position.into(),
         direction: hit.direction.into(),
         tip: Tip::default(),
+        gain_error: 0.0,
         contacts: vec![Contact { start: 0.01013, duration: 0.020, peak: 100.0 }],
     };
     let drives = [simulation.drive(bench, hit.dof.node, tap.clone()).unwrap()];
