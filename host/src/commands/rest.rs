@@ -74,6 +74,7 @@ mod tests {
             layout_hash: 1,
             started_unix_s: 0,
             result: 0,
+            computed: None,
             diagnostics: Default::default(),
         }
     }
