@@ -14,15 +14,12 @@ use massline_shared::calibration::tumble::Position;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 use massline_shared::layout::Target;
 use massline_shared::measurement::campaign::Phase;
-use massline_tests::campaign::{LATE, layout_file, scans, steady_hand, three_bar, with_every_dof};
+use massline_tests::campaign::{layout_file, scans, steady_hand, three_bar, with_every_dof};
 use massline_tests::held_scans::HeldScans;
 use massline_tests::person::{Person, power_on, provisioned_with};
 use massline_virtual::bench::{Bench, TumbleHandle, TumbleSource};
 use massline_virtual::flash::{Flash, FlashBacking};
 use massline_virtual::framebuffer::Framebuffer;
-use massline_virtual::panel::PanelView;
-use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
-use massline_virtual::source::ScanSource;
 
 /// The clock in the title and the level bars, which depend on the speed of this machine.
 const LIVE: [pictures::Mask; 2] = [(90..128, 0..11), (0..128, 52..64)];
