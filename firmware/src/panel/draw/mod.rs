@@ -3,6 +3,7 @@
 mod calibration;
 mod campaign;
 pub mod canvas;
+mod figures;
 mod lists;
 mod modes;
 mod precision;

@@ -9,7 +9,7 @@ use massline_shared::modes::{Shown, energy_shares, norm_indicator};
 use massline_shared::nalgebra::Vector6;
 
 use super::canvas::{Canvas, LINE, LINES, Screen, text, top};
-use super::result::{figures, symbol};
+use super::figures::{figures, symbol};
 use crate::panel::number::{Text, decimals_for, fitting};
 use crate::panel::summary::Spread;
 use crate::panel::words;

@@ -3,7 +3,7 @@
 use massline_shared::design::Widths;
 
 use super::canvas::{Canvas, Screen, text};
-use super::result::symbol;
+use super::figures::symbol;
 use crate::panel::number::{Text, decimals_for, fitting};
 use crate::panel::{FurtherPlace, PanelModel, PrecisionModel, words};
 
