@@ -408,7 +408,9 @@ fn the_largest_result_of_every_number_of_dofs_fits_the_store() {
 
 #[test]
 fn what_the_largest_result_says_of_the_modes_fits_the_store() {
-    use massline_firmware::store::{MAX_ESTIMATE, MAX_LINES_HEAD, MAX_MODES, MAX_RESULT_HEAD};
+    use massline_firmware::store::{
+        MAX_LINES_HEAD, MAX_MODAL_ESTIMATE, MAX_MODES, MAX_RESULT_HEAD,
+    };
     use massline_protocol::diagnostic::WireDiagnostic;
     use massline_protocol::lines_head::LinesHead;
     use massline_protocol::modes::{StoredAgreement, StoredDifference, StoredMode, StoredRefusal};
@@ -442,6 +444,13 @@ fn what_the_largest_result_says_of_the_modes_fits_the_store() {
     let plain = result(0);
     let mut answer = plain.estimates[0].clone();
     answer.diagnostics = diagnostics(16);
+    (answer.consistency, answer.learned) = (None, None);
+    assert!(postcard::to_stdvec(&answer).unwrap().len() <= MAX_MODAL_ESTIMATE);
+    let refusals: Vec<StoredRefusal> = Method::of_modes()
+        .map(|method| StoredRefusal { method: method.number(), reason })
+        .collect();
+    // A method has an estimate or a refusal, which is shorter.
+    assert!(postcard::to_stdvec(&refusals[0]).unwrap().len() < MAX_MODAL_ESTIMATE / 10);
     let answers = || core::iter::repeat_n(answer.clone(), SUSPENSION_METHODS);
     let agreement = StoredAgreement {
         properties: [1.0; 10],
@@ -461,16 +470,16 @@ fn what_the_largest_result_says_of_the_modes_fits_the_store() {
         lines: core::iter::repeat_n(dof, RIG_HITS).collect(),
         estimates: answers().collect(),
         modes: core::iter::repeat_n(mode, 6).collect(),
-        refusals: Method::of_modes()
-            .map(|method| StoredRefusal { method: method.number(), reason })
-            .collect(),
+        refusals: Default::default(),
         agreement: Some(agreement),
         diagnostics: diagnostics(16),
         ..plain
     };
     let bytes = postcard::to_stdvec(&largest).unwrap();
-    let room =
-        MAX_RESULT_HEAD + RIG_HITS * MAX_LINES_HEAD + SUSPENSION_METHODS * MAX_ESTIMATE + MAX_MODES;
+    let room = MAX_RESULT_HEAD
+        + RIG_HITS * MAX_LINES_HEAD
+        + SUSPENSION_METHODS * MAX_MODAL_ESTIMATE
+        + MAX_MODES;
     assert!(bytes.len() <= room, "{} of {room} bytes", bytes.len());
     assert_eq!(postcard::from_bytes::<MeasurementResult>(&bytes).unwrap(), largest);
 }

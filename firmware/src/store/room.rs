@@ -11,7 +11,7 @@ use super::log::Log;
 use super::record::Kind;
 use super::writing::{MAX_PIECE, MIN_PIECE};
 use super::{
-    MAX_DOF, MAX_ESTIMATE, MAX_LINES, MAX_LINES_HEAD, MAX_MODES, MAX_PROGRESS, MAX_RESULT,
+    MAX_DOF, MAX_LINES, MAX_LINES_HEAD, MAX_MODAL_ESTIMATE, MAX_MODES, MAX_PROGRESS, MAX_RESULT,
     MAX_RESULT_HEAD, RESULTS, Store, StoreError,
 };
 
@@ -81,8 +81,10 @@ impl<F: NorFlash> Store<F> {
     /// Bytes that a campaign takes with its result.
     fn needed(&self, dofs: usize, lines: usize) -> u32 {
         let of_mass_lines = MAX_RESULT - (RIG_HITS - dofs) * MAX_DOF;
-        let of_modes =
-            MAX_RESULT_HEAD + dofs * MAX_LINES_HEAD + SUSPENSION_METHODS * MAX_ESTIMATE + MAX_MODES;
+        let of_modes = MAX_RESULT_HEAD
+            + dofs * MAX_LINES_HEAD
+            + SUSPENSION_METHODS * MAX_MODAL_ESTIMATE
+            + MAX_MODES;
         let longest_result = if lines > 0 { of_modes } else { of_mass_lines };
         2 * self.cost(MAX_PROGRESS, MAX_SHORT_CHANGE)
             + dofs as u32 * self.cost(MAX_DOF + lines, MAX_SHORT_CHANGE)
