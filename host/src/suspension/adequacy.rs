@@ -118,12 +118,7 @@ pub(super) fn judge(
         let adequacy = tilted.map_or(Adequacy::Fits, Adequacy::Tilted);
         return Ok(Judged { adequacy, instead: Some(better) });
     }
-    // Another axis of gravity, or none, changes the readings of the lowest mode by a tenth.
-    let much = found.is_ok_and(|found| share_left(found, fit, readings) >= SMALL_MISFIT);
-    if !explained
-        && (much || found.is_err())
-        && let Some(reason) = unexplained.gravity()
-    {
+    if !explained && let Some(reason) = unexplained.gravity() {
         return Err(Diagnostics::from_array([reason]));
     }
     Ok(judged(unexplained.cause(found.ok(), explained)))

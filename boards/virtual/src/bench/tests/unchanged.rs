@@ -97,6 +97,7 @@ fn a_disturbance_changes_neither_errors_nor_taps() {
         assert!(bad_record != good_record, "{name} has no effect");
         let mut errors = bad.errors().clone();
         (errors.hammer_gain, errors.rc[0]) = (good.errors().hammer_gain, good.errors().rc[0]);
+        errors.gravity_turn = good.errors().gravity_turn;
         assert_eq!(&errors, good.errors(), "{name}");
         let tap = bad.last_tap().unwrap();
         assert_eq!(tap.contacts, good_tap.contacts, "{name}");
