@@ -446,7 +446,7 @@ fn what_the_largest_result_says_of_the_modes_fits_the_store() {
     answer.diagnostics = diagnostics(16);
     (answer.consistency, answer.learned) = (None, None);
     assert!(postcard::to_stdvec(&answer).unwrap().len() <= MAX_MODAL_ESTIMATE);
-    let refusals: Vec<StoredRefusal> = Method::of_modes()
+    let refusals: std::vec::Vec<StoredRefusal> = Method::of_modes()
         .map(|method| StoredRefusal { method: method.number(), reason })
         .collect();
     // A method has an estimate or a refusal, which is shorter.
