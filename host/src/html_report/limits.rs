@@ -191,6 +191,9 @@ fn remedy(source: ErrorSource) -> &'static str {
             "The hammer's gain limits most: calibrate it with a block of known mass (`massline calibrate block`), or weigh \
              the object and state the mass in [prior]."
         }
+        ErrorSource::Converter => {
+            "The nonlinearity of the converter limits most: hit harder, so that responses pass over more of its codes."
+        }
         ErrorSource::Attached => "The mass of attached bodies limits most: weigh them again.",
         ErrorSource::HitGain => {
             "The force of the hits at one mark against another limits most: hit more often, and with one hammer tip."

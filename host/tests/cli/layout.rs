@@ -42,7 +42,7 @@ fn a_good_layout_has_ten_sigmas_their_causes_and_advice() {
     assert!(NAMES.iter().all(|name| value["sigma"][name].as_f64().unwrap() > 0.0), "{value}");
     let error_sources = value["error_sources"].as_array().unwrap();
     let sum: f64 = error_sources.iter().map(|source| source["share"].as_f64().unwrap()).sum();
-    // The shares are slopes over steps of 1 %; their error is of second order.
+    // The shares are slopes over steps of a ten-thousandth.
     assert!((sum - 1.0).abs() < 1e-3, "{sum}");
     let advice = &value["advice"];
     assert!(total(&advice["further_hit"]) < total(&value));
