@@ -3,8 +3,7 @@
 use heapless::Vec;
 use nalgebra::SVector;
 
-use super::cost::relative_variance;
-use super::total;
+use super::cost::{relative_variance, total};
 use crate::Real;
 use crate::layout::{Hit, Layout, Sensor};
 

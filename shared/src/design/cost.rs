@@ -21,6 +21,11 @@ pub fn relative_variance<R: Real>(variances: &SVector<R, 10>, scale: &SVector<R,
     variances.component_div(&scale.component_mul(scale)).sum()
 }
 
+/// Root mean square of the ten relative standard deviations; `cost` is the sum of their squares.
+pub fn total<R: Real>(cost: R) -> R {
+    (cost / R::of(10.0)).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -87,11 +87,6 @@ impl<R: Real> Predict<R> for Criterion<R> {
     }
 }
 
-/// Root mean square of the ten relative standard deviations; `cost` is the sum of their squares.
-pub fn total<R: Real>(cost: R) -> R {
-    (cost / R::of(10.0)).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

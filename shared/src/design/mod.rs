@@ -20,7 +20,8 @@ mod further_hit;
 mod precision;
 
 pub use advice::Predict;
-pub use criterion::{Criterion, DEFAULT_NOISE, total};
+pub use cost::total;
+pub use criterion::{Criterion, DEFAULT_NOISE};
 pub use error_sources::{ErrorSource, Part, parts};
 pub use exchange::{Choice, Counts, Found, Search, SearchError};
 pub use further_hit::{FurtherHit, FurtherHitSearch, HitCandidates};

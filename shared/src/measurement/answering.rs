@@ -1,5 +1,6 @@
 //! The methods under either profile, in the same memory.
 
+use crate::Real;
 use crate::diagnosis::Diagnostics;
 use crate::identify::suspension_solver::SuspensionSolver;
 use crate::identify::{Estimate, Identification, MASS_LINE_METHODS, Method};
@@ -25,6 +26,20 @@ impl<R> Answering<R> {
         self.leave_modes();
         if let Self::MassLines(identification) = self {
             identification.begin(wanted);
+        }
+    }
+
+    /// The computation of the suspension modes, which has not begun.
+    // Not inlined: what is put in place is built on its stack.
+    #[inline(never)]
+    pub fn enter_modes(&mut self) -> Option<&mut SuspensionSolver<R>>
+    where
+        R: Real,
+    {
+        *self = Self::Suspension(SuspensionSolver::idle());
+        match self {
+            Self::MassLines(_) => None,
+            Self::Suspension(solver) => Some(solver),
         }
     }
 

@@ -25,7 +25,7 @@ impl<R: RealFft> Memory<R> {
 
 impl<R: RealFft> Measurement<'_, R> {
     /// Begins with the DOFs whose lines are stored.
-    // Not inlined: the computation is built on its stack.
+    // Not inlined: the layout is on its stack.
     #[inline(never)]
     pub(super) fn begin_solving(&mut self) -> Task<R> {
         self.recorded = Recorded::Nothing;
@@ -46,16 +46,11 @@ impl<R: RealFft> Measurement<'_, R> {
         let mut dofs = [0; crate::layout::RIG_HITS];
         let stored = &self.memory.lines;
         dofs.iter_mut().zip(stored).for_each(|(to, lines)| *to = lines.dof.into());
-        match SuspensionSolver::new(layout, grid, &dofs[..stored.len()]) {
-            Ok(solver) => {
-                self.memory.answers = Answering::Suspension(solver);
-                Task::Solve
-            }
-            Err(reasons) => {
-                reasons.into_iter().for_each(|reason| self.push_diagnostic(reason));
-                Task::Identified
-            }
+        let dofs = &dofs[..stored.len()];
+        if let Some(solver) = self.memory.answers.enter_modes() {
+            solver.begin(layout, grid, dofs);
         }
+        Task::Solve
     }
 
     /// Runs one step.

@@ -14,6 +14,9 @@ const INDEPENDENT: f64 = 1e-4;
 /// Steps of the bisection for the standard deviation between methods; each halves its uncertainty.
 const BISECTIONS: usize = 30;
 
+/// In place of the next property when the comparison is done.
+const DONE: usize = 11;
+
 /// The methods compared, and the best estimate of all of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Agreement<R> {
@@ -69,6 +72,9 @@ impl<R: Real> Comparing<R> {
         propagation: &impl JointCovariances<R>,
     ) -> Option<Progress> {
         let k = self.property;
+        if self.is_done() {
+            return Some(Progress::Done);
+        }
         if k < 10 {
             self.found.between[k] = between_methods(&self.seen, k, answers, propagation)?;
             self.property += 1;
@@ -77,7 +83,13 @@ impl<R: Real> Comparing<R> {
         let between = &self.found.between;
         (self.found.theta, self.found.covariance) =
             combined(&self.seen, answers, propagation, between)?;
+        self.property = DONE;
         Some(Progress::Done)
+    }
+
+    /// True when the combined estimate is known.
+    pub fn is_done(&self) -> bool {
+        self.property == DONE
     }
 
     /// How the methods agree, when the comparison is done.

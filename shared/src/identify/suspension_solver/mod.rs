@@ -161,10 +161,10 @@ enum Stage<R> {
     Forms(Forms<R>),
     /// What changes do.
     Changes(Change<R>),
-    /// The answers are compared.
+    /// Two or more answers are compared; there are results when that is done.
     Comparing(Comparing<R>),
-    /// There are results; the comparison is that of two or more answers.
-    Done(Option<Comparing<R>>),
+    /// There are results, and nothing to compare.
+    Done,
     /// There is no answer.
     Failed,
 }
@@ -208,45 +208,55 @@ enum MethodAnswer<R> {
 }
 
 impl<R: Real> SuspensionSolver<R> {
-    /// Begins with the measured hit DOFs, as places in the layout.
-    ///
-    /// # Errors
-    /// `layout_not_finite`, `frf_missing` without DOFs or with one that the layout does not have, and
-    /// `response_rank_deficient` when the sensors do not determine the motion.
-    pub fn new(
-        layout: &RigLayout<R>,
-        grid: LineGrid<R>,
-        dofs: &[usize],
-    ) -> Result<Self, Diagnostics> {
-        intake::check(layout, &grid, dofs)?;
-        let all = 0..layout.hits.len();
-        let dofs: Vec<u8, RIG_HITS> =
-            all.filter(|dof| dofs.contains(dof)).map(|dof| dof as u8).collect();
-        let reference = layout.sensor_centroid();
-        let mixing = ForceMixing::of(&measured(layout, &dofs), &reference);
-        let mut solver = Self {
-            grid,
-            dofs,
-            reference,
-            forces: mixing.count() as u8,
+    /// A computation that has not begun.
+    pub fn idle() -> Self {
+        let zero = R::zero();
+        Self {
+            grid: LineGrid {
+                resolution_hz: zero,
+                band_hz: [zero; 2],
+                decay: zero,
+                correlation: zero,
+            },
+            dofs: Vec::new(),
+            reference: Vector3::zeros(),
+            forces: 0,
             units: [[[0; 6]; MOST_FORCES]; 2],
             stage: Stage::Wanting(Wanted::default()),
             fit: ModalFit {
                 poles: Poles::new(),
                 kept: Vec::new(),
                 relocated: Poles::new(),
-                noise: R::zero(),
+                noise: zero,
                 modes: Vec::new(),
             },
-            deviations: ModeDeviations::new(reference),
+            deviations: ModeDeviations::new(Vector3::zeros()),
             answers: [MethodAnswer::None; SUSPENSION_METHODS],
             unchanged: [None; SUSPENSION_METHODS],
             propagation: None,
             accepted: [false; SUSPENSION_METHODS],
             diagnostics: Diagnostics::new(),
-        };
-        solver.want(Wanted::default(), &mixing);
-        Ok(solver)
+        }
+    }
+
+    /// Begins an idle computation with the measured hit DOFs, as places in the layout.
+    ///
+    /// It [has failed](Self::has_failed) at once with `layout_not_finite`, with `frf_missing` without DOFs or with one
+    /// that the layout does not have, and with `response_rank_deficient` when the sensors do not determine the motion.
+    // It fills what is already in its place: a computation that is returned would be on the stack twice.
+    pub fn begin(&mut self, layout: &RigLayout<R>, grid: LineGrid<R>, dofs: &[usize]) {
+        if let Err(reasons) = intake::check(layout, &grid, dofs) {
+            self.fail(reasons);
+            return;
+        }
+        let all = 0..layout.hits.len();
+        self.grid = grid;
+        self.dofs = all.filter(|dof| dofs.contains(dof)).map(|dof| dof as u8).collect();
+        self.reference = layout.sensor_centroid();
+        self.deviations = ModeDeviations::new(self.reference);
+        let mixing = ForceMixing::of(&measured(layout, &self.dofs), &self.reference);
+        self.forces = mixing.count() as u8;
+        self.want(Wanted::default(), &mixing);
     }
 
     /// The response that is needed next: the hit DOF and the channel. `None` when a step is needed instead.
@@ -265,7 +275,7 @@ impl<R: Real> SuspensionSolver<R> {
             Stage::Wanting(_) => Progress::Going,
             Stage::Changes(_) => self.step_change(layout, memory),
             Stage::Comparing(_) => self.step_comparing(memory),
-            Stage::Done(_) | Stage::Failed => Progress::Done,
+            Stage::Done | Stage::Failed => Progress::Done,
             _ => self.step_unchanged(layout, memory),
         }
     }
@@ -319,7 +329,7 @@ impl<R: Real> SuspensionSolver<R> {
             Stage::Orders(search) => SEARCH_SHARE * search.progress(),
             Stage::Residues(_) | Stage::Modes | Stage::Forms(_) => SEARCH_SHARE,
             Stage::Changes(change) => SEARCH_SHARE + (1.0 - SEARCH_SHARE) * change.progress(),
-            Stage::Comparing(_) | Stage::Done(_) | Stage::Failed => 1.0,
+            Stage::Comparing(_) | Stage::Done | Stage::Failed => 1.0,
         }
     }
 

@@ -140,7 +140,9 @@ impl<R: Real> SuspensionSolver<R> {
         layout: &RigLayout<R>,
         readings: &[Complex<R>],
     ) -> Option<Result<Estimate<R>, Diagnostics>> {
-        let Stage::Done(_) = self.stage else { return None };
+        if !self.is_done() {
+            return None;
+        }
         let place = Method::of_modes().position(|other| other == method)?;
         match &self.answers[place] {
             MethodAnswer::Answer(answer) => {
@@ -171,8 +173,17 @@ impl<R: Real> SuspensionSolver<R> {
     /// How the answers agree, and the combined estimate. The places are those in [`Method::of_modes`]. `None` with fewer than two
     /// answers, or before the work is done.
     pub fn agreement(&self) -> Option<&Agreement<R>> {
-        let Stage::Done(comparing) = &self.stage else { return None };
-        comparing.as_ref().map(Comparing::found)
+        let Stage::Comparing(comparing) = &self.stage else { return None };
+        comparing.is_done().then(|| comparing.found())
+    }
+
+    /// True when there are results.
+    fn is_done(&self) -> bool {
+        match &self.stage {
+            Stage::Comparing(comparing) => comparing.is_done(),
+            Stage::Done => true,
+            _ => false,
+        }
     }
 
     /// Begins to compare the answers that stand; L in m.
@@ -193,29 +204,23 @@ impl<R: Real> SuspensionSolver<R> {
                 self.stage = Stage::Comparing(comparing);
                 Progress::Going
             }
-            None => self.done(None),
+            None => self.done(),
         }
     }
 
     /// Runs one step of the comparison.
+    #[inline(never)]
     pub(super) fn step_comparing(&mut self, memory: &SolverMemory<'_, R>) -> Progress {
         let thetas = self.accepted_answers();
         let (Stage::Comparing(comparing), Some(sums)) = (&mut self.stage, &self.propagation) else {
-            return self.done(None);
+            return self.done();
         };
         let progress = comparing.step(&thetas, &sums.covariances(memory.readings));
-        match progress {
-            Some(Progress::Going) => Progress::Going,
-            Some(Progress::Done) => {
-                let comparing = comparing.clone();
-                self.done(Some(comparing))
-            }
-            None => self.done(None),
-        }
+        progress.unwrap_or_else(|| self.done())
     }
 
-    fn done(&mut self, comparing: Option<Comparing<R>>) -> Progress {
-        self.stage = Stage::Done(comparing);
+    fn done(&mut self) -> Progress {
+        self.stage = Stage::Done;
         Progress::Done
     }
 

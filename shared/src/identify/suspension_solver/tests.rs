@@ -113,8 +113,13 @@ impl<R: Real> Rig<R> {
             correlation: R::of(correlation),
         };
         let zero = Complex::new(R::zero(), R::zero());
+        let mut solver = SuspensionSolver::idle();
+        solver.begin(&layout, grid, dofs);
+        if solver.has_failed() {
+            return Err(solver.diagnostics().clone());
+        }
         Ok(Self {
-            solver: SuspensionSolver::new(&layout, grid, dofs)?,
+            solver,
             layout,
             codes: vec![0xA5A5; 2 * CompactMotions::<R>::CODES],
             // Memory that others have used before.
