@@ -39,7 +39,7 @@ With --rig a simulated rig measures the wheel instead, from the taps of a mallet
 Examples:
   massline demo wheel
   massline demo wheel --rig virtual          a whole measurement, some 10 s
-  massline demo wheel --rig qemu             the same with the Cortex-M4F firmware, minutes
+  massline demo wheel --rig qemu             on the Cortex-M4F, some minutes
   massline demo wheel --tyre                 9 kg of it on springs of 50 Hz
   massline demo wheel --set all --runs 200   errors over the bound, coverage
   massline demo wheel --write wheel.uff      the responses, for `massline solve`
