@@ -406,7 +406,7 @@ fn hits_that_leave_modes_without_motion_are_named_before_the_test() {
     // Hits along z leave the motions along x and y and the turn about z, which is the first of the assumed turns.
     let unmoved: Vec<bool> = modes.iter().map(|mode| !mode["better_hit"].is_null()).collect();
     assert_eq!(unmoved, [true, true, false, true, false, false], "{value}");
-    let words = run(&["layout", "check", &path]).stderr;
+    let words = value["error"]["message"].as_str().unwrap();
     assert!(words.contains("mode 1 hardly shows under any hit"), "{words}");
 }
 

@@ -59,11 +59,12 @@ fn largest<R: Real, T>(all: impl Iterator<Item = (R, T)>) -> Option<(R, T)> {
 }
 
 /// Hits along every axis of the body at every point of the layout, with force and torque of 1 N about the sensors' centroid.
+/// The points of the hits come first, because beside a sensor it is hard to hit.
 pub fn candidates<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
 ) -> impl Iterator<Item = (Dof, Vector6<R>)> + '_ {
     let sensors = layout.sensors.iter().map(|sensor| (sensor.node, sensor.position));
-    let points = sensors.chain(layout.hits.iter().map(|hit| (hit.dof.node, hit.position)));
+    let points = layout.hits.iter().map(|hit| (hit.dof.node, hit.position)).chain(sensors);
     let reference = layout.sensor_centroid();
     points.flat_map(move |(node, point)| {
         Axis::ALL.into_iter().map(move |axis| {
