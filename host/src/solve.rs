@@ -23,7 +23,7 @@ use std::path::Path;
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::inertia_restraint;
 use massline_shared::identify::{IdentifySettings, Method, Observable, Observations};
-use massline_shared::layout::{Dof, HostLayout};
+use massline_shared::layout::{Dof, HostLayout, TestProfile};
 use massline_shared::modes::LinesPerSide;
 
 use crate::archive::Archive;
@@ -164,7 +164,10 @@ pub fn solve(
     options: &Options,
     progress: impl FnMut(u32, u32) + Send,
 ) -> Result<FrfSolution> {
-    solve_as_stated(file, uff, options, progress).map_err(|error| blame_option(error, options))
+    let mut file = file.clone();
+    // These responses are not those of a rig, whose converter the budget of the suspension profile contains.
+    file.layout.test.profile = TestProfile::MassLine;
+    solve_as_stated(&file, uff, options, progress).map_err(|error| blame_option(error, options))
 }
 
 fn solve_as_stated(

@@ -57,9 +57,10 @@ fn the_bench_has_the_errors_of_the_layout_when_asked() {
         mass[key].as_f64().unwrap() / mass["truth"].as_f64().unwrap()
     };
     let (uncalibrated, calibrated) = (study(&[]), study(&["--calibrated-hammer"]));
-    // The 2 % of a hammer that is not calibrated, which nothing else tells of; and 0.3 % with 1 % of nine sensor axes.
+    // The 2 % of a hammer that is not calibrated, which nothing else tells of; and 0.3 % with 1 % of nine sensor axes and the
+    // placement of three marks, 1.3 % in all.
     assert!(share(&uncalibrated, "bound") > 0.02, "{uncalibrated}");
-    assert!((0.003..0.012).contains(&share(&calibrated, "bound")), "{calibrated}");
+    assert!((0.003..0.016).contains(&share(&calibrated, "bound")), "{calibrated}");
     // The rig assumes the same: intervals of 1.96 times that, and what is learned may widen them by a half.
     assert!(share(&uncalibrated, "half_width95") > 0.039, "{uncalibrated}");
     assert!(share(&calibrated, "half_width95") < 0.036, "{calibrated}");

@@ -4,7 +4,7 @@ use massline_shared::FrequencyResponses;
 use massline_shared::body::{RigidBody, scale};
 use massline_shared::identify::global_fit::{GlobalFitSettings, GlobalFitSolution};
 use massline_shared::identify::{HALF_WIDTH_95, METHODS, Method};
-use massline_shared::layout::{HitUncertainty, HostLayout, SensorUncertainty};
+use massline_shared::layout::{HitUncertainty, HostLayout, SensorUncertainty, TestProfile};
 use massline_shared::modes::Reduction;
 use massline_virtual::bench::responses::{Besides, SprungPart, add_noise, frequency_responses};
 use massline_virtual::bench::{Bench, BenchError};
@@ -120,6 +120,8 @@ impl Wheel {
         layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());
         layout.hits.iter_mut().for_each(|hit| hit.uncertainty = HitUncertainty::none());
         layout.hammer_gain = 0.0;
+        // Nor are they those of a rig, whose converter the budget of the suspension profile contains.
+        layout.test.profile = TestProfile::MassLine;
         (layout.hit_gain, layout.gravity_direction) = (0.0, 0.0);
         Ok(Self { layout, truth: bench.truth(), frequencies, exact, noise })
     }
