@@ -445,7 +445,8 @@ fn what_the_largest_result_says_of_the_modes_fits_the_store() {
     let mut answer = plain.estimates[0].clone();
     answer.diagnostics = diagnostics(16);
     (answer.consistency, answer.learned) = (None, None);
-    assert!(postcard::to_stdvec(&answer).unwrap().len() <= MAX_MODAL_ESTIMATE);
+    let longest = postcard::to_stdvec(&answer).unwrap().len();
+    assert!(longest <= MAX_MODAL_ESTIMATE, "{longest}");
     let refusals: std::vec::Vec<StoredRefusal> = Method::of_modes()
         .map(|method| StoredRefusal { method: method.number(), reason })
         .collect();

@@ -54,7 +54,7 @@ pub const MAX_RESULT_HEAD: usize = 238;
 /// Most bytes of what a result says of a DOF besides its lines.
 pub const MAX_LINES_HEAD: usize = 72;
 /// Most bytes of one estimate from the suspension modes, which neither checks an error budget nor learns one.
-pub const MAX_MODAL_ESTIMATE: usize = 403;
+pub const MAX_MODAL_ESTIMATE: usize = 414;
 /// Most bytes of what a result says of the suspension modes besides the estimates: six modes and the agreement. A refusal is
 /// shorter than the estimate that it stands for.
 pub const MAX_MODES: usize = 512;
