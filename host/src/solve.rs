@@ -39,7 +39,7 @@ use crate::{Error, Result};
 use answer::{Failed, Settings};
 use driving_points::{after_points, blame_option, reversed_points};
 use errors::{blame_the_responses, both_errors, undetermined};
-use frfs::{FittedLines, LayoutResponses};
+use frfs::{FittedLines, LayoutResponses, stated_band};
 use layout_checks::{admitted, layout_problem};
 pub(crate) use suspension::no_modal_answer;
 use suspension::{Looked, ModalPart};
@@ -165,8 +165,10 @@ pub fn solve(
     progress: impl FnMut(u32, u32) + Send,
 ) -> Result<FrfSolution> {
     let mut file = file.clone();
-    // These responses are not those of a rig, whose converter the budget of the suspension profile contains.
-    file.layout.test.profile = TestProfile::MassLine;
+    // These responses are not those of a rig, whose band the profile states and whose converter the budget of the suspension
+    // profile contains.
+    let test = &mut file.layout.test;
+    (test.band_hz, test.profile) = (stated_band(test), TestProfile::MassLine);
     solve_as_stated(&file, uff, options, progress).map_err(|error| blame_option(error, options))
 }
 

@@ -56,7 +56,7 @@ const OCTAVE: f64 = 2.0;
 
 /// The band of mass lines that a layout states; `None` to find it from the responses. A layout for a rig in the suspension
 /// profile states the band of the modes, and mass lines get the default one.
-fn stated_band(test: &TestSettings<f64>) -> Option<[f64; 2]> {
+pub(super) fn stated_band(test: &TestSettings<f64>) -> Option<[f64; 2]> {
     match test.profile {
         TestProfile::MassLine => test.band_hz,
         TestProfile::Suspension => Some(TestSettings::<f64>::default_band()),
