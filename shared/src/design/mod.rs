@@ -12,17 +12,17 @@
 
 pub mod cost;
 
-mod advice;
 mod criterion;
 mod error_sources;
 mod exchange;
 mod further_hit;
 mod precision;
+mod predict;
 
-pub use advice::Predict;
 pub use cost::total;
 pub use criterion::{Criterion, DEFAULT_NOISE};
 pub use error_sources::{ErrorSource, Part, parts};
 pub use exchange::{Choice, Counts, Found, Search, SearchError};
 pub use further_hit::{FurtherHit, FurtherHitSearch, HitCandidates};
 pub use precision::{Precision, Widths};
+pub use predict::Predict;
