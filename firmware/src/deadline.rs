@@ -8,13 +8,14 @@
 //! | part | while | budget | at 100 MHz |
 //! | --- | --- | --- | --- |
 //! | a block of 20 scans | sampling | not measured separately | far below 1 ms |
-//! | `hit_step`: one channel of a hit | sampler stopped | 0.25 M | 4 ms |
-//! | `hit_grading`: a record | sampler stopped | 0.48 M | 7 ms |
-//! | `dof_closing`: all mass lines of a DOF | sampler stopped | 0.45 M | 7 ms |
-//! | `ml_step_12`: a step of the fit, twelve hit DOFs | sampler stopped | 1.0 M | 15 ms |
+//! | `hit_step`: one channel of a hit | sampler stopped | 0.35 M | 5 ms |
+//! | `hit_grading`: a record | sampler stopped | 0.57 M | 8 ms |
+//! | `dof_closing`: all mass lines of a DOF | sampler stopped | 0.54 M | 8 ms |
+//! | `ml_learn_step_12`: a step of the fit, twelve hit DOFs | sampler stopped | 1.6 M | 24 ms |
+//! | `solver_answers_step`: a step from responses to modes | sampler stopped | 1.6 M | 24 ms |
 //! | the bytes of a result, for each piece of it | sampler stopped | not measured separately | not measured |
-//! | `layout_check` | whenever a layout arrives | 0.45 M | 7 ms |
-//! | `record_checksum`: the host requests a record | any time except sampling | 0.6 M | 9 ms |
+//! | `layout_check` | whenever a layout arrives | 0.62 M | 9 ms |
+//! | `record_checksum`: the host requests a record | any time except sampling | 0.66 M | 10 ms |
 //! | `rest_statistics`: six of them make a tumble test | idle | 0.25 M | 4 ms |
 //!
 //! On most chips, erasing a page of flash or writing a word stops the core: see

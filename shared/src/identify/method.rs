@@ -47,7 +47,7 @@ pub struct Entry {
 }
 
 /// A running method, in steps between which other work can be done. A step of a method that uses mass lines
-/// is at most a million instructions on a rig.
+/// is at most 1.6 million instructions on a rig.
 pub(super) trait Solver<R: Real>: Sized {
     /// Checks layout and data, and chooses the start. `start` is the answer of another method, if there is
     /// one, without the attached bodies.

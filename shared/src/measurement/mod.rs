@@ -210,7 +210,7 @@ impl<'m, R: RealFft> Measurement<'m, R> {
         }
     }
 
-    /// Does a bounded part of the computation. On a rig at most a million instructions.
+    /// Does a bounded part of the computation. On a rig at most 1.6 million instructions.
     pub fn work(&mut self) {
         if self.next_action() != NextAction::Compute {
             return;

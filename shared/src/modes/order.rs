@@ -88,7 +88,7 @@ impl<R: Real> Orders<R> {
     }
 }
 
-/// The fit of one order, in steps between which other work can be done. A step is at most a million instructions on a rig.
+/// The fit of one order, in steps between which other work can be done. A step is at most 1.6 million instructions on a rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrderFit<R> {
     poles: PoleSearch<R>,

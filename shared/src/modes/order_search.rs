@@ -47,7 +47,7 @@ impl<R: Real> OrderSearch<R> {
         self.sufficient.as_ref().or(self.largest.as_ref())
     }
 
-    /// Runs one step, at most a million instructions on a rig. The responses and the memory, of
+    /// Runs one step, at most 1.6 million instructions on a rig. The responses and the memory, of
     /// [`SEARCH_MEMORY`](super::SEARCH_MEMORY) numbers, must be the same in every step.
     pub fn step(&mut self, responses: &OriginResponses<'_, R>, memory: &mut [R]) -> Progress {
         let Some(fit) = &mut self.fit else {

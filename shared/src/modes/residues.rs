@@ -101,7 +101,7 @@ const _: () = assert!(
 const LINES_OF_A_STEP: usize = 64;
 
 /// A fit of the residues, in steps between which other work can be done: component by component, because the accelerances
-/// of one component under all forces have the same matrix. A step is at most a million instructions on a rig.
+/// of one component under all forces have the same matrix. A step is at most 1.6 million instructions on a rig.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ResidueFit {
     component: usize,

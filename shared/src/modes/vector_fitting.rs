@@ -39,7 +39,7 @@ pub const SEARCH_MEMORY: usize = 2048;
 /// Lines whose equations are added together.
 const TOGETHER: usize = 2;
 /// Pairs of numbers that one step rotates, with ten instructions each.
-const ROTATIONS: usize = 75_000;
+const ROTATIONS: usize = 60_000;
 
 /// Poles with a positive imaginary part, 1/s, ascending in magnitude.
 pub type Poles<R> = heapless::Vec<Complex<R>, MOST_PAIRS>;
@@ -79,7 +79,7 @@ pub fn relocate_once<R: Real>(
     Some(search.fit.poles)
 }
 
-/// A search for poles, in steps between which other work can be done. A step is at most a million instructions on a rig.
+/// A search for poles, in steps between which other work can be done. A step is at most 1.6 million instructions on a rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoleSearch<R> {
     fit: VectorFit<R>,

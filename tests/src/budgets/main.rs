@@ -153,12 +153,16 @@ mod tests {
     /// Checks each computation that the firmware does between two polls of scans, link and panel.
     #[test]
     fn no_step_of_the_rig_takes_longer_than_its_deadline() {
-        const STEPS: [&str; 8] = [
+        const STEPS: [&str; 12] = [
             "hit_step",
             "hit_grading",
             "dof_closing",
             "irm_solve",
             "ml_learn_step_12",
+            "further_hit_step_12",
+            "solver_intake_step",
+            "solver_answers_step",
+            "solver_draw_step",
             "layout_check",
             "record_checksum",
             "rest_statistics",

@@ -33,8 +33,8 @@ pub struct Agreement<R> {
     pub between: SVector<R, 10>,
 }
 
-/// A comparison in steps between which other work can be done: one property after the other. A step is at most a million
-/// instructions on a rig.
+/// A comparison in steps between which other work can be done: one property after the other. A step is at most
+/// 1.6 million instructions on a rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparing<R> {
     /// Places of the methods that are combined.

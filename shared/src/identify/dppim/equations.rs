@@ -153,7 +153,7 @@ pub enum Form {
     Structural,
 }
 
-/// Solves one form in steps between which other work can be done. A step is at most a million instructions on a rig.
+/// Solves one form in steps between which other work can be done. A step is at most 1.6 million instructions on a rig.
 #[derive(Clone, Debug)]
 pub struct DirectSolver<R> {
     form: Form,

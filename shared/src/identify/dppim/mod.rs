@@ -61,8 +61,8 @@ pub(super) struct NearModes<'a, R> {
     pub(super) noise: R,
 }
 
-/// One form on what the methods of the suspension share, in steps between which other work can be done. A step is at most a
-/// million instructions on a rig.
+/// One form on what the methods of the suspension share, in steps between which other work can be done. A step is at most
+/// 1.6 million instructions on a rig.
 #[derive(Clone, Debug)]
 pub(super) struct FormSolver<R>(DirectSolver<R>);
 

@@ -37,7 +37,7 @@ pub enum Start<'a, R> {
 /// A fit that is running.
 ///
 /// Call [`Fit::start`] once, [`Fit::step`] until it is done, then [`Fit::answer`] or [`Fit::finish`]; layout,
-/// mass lines and workspace must be the same in every call. A step is at most a million instructions on a
+/// mass lines and workspace must be the same in every call. A step is at most 1.6 million instructions on a
 /// rig.
 ///
 /// ```

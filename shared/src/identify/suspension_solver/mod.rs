@@ -1,4 +1,4 @@
-//! The same computation on a rig: in single precision, with little memory, in steps of at most a million instructions.
+//! The same computation on a rig: in single precision, with little memory, in steps of at most 1.6 million instructions.
 //!
 //! ```text
 //! wants ─▶ take ─▶ motions ─▶ order ─▶ modes ─▶ answers ─▶ changes, one after the other ─▶ estimates, agreement
@@ -265,7 +265,7 @@ impl<R: Real> SuspensionSolver<R> {
         Some((usize::from(*self.dofs.get(hit)?), channel))
     }
 
-    /// Runs one step, at most a million instructions on a rig. It fails with `data_not_finite` when the memory is smaller than
+    /// Runs one step, at most 1.6 million instructions on a rig. It fails with `data_not_finite` when the memory is smaller than
     /// [`SolverMemory`] states.
     pub fn step(&mut self, layout: &RigLayout<R>, memory: &mut SolverMemory<'_, R>) -> Progress {
         if !memory.is_large_enough() {
@@ -346,9 +346,9 @@ impl<R: Real> SuspensionSolver<R> {
 
 /// Share of the search for the order in all work after the responses.
 const SEARCH_SHARE: f32 = 0.09;
-/// Work of taking the responses to a hit, in that of the search for the order: thirteen steps of a million instructions, of
-/// 920 million.
-const INTAKE_OF_A_HIT: f32 = 0.014;
+/// Work of taking the responses to a hit, in that of the search for the order: 20 million instructions, of
+/// 1660 million.
+const INTAKE_OF_A_HIT: f32 = 0.012;
 
 /// The layout with only the measured hit DOFs.
 // Not inlined, since the copy would be on the stack twice.
