@@ -14,8 +14,8 @@ const OUT_OF_PHASE: f64 = 1.0;
 /// Imaginary over real part of the residues up to which a peak of more than two lines is a mode: several elastic modes may be
 /// found as one.
 const PARTLY_IN_PHASE: f64 = 1.0;
-/// Peak of one more mode over the lowest of the six from which answers may be off by as large a part of scale. Noise has
-/// less than 0.002.
+/// What one more mode adds within the band, over the lowest peak of the six, from which answers may be off by as large a part
+/// of scale. Noise has less than 0.002.
 const NOTICEABLE: f64 = 0.02;
 /// The same from which there is no answer.
 const TOO_MUCH: f64 = 0.1;
@@ -46,7 +46,10 @@ pub(in crate::identify) fn select<R: Real>(
         let in_phase = all.modes[*place].complexity < R::of(OUT_OF_PHASE);
         in_phase && low < frequency && frequency < high
     };
-    let height = |place: usize| peak(&all.modes[place], length);
+    let height = |place: usize| {
+        let mode = &all.modes[place];
+        peak(mode, length, mode.frequency_hz.max(low).min(high))
+    };
     let lower = |a: usize, b: usize| if height(b) < height(a) { b } else { a };
     let mut kept: Vec<usize, MOST_PAIRS> = (0..all.modes.len()).filter(inside).collect();
     while kept.len() > SUSPENSION_MODES {
@@ -70,13 +73,18 @@ pub(in crate::identify) fn select<R: Real>(
     Selection { kept, one_more }
 }
 
-/// Height of the peak of a mode under all forces.
-fn peak<R: Real>(mode: &Mode<R>, length: R) -> R {
+/// What a mode adds to the accelerances under all forces at this frequency in Hz, times two. Noise finds modes outside the
+/// band whose peaks would be high, of which the band sees nothing.
+fn peak<R: Real>(mode: &Mode<R>, length: R, frequency_hz: R) -> R {
     let square = |sum: R, residue| {
         let indicator = norm_indicator(residue, length);
         sum + indicator * indicator
     };
-    mode.residues.iter().fold(R::zero(), square).sqrt() / mode.damping_ratio
+    let ratio = frequency_hz / mode.frequency_hz;
+    let squared = ratio * ratio;
+    let damped = R::of(2.0) * mode.damping_ratio * ratio;
+    let gain = R::of(2.0) * squared / (R::one() - squared).hypot(damped);
+    mode.residues.iter().fold(R::zero(), square).sqrt() * gain
 }
 
 /// True for what moves in phase with the force, as modes do; `spacing` is the distance of the lines, Hz.
@@ -84,4 +92,63 @@ fn is_mode<R: Real>(mode: &Mode<R>, spacing: R) -> bool {
     let width = R::of(2.0) * mode.damping_ratio * mode.frequency_hz;
     let wide = width > R::of(2.0) * spacing;
     mode.complexity < R::of(if wide { PARTLY_IN_PHASE } else { IN_PHASE })
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector6;
+
+    use super::*;
+
+    /// The lines of a band up to 12.5 Hz, 0.05 Hz apart.
+    fn lines() -> [Complex<f64>; 241] {
+        core::array::from_fn(|line| {
+            Complex::new(0.0, core::f64::consts::TAU * (0.5 + 0.05 * line as f64))
+        })
+    }
+
+    fn mode(frequency_hz: f64, damping_ratio: f64, residue: f64) -> Mode<f64> {
+        Mode {
+            frequency_hz,
+            damping_ratio,
+            shape: Vector6::x() * residue.sqrt(),
+            residues: Vec::from_slice(&[Vector6::x() * residue]).unwrap(),
+            complexity: 0.0,
+            common_phase: 0.0,
+            second_shape: 0.0,
+        }
+    }
+
+    /// Six modes with residues of 0.1/kg and damping of 1 %, and one more.
+    fn with(one_more: Mode<f64>) -> Option<Diagnostic> {
+        let mut all = Modes::empty();
+        for place in 1..=SUSPENSION_MODES {
+            all.modes.push(mode(1.5 * place as f64, 0.01, 0.1)).unwrap();
+        }
+        all.modes.push(one_more).unwrap();
+        let selection = select(&all, &lines(), 1.0);
+        assert_eq!(selection.kept.len(), SUSPENSION_MODES);
+        selection.one_more
+    }
+
+    #[test]
+    fn a_mode_outside_the_band_counts_by_what_it_adds_within() {
+        // Its peak at 28 Hz would be four times as high as those of the six. At 12.5 Hz it adds twice
+        // 0.2 · (12.5/28)²/(1 − (12.5/28)²) = 0.1 of the 0.1/0.01 = 10 of a peak.
+        assert_eq!(with(mode(28.0, 0.005, 0.2)), None);
+        // Twice 1.0 · 0.249 of 10: five per cent, which is worth a warning.
+        let warning = with(mode(28.0, 0.005, 1.0)).expect("a warning");
+        assert_eq!(warning.severity, Severity::Warning);
+        // Just beyond the band the peak itself is nearly within: more than any of the six.
+        let error = with(mode(12.6, 0.01, 0.2)).expect("an error");
+        assert_eq!(error.severity, Severity::Error);
+    }
+
+    #[test]
+    fn a_mode_within_the_band_counts_by_its_peak() {
+        assert_eq!(with(mode(11.0, 0.01, 0.001)), None);
+        let severity = |residue| with(mode(11.0, 0.01, residue)).map(|said| said.severity);
+        assert_eq!(severity(0.005), Some(Severity::Warning));
+        assert_eq!(severity(0.015), Some(Severity::Error));
+    }
 }
