@@ -4,7 +4,7 @@ use massline_shared::design::Predict;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Method;
 use massline_shared::layout::{Hit, HostLayout, motion_at};
-use massline_shared::modes::norm_indicator;
+use massline_shared::modes::norm_indicator_of_shape;
 use massline_shared::signal::{SPECTRUM_BINS, resolution, ringing_s};
 use massline_virtual::bench::BenchError;
 use massline_virtual::bench::responses::{Besides, add_noise, frequency_responses};
@@ -75,7 +75,7 @@ fn row(mode: &RigidMode, layout: &HostLayout) -> ModeRow {
     let center = layout.sensor_centroid();
     let there = motion_at(&mode.shape, &center);
     let indicator =
-        |hit: &Hit<f64>| norm_indicator(&(there * there.dot(&hit.unit_force(&center))), length);
+        |hit: &Hit<f64>| norm_indicator_of_shape(&there, &hit.unit_force(&center), length);
     ModeRow {
         frequency_hz: [mode.omega / std::f64::consts::TAU, 0.0],
         damping_ratio: [mode.damping_ratio, 0.0],

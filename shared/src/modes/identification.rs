@@ -6,7 +6,7 @@ use nalgebra::{Complex, Vector6};
 use super::MOST_FORCES;
 use super::origin_responses::OriginResponses;
 use super::residues::{Residues, fit_residues};
-use super::shapes::{best_force, shape_of_force, shape_of_forces};
+use super::shapes::{best_force, norm_indicator_of_shape, shape_of_force, shape_of_forces};
 use super::vector_fitting::{MOST_PAIRS, Poles, SEARCH_MEMORY, find_poles};
 use crate::Real;
 use crate::layout::balanced_motion;
@@ -181,10 +181,9 @@ impl<R: Real> Mode<R> {
         })
     }
 
-    /// How much of the mode a force `f = [F; T]` shows, `|S φ| |φᵀ f|`: the [Norm Indicator](super::norm_indicator)
-    /// from the shape instead of a residue.
+    /// How much of the mode a force shows: its [Norm Indicator](norm_indicator_of_shape).
     pub fn indicator(&self, force: &Vector6<R>, length: R) -> R {
-        super::norm_indicator(&(self.shape * self.shape.dot(force)), length)
+        norm_indicator_of_shape(&self.shape, force, length)
     }
 }
 

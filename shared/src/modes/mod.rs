@@ -37,7 +37,10 @@ pub use order_search::OrderSearch;
 pub use origin_responses::{OriginResponses, Reduction, reduce_line};
 pub(crate) use origin_responses::{reduce, reduce_determined};
 pub use residues::{ResidueFit, Residues, fit_residues};
-pub use shapes::{best_force, energy_shares, norm_indicator, shape_of_force, shape_of_forces};
+pub use shapes::{
+    best_force, energy_shares, norm_indicator, norm_indicator_of_shape, shape_of_force,
+    shape_of_forces,
+};
 pub use vector_fitting::{
     MOST_PAIRS, PoleSearch, Poles, SEARCH_MEMORY, SUSPENSION_MODES, VectorFit, find_poles,
     relocate_once,

@@ -18,6 +18,12 @@ pub fn norm_indicator<R: Real>(residue: &Vector6<R>, length: R) -> R {
     balanced_motion(residue, length).norm()
 }
 
+/// The [Norm Indicator](norm_indicator) from the mass-normalised shape of a mode instead of a residue, under a force
+/// `f = [F; T]`: `|S φ| |φᵀ f|`.
+pub fn norm_indicator_of_shape<R: Real>(shape: &Vector6<R>, force: &Vector6<R>, length: R) -> R {
+    norm_indicator(&(shape * shape.dot(force)), length)
+}
+
 /// Shares of the kinetic energy of a mode in the motions along and about the axes of the body, given its shape at the origin,
 /// of any size: translations of the centre of mass, then rotations about it. The sum is one; a rotation may have a negative
 /// share where the axes are not those of the principal moments.

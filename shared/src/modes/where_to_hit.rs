@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector3, Vector6};
 
-use super::norm_indicator;
+use super::norm_indicator_of_shape;
 use crate::Real;
 use crate::layout::{Axis, Dof, Layout, Sign, balanced_motion, unit_force};
 
@@ -14,7 +14,7 @@ const HARDLY: f64 = 0.2;
 pub struct Shown<R> {
     /// The measured hit that shows it best, as a place in the layout.
     pub hit: usize,
-    /// Its [Norm Indicator](norm_indicator).
+    /// Its [Norm Indicator](norm_indicator_of_shape).
     pub indicator: R,
     /// The largest Norm Indicator of any hit along an axis of the body at a point of the layout.
     pub possible: R,
@@ -34,7 +34,7 @@ impl<R: Real> Shown<R> {
         let length = layout.characteristic_length();
         let of_hits = hits.into_iter().filter_map(|place| {
             let force = layout.hits.get(place)?.unit_force(&reference);
-            Some((norm_indicator(&(shape * shape.dot(&force)), length), place))
+            Some((norm_indicator_of_shape(shape, &force, length), place))
         });
         let (indicator, hit) = largest(of_hits)?;
         let size = balanced_motion(shape, length).norm();

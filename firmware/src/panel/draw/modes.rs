@@ -5,7 +5,7 @@ use massline_shared::body::{INERTIAL_PARAMETERS, RigidBody};
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::identify::Method;
 use massline_shared::layout::{AXIS_LETTERS, RigLayout, motion_at};
-use massline_shared::modes::{Shown, energy_shares, norm_indicator};
+use massline_shared::modes::{Shown, energy_shares, norm_indicator_of_shape};
 use massline_shared::nalgebra::Vector6;
 
 use super::canvas::{Canvas, LINE, LINES, Screen, text, top};
@@ -91,7 +91,7 @@ fn hits<D: Screen>(canvas: &mut Canvas<'_, D>, mode: &StoredMode, layout: &RigLa
     let least = measured()
         .filter_map(|hit| {
             let force = layout.hits.get(hit)?.unit_force(&reference);
-            Some((norm_indicator(&(shape * shape.dot(&force)), length), hit))
+            Some((norm_indicator_of_shape(&shape, &force, length), hit))
         })
         .reduce(|least, next| if next.0 < least.0 { next } else { least });
     if let Some((indicator, hit)) = least

@@ -8,7 +8,7 @@ use crate::identify::agreement::{Agreement, Comparing};
 use crate::identify::suspension::{Answer, add_doubts, judged_estimate};
 use crate::identify::{Estimate, Method, SUSPENSION_METHODS};
 use crate::layout::motion_at;
-use crate::modes::{Mode, norm_indicator};
+use crate::modes::{Mode, norm_indicator_of_shape};
 use crate::{Progress, Real};
 
 /// A suspension mode.
@@ -68,7 +68,7 @@ impl<R: Real> SuspensionSolver<R> {
         self.deviations.sigma(mode)
     }
 
-    /// [Norm Indicator](norm_indicator) of a mode under every hit of the layout, measured or not: how much of the mode the hit
+    /// [Norm Indicator](crate::modes::norm_indicator) of a mode under every hit of the layout, measured or not: how much of the mode the hit
     /// shows. Nothing for a mode that there is not.
     pub fn norm_indicators<'a>(
         &'a self,
@@ -78,8 +78,7 @@ impl<R: Real> SuspensionSolver<R> {
         let length = layout.characteristic_length();
         self.fit.modes.get(mode).into_iter().flat_map(move |mode| {
             layout.hits.iter().map(move |hit| {
-                let force = hit.unit_force(&self.reference);
-                norm_indicator(&(mode.shape * mode.shape.dot(&force)), length)
+                norm_indicator_of_shape(&mode.shape, &hit.unit_force(&self.reference), length)
             })
         })
     }
