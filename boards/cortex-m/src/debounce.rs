@@ -1,6 +1,6 @@
 //! Detects presses of a button whose contacts bounce.
 
-/// Tracks one button. Times are in any one unit and never decrease.
+/// Tracks one button. Times are in any one unit. One that decreases delays a press, and does no more.
 #[derive(Clone, Copy, Debug)]
 pub struct Debounce {
     /// Contacts have settled when they have not changed for this time.
@@ -23,7 +23,7 @@ impl Debounce {
             self.seen = down;
             self.since = now;
         }
-        if self.seen == self.pressed || now - self.since < self.settle {
+        if self.seen == self.pressed || now.saturating_sub(self.since) < self.settle {
             return false;
         }
         self.pressed = self.seen;
@@ -52,6 +52,11 @@ mod tests {
         let rest = [(30, true), (37, true), (38, true), (60, true), (70, false), (71, true)];
         let end = [(72, false), (92, false), (100, true), (120, true)];
         assert_eq!(presses(&[&bounces[..], &rest[..], &end[..]].concat()), [38, 120]);
+    }
+
+    #[test]
+    fn a_clock_that_steps_back_only_delays_a_press() {
+        assert_eq!(presses(&[(100, true), (40, true), (90, true), (121, true)]), [121]);
     }
 
     #[test]

@@ -6,42 +6,37 @@
 use embedded_storage::nor_flash::{self as blocking, NorFlashErrorKind};
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, ReadNorFlash};
 
-/// Checks reads by the means of the chip: flash with an error correcting code detects torn words.
-pub trait Check {
-    /// True when a read since the last call has returned something other than what was written.
-    fn take_error(&mut self) -> bool;
-}
-
-/// The check of a chip that cannot detect errors.
-#[derive(Clone, Copy, Debug)]
-pub struct Unchecked;
-
-impl Check for Unchecked {
+/// What a chip does besides reading, writing and erasing.
+pub trait Supervisor {
+    /// True when a read since the last call has returned something other than what was written: flash with an error
+    /// correcting code detects torn words.
     fn take_error(&mut self) -> bool {
         false
     }
+
+    /// The content has changed: drops what caches hold of it.
+    fn changed(&mut self) {}
 }
+
+/// Nothing besides.
+#[derive(Clone, Copy, Debug)]
+pub struct Unsupervised;
+
+impl Supervisor for Unsupervised {}
 
 /// A window of `size` bytes from `start` on; both are multiples of a page.
 #[derive(Debug)]
-pub struct Window<F, C = Unchecked> {
+pub struct Window<F, C> {
     flash: F,
     start: u32,
     size: u32,
-    check: C,
+    supervisor: C,
 }
 
-impl<F: blocking::NorFlash> Window<F> {
+impl<F: blocking::NorFlash, C: Supervisor> Window<F, C> {
     /// A window for the exclusive use of the store.
-    pub fn new(flash: F, start: u32, size: u32) -> Self {
-        Self::checked(flash, start, size, Unchecked)
-    }
-}
-
-impl<F: blocking::NorFlash, C: Check> Window<F, C> {
-    /// A window for the exclusive use of the store; every read is checked.
-    pub fn checked(flash: F, start: u32, size: u32, check: C) -> Self {
-        Self { flash, start, size, check }
+    pub fn new(flash: F, start: u32, size: u32, supervisor: C) -> Self {
+        Self { flash, start, size, supervisor }
     }
 
     fn at(&self, offset: u32, length: usize) -> Result<u32, WindowError<F::Error>> {
@@ -75,19 +70,19 @@ impl<E: blocking::NorFlashError> NorFlashError for WindowError<E> {
     }
 }
 
-impl<F: blocking::NorFlash, C: Check> ErrorType for Window<F, C> {
+impl<F: blocking::NorFlash, C: Supervisor> ErrorType for Window<F, C> {
     type Error = WindowError<F::Error>;
 }
 
-impl<F: blocking::NorFlash, C: Check> ReadNorFlash for Window<F, C> {
+impl<F: blocking::NorFlash, C: Supervisor> ReadNorFlash for Window<F, C> {
     const READ_SIZE: usize = F::READ_SIZE;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
         let at = self.at(offset, bytes.len())?;
         // Discards the error of an earlier read by other code.
-        self.check.take_error();
+        self.supervisor.take_error();
         self.flash.read(at, bytes).map_err(WindowError::Flash)?;
-        if self.check.take_error() { Err(WindowError::Unreadable) } else { Ok(()) }
+        if self.supervisor.take_error() { Err(WindowError::Unreadable) } else { Ok(()) }
     }
 
     fn capacity(&self) -> usize {
@@ -95,19 +90,23 @@ impl<F: blocking::NorFlash, C: Check> ReadNorFlash for Window<F, C> {
     }
 }
 
-impl<F: blocking::NorFlash, C: Check> NorFlash for Window<F, C> {
+impl<F: blocking::NorFlash, C: Supervisor> NorFlash for Window<F, C> {
     const WRITE_SIZE: usize = F::WRITE_SIZE;
     const ERASE_SIZE: usize = F::ERASE_SIZE;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
         let length = to.checked_sub(from).ok_or(WindowError::OutOfBounds)?;
         let at = self.at(from, length as usize)?;
-        self.flash.erase(at, at + length).map_err(WindowError::Flash)
+        let erased = self.flash.erase(at, at + length).map_err(WindowError::Flash);
+        self.supervisor.changed();
+        erased
     }
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
         let at = self.at(offset, bytes.len())?;
-        self.flash.write(at, bytes).map_err(WindowError::Flash)
+        let written = self.flash.write(at, bytes).map_err(WindowError::Flash);
+        self.supervisor.changed();
+        written
     }
 }
 
@@ -155,7 +154,7 @@ mod tests {
 
     #[test]
     fn only_the_window_is_written_and_erased() {
-        let mut window = Window::new(Chip([7; 64]), 16, 32);
+        let mut window = Window::new(Chip([7; 64]), 16, 32, Unsupervised);
         assert_eq!(window.capacity(), 32);
         block_on(async {
             window.erase(0, 32).await.unwrap();
@@ -170,10 +169,10 @@ mod tests {
         assert_eq!(window.flash.0, expected);
     }
 
-    /// Results of the check, one per call.
+    /// What reads are found to be, one per call.
     struct Errors(Vec<bool>);
 
-    impl Check for Errors {
+    impl Supervisor for Errors {
         fn take_error(&mut self) -> bool {
             self.0.remove(0)
         }
@@ -182,16 +181,41 @@ mod tests {
     #[test]
     fn a_read_that_the_chip_could_not_correct_fails_and_no_other_does() {
         let errors = Errors(vec![true, false, false, true, false, false]);
-        let mut window = Window::checked(Chip([7; 64]), 0, 64, errors);
+        let mut window = Window::new(Chip([7; 64]), 0, 64, errors);
         let mut read = |offset| block_on(window.read(offset, &mut [0; 4]));
         assert_eq!(read(0), Ok(()), "it was there before");
         assert_eq!(read(4), Err(WindowError::Unreadable));
         assert_eq!(read(8), Ok(()));
     }
 
+    /// Data that was read before, as a cache holds it.
+    struct Cached<'a>(&'a core::cell::Cell<usize>);
+
+    impl Supervisor for Cached<'_> {
+        fn changed(&mut self) {
+            self.0.set(self.0.get() + 1);
+        }
+    }
+
+    #[test]
+    fn caches_are_dropped_after_every_change_also_a_failed_one_and_after_no_read() {
+        let dropped = core::cell::Cell::new(0);
+        let mut window = Window::new(Chip([7; 64]), 16, 32, Cached(&dropped));
+        block_on(async {
+            window.read(0, &mut [0; 4]).await.unwrap();
+            assert_eq!(dropped.get(), 0);
+            window.erase(0, 16).await.unwrap();
+            assert_eq!(dropped.get(), 1);
+            window.write(0, &[1; 4]).await.unwrap();
+            assert_eq!(dropped.get(), 2);
+            window.write(2, &[1; 4]).await.unwrap_err();
+            assert_eq!(dropped.get(), 3);
+        });
+    }
+
     #[test]
     fn beyond_the_window_nothing_is_touched() {
-        let mut window = Window::new(Chip([7; 64]), 16, 32);
+        let mut window = Window::new(Chip([7; 64]), 16, 32, Unsupervised);
         let outside = Err(WindowError::OutOfBounds);
         block_on(async {
             assert_eq!(window.erase(16, 48).await, outside);

@@ -1,6 +1,7 @@
 //! The part of the board's code that accesses the chip.
 
 pub mod adc;
+pub mod flash_interface;
 mod panel;
 pub mod registers;
 mod usb;
@@ -11,16 +12,19 @@ use embassy_executor::{Executor, Spawner};
 use embassy_stm32::gpio::{Input, Level, Output, Speed};
 use embassy_stm32::{Config, Peripherals, flash, pac, rcc};
 use massline_cortex_m::boot::ResetFlags;
-use massline_cortex_m::flash::Window;
+use massline_cortex_m::flash::{Supervisor, Window};
 use massline_cortex_m::panel::{ActiveLow, Wiring};
 use massline_cortex_m::rig::{self, Rig};
 use static_cell::StaticCell;
 use watchdog::Watchdog;
 
 use crate::facts::{NAME, STORE};
+use crate::time::TICK_HZ;
+
+const _: () = assert!(embassy_time::TICK_HZ == TICK_HZ as u64, "the clock is that of `time`");
 
 /// The store's part of the flash.
-pub type Store = Window<flash::Bank1Region1<'static, flash::Blocking>>;
+pub type Store = Window<flash::Bank1Region1<'static, flash::Blocking>, Caches>;
 /// The panel's hardware.
 pub type PanelWiring =
     Wiring<panel::Bus, Input<'static>, panel::Buzzer, ActiveLow<Output<'static>>>;
@@ -55,6 +59,7 @@ async fn run(parts: Parts) {
 pub fn parts() -> Parts {
     let info = rig::info(NAME, reset_flags());
     let p: Peripherals = embassy_stm32::init(clocks());
+    flash_interface::enable_caches(pac::FLASH);
     let (usb, link) = usb::open(p.USB_OTG_FS, p.PA12, p.PA11);
     let sampler = adc::sampler(adc::Parts {
         adc: p.ADC1,
@@ -63,7 +68,7 @@ pub fn parts() -> Parts {
         channels: (p.PA0, p.PA1, p.PA2, p.PA3, p.PA4, p.PA5, p.PA6, p.PA7, p.PB0, p.PB1),
     });
     let regions = flash::Flash::new_blocking(p.FLASH).into_blocking_regions();
-    let flash = Window::new(regions.bank1_region1, STORE.start, STORE.end - STORE.start);
+    let flash = Window::new(regions.bank1_region1, STORE.start, STORE.end - STORE.start, Caches);
     let panel = Wiring {
         bus: panel::screen(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH0),
         buttons: [panel::button(p.PB12), panel::button(p.PB13), panel::button(p.PB14)],
@@ -71,6 +76,15 @@ pub fn parts() -> Parts {
         light: ActiveLow(Output::new(p.PC13, Level::High, Speed::Low)),
     };
     Parts { rig: Rig { info, sampler, link, flash, panel }, usb, watchdog: Watchdog::new(p.IWDG) }
+}
+
+/// The caches, which know nothing of what is written.
+pub struct Caches;
+
+impl Supervisor for Caches {
+    fn changed(&mut self) {
+        flash_interface::drop_cached(pac::FLASH);
+    }
 }
 
 /// Reads and clears the reset flags.

@@ -6,7 +6,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m_rt::exception;
 use embassy_stm32::pac::FLASH;
 use embassy_stm32::pac::flash::regs::Eccr;
-use massline_cortex_m::flash::Check;
+use massline_cortex_m::flash::Supervisor;
 
 use crate::STORE_IN_BANK_2;
 use crate::ecc::{FLAGS, NmiSource, nmi_source};
@@ -16,7 +16,7 @@ static UNREADABLE: AtomicBool = AtomicBool::new(false);
 /// Error that the interrupt has found.
 pub struct Ecc;
 
-impl Check for Ecc {
+impl Supervisor for Ecc {
     /// Clears the flags of corrected errors too, so that the register is free for the next address.
     fn take_error(&mut self) -> bool {
         clear();

@@ -81,7 +81,7 @@ pub fn parts() -> Parts {
         timer: p.TIM6,
         channels: (p.PA0, p.PA1, p.PC0, p.PC1, p.PC2, p.PC3, p.PB0, p.PA4, p.PB14, p.PA6),
     });
-    let flash = Window::checked(
+    let flash = Window::new(
         flash::Flash::new_blocking(p.FLASH).into_blocking_regions().bank2_region,
         STORE_IN_BANK_2.start,
         STORE_IN_BANK_2.end - STORE_IN_BANK_2.start,

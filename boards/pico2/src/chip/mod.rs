@@ -11,7 +11,7 @@ use embassy_rp::pac;
 use embassy_rp::peripherals::FLASH;
 use embassy_rp::watchdog::Watchdog;
 use massline_cortex_m::boot::ResetFlags;
-use massline_cortex_m::flash::Window;
+use massline_cortex_m::flash::{Unsupervised, Window};
 use massline_cortex_m::panel::Wiring;
 use massline_cortex_m::rig::{self, Rig, WATCHDOG};
 use static_cell::StaticCell;
@@ -21,7 +21,7 @@ use crate::facts::{FLASH_BYTES, NAME, STORE};
 /// The store's part of the flash. A word is a byte, a page 4 KiB. During a write (3 ms at most for what the
 /// store writes at a time) or an erase (400 ms at most) nothing else runs, because code is fetched from the
 /// same chip.
-pub type Store = Window<Flash<'static, FLASH, Blocking, { FLASH_BYTES as usize }>>;
+pub type Store = Window<Flash<'static, FLASH, Blocking, { FLASH_BYTES as usize }>, Unsupervised>;
 /// The panel's hardware.
 pub type PanelWiring = Wiring<panel::Bus, Input<'static>, panel::Buzzer, Output<'static>>;
 
@@ -78,7 +78,12 @@ pub fn parts() -> Parts {
         clock: p.PIN_18,
         select: p.PIN_19,
     });
-    let flash = Window::new(Flash::new_blocking(p.FLASH), STORE.start, STORE.end - STORE.start);
+    let flash = Window::new(
+        Flash::new_blocking(p.FLASH),
+        STORE.start,
+        STORE.end - STORE.start,
+        Unsupervised,
+    );
     let panel = Wiring {
         bus: panel::screen(p.I2C0, p.PIN_5, p.PIN_4),
         buttons: [panel::button(p.PIN_10), panel::button(p.PIN_11), panel::button(p.PIN_12)],
