@@ -3,5 +3,5 @@
 use massline_boards::build::{self, Program};
 
 fn main() {
-    build::board(&[Program::Firmware, Program::HardwareTest], &["link.x", "defmt.x"]);
+    build::board(&[Program::Firmware, Program::HardwareTest], &["link.x"]);
 }

@@ -126,6 +126,30 @@ fn a_dof_of_the_wheel_has_the_same_modes_and_answers_on_the_emulated_and_on_the_
     }
 }
 
+/// The wheel measured from scans to answers: on the virtual rig, and with MASSLINE_LONG on the emulated one too, where it
+/// takes minutes.
+#[test]
+fn the_whole_wheel_is_measured_and_the_truth_is_within_the_uncertainty() {
+    let long = std::env::var_os("MASSLINE_LONG").is_some();
+    let rigs: &[&[&str]] = &[&["virtual"], &["qemu", "--firmware", firmware()]];
+    for rig in &rigs[..if long { 2 } else { 1 }] {
+        let document = json(&[&["demo", "wheel", "--rig"][..], rig].concat());
+        assert_eq!(document["modes_of_rig"].as_array().unwrap().len(), 6);
+        let truth = document["truth"].as_array().unwrap();
+        for agreement in ["agreement_of_rig", "agreement"] {
+            assert_eq!(document[agreement]["agree"], true, "{rig:?} {}", document[agreement]);
+            let combined = &document[agreement]["combined"];
+            let names = ["mass", "cx", "cy", "cz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz"];
+            for (name, truth) in names.iter().zip(truth) {
+                let number = |of: &str| combined[of][name].as_f64().unwrap();
+                let error = number("value") - truth.as_f64().unwrap();
+                // The seed is fixed; chance exceeds 3.5 standard deviations for one of ten numbers in 200 campaigns.
+                assert!(error.abs() < 3.5 * number("sigma"), "{rig:?} {agreement} {name}: {error}");
+            }
+        }
+    }
+}
+
 #[test]
 fn results_and_layout_survive_a_restart_of_the_rig() {
     let file = LayoutFile::read(Path::new(&example(1))).unwrap();

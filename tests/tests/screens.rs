@@ -290,7 +290,7 @@ fn a_computation_and_what_is_measured_look_as_their_pictures() {
 }
 
 fn verdict(reason: Option<Diagnostic>) -> Option<HitVerdict> {
-    Some(HitVerdict { peak_force: 152.3, reason })
+    Some(HitVerdict { peak_force: 152.3, impulse: None, reason })
 }
 
 #[test]

@@ -21,8 +21,7 @@ use massline_tests::long;
 use massline_virtual::bench::{Bench, BenchSource, ErrorsFrom};
 use massline_virtual::source::ScanSource;
 
-const SEED: u64 = 4;
-/// Hits at each DOF: fewer than usual, which is enough to compare two computations.
+/// Hits at each DOF: fewer than usual, so that the poles of noise stand beside the modes.
 const HITS: u8 = 2;
 
 /// The wheel's layout under the profile.
@@ -50,9 +49,9 @@ fn store(rig: &Measurement<'_, f32>, dof: usize, flash: &mut Flash) {
 }
 
 /// A campaign on the wheel: the stored lines, and the rig's answers.
-fn campaign(layout: &RigLayout) -> (Flash, Vec<Estimate<f32>>, [f32; 6], f64) {
+fn campaign(layout: &RigLayout, seed: u64) -> (Flash, Vec<Estimate<f32>>, [f32; 6], f64) {
     let bench = Bench::named("wheel").expect("bundled");
-    let mut source = BenchSource::new(&bench, &layout.cast().unwrap(), SEED).unwrap();
+    let mut source = BenchSource::new(&bench, &layout.cast().unwrap(), seed).unwrap();
     let mut memory = Box::new(Memory::<f32>::new());
     let mut rig = Measurement::new(source.adc(), &mut memory);
     rig.set_layout(layout.clone());
@@ -93,8 +92,15 @@ fn campaign(layout: &RigLayout) -> (Flash, Vec<Estimate<f32>>, [f32; 6], f64) {
 
 #[test]
 fn rig_and_host_answer_the_same_lines_alike() {
-    let layout = layout();
-    let (flash, estimates, frequencies, record_s) = campaign(&layout);
+    // In the fourth, a search for the poles after an error of the layout takes one of noise for a mode.
+    let seeds = if long() { 1..=20 } else { 4..=5 };
+    for seed in seeds {
+        compare(&layout(), seed);
+    }
+}
+
+fn compare(layout: &RigLayout, seed: u64) {
+    let (flash, estimates, frequencies, record_s) = campaign(layout, seed);
     // The wheel's modes; 0.5 % of a frequency is a third of the width of the peak.
     for (found, expected) in frequencies.iter().zip([2.82, 3.22, 3.56, 6.14, 7.16, 7.66_f32]) {
         assert!((found / expected - 1.0).abs() < 0.005, "{found} Hz, {expected} Hz");
@@ -110,7 +116,7 @@ fn rig_and_host_answer_the_same_lines_alike() {
         })
         .collect();
     let bench = Bench::named("wheel").expect("bundled");
-    let source = BenchSource::new(&bench, &layout.cast().unwrap(), SEED).unwrap();
+    let source = BenchSource::new(&bench, &layout.cast().unwrap(), seed).unwrap();
     let measured = TestLines::new(&layout.cast().unwrap(), &source.adc(), &lines);
     let wanted: Vec<Method> = Method::of_modes().collect();
     let host = measured.solve(record_s, &wanted, |_, _| ()).expect("the host has answers");
@@ -121,12 +127,17 @@ fn rig_and_host_answer_the_same_lines_alike() {
         };
         compared += 1;
         let sigma = other.sigma().expect("the answers have intervals");
+        let of_rig = estimate.sigma().expect("the answers have intervals");
         for k in 0..10 {
+            // The host has 200 draws of noise and the rig 100, whose sums of squares vary by 14 %; most of the variance is
+            // that of the layout's errors, of which both have the same.
+            let ratio = f64::from(of_rig[k]) / sigma[k];
+            assert!((ratio - 1.0).abs() < 0.05, "seed {seed}, {:?} {k}: {ratio}", estimate.method);
             let difference = f64::from(estimate.theta()[k]) - other.theta()[k];
             // The part of a standard deviation by which rig and host may differ.
             assert!(
                 difference.abs() < 0.05 * sigma[k],
-                "{:?} {k}: {difference} of {}",
+                "seed {seed}, {:?} {k}: {difference} of {}",
                 estimate.method,
                 sigma[k]
             );

@@ -7,6 +7,7 @@ use massline_firmware::board::{BoardInfo, BootReason, Sampler};
 use massline_shared::signal::CHANNELS;
 
 use crate::rig::{WATCHDOG, Watchdog};
+use crate::screen::ScreenBus;
 use crate::{last_words, stack};
 
 /// Scans per block, as the rig reads them.
@@ -112,9 +113,10 @@ pub const fn page<F: NorFlash>() -> usize {
 }
 
 /// A screen acknowledges, or its absence is detected; the bus does not hang.
-pub async fn the_screen_answers_or_is_absent(bus: &mut impl I2c) {
+pub async fn the_screen_answers_or_is_absent(bus: &mut impl ScreenBus) {
     for _ in 0..3 {
-        let answer = with_timeout(Duration::from_millis(50), bus.write(SCREEN, &OFF)).await;
+        let mut open = bus.open();
+        let answer = with_timeout(Duration::from_millis(50), open.write(SCREEN, &OFF)).await;
         assert!(answer.is_ok(), "the bus hangs");
     }
 }

@@ -8,34 +8,20 @@ use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Instant, Ticker, Timer, with_deadline, with_timeout};
+use embassy_time::{Duration, Instant, Ticker, Timer};
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
-use embedded_hal_async::i2c::I2c;
 use massline_firmware::board::Panel;
 use massline_firmware::panel::{Button, Cue};
-use ssd1306::command::AddrMode;
-use ssd1306::mode::BasicMode;
-use ssd1306::prelude::{DisplayRotation, I2CInterface};
-use ssd1306::size::DisplaySize128x64;
-use ssd1306::{I2CDisplayInterface, Ssd1306Async};
 use static_cell::StaticCell;
 
 use crate::debounce::Debounce;
-use crate::frame::{Frame, Page, WIDTH};
-
-type DisplayError = display_interface::DisplayError;
+use crate::frame::{Frame, Page};
+use crate::screen::{self, Pages, ScreenBus};
 
 /// Time after which contacts have settled.
 const SETTLE: Duration = Duration::from_millis(20);
 /// Interval at which the buttons are polled.
 const LOOK: Duration = Duration::from_millis(5);
-/// A page takes 3 ms at 400 kHz; a bus that exceeds this timeout hangs.
-const BUS_TIMEOUT: Duration = Duration::from_millis(50);
-/// Pause before a screen that did not answer is tried again, doubled after each attempt: its supply may
-/// rise more slowly than the chip's.
-const SHORTEST_PAUSE: Duration = Duration::from_millis(100);
-/// Longest pause between two attempts.
-const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 
 /// Channels between the application and the tasks of the panel.
 struct Wires {
@@ -101,11 +87,11 @@ pub trait Tone {
     fn sound(&mut self, hertz: Option<u32>);
 }
 
-impl<I: I2c, P: InputPin, T: Tone, L: OutputPin> Wiring<I, P, T, L> {
+impl<I: ScreenBus, P: InputPin, T: Tone, L: OutputPin> Wiring<I, P, T, L> {
     /// Serves the screen, the buttons and the buzzer; never returns.
     pub async fn run(self) {
         join3(
-            drive_screen(self.bus),
+            screen::drive(self.bus, &WIRES),
             watch_buttons(self.buttons),
             play_cues(self.tone, self.light),
         )
@@ -148,47 +134,15 @@ impl Panel for RigPanel {
     }
 }
 
-type Screen<I> = Ssd1306Async<I2CInterface<I>, DisplaySize128x64, BasicMode>;
-
-/// Sends pages to the screen; never returns. While the screen does not answer, pages are discarded, and the
-/// screen is tried again later.
-async fn drive_screen<I: I2c>(bus: I) -> ! {
-    let interface = I2CDisplayInterface::new(bus);
-    let mut screen = Ssd1306Async::new(interface, DisplaySize128x64, DisplayRotation::Rotate0);
-    loop {
-        wake(&mut screen).await;
-        WIRES.woken.signal(());
-        let mut shown = true;
-        while shown {
-            let (number, page) = WIRES.pages.receive().await;
-            let sent = with_timeout(BUS_TIMEOUT, send_page(&mut screen, number, &page)).await;
-            shown = matches!(sent, Ok(Ok(())));
-        }
+/// The channels as the screen sees them.
+impl Pages for Wires {
+    async fn next(&self) -> (u8, Page) {
+        self.pages.receive().await
     }
-}
 
-/// Switches the screen on as soon as it answers.
-async fn wake<I: I2c>(screen: &mut Screen<I>) {
-    let mut pause = SHORTEST_PAUSE;
-    loop {
-        let begun = screen.init_with_addr_mode(AddrMode::Horizontal);
-        if let Ok(Ok(())) = with_timeout(BUS_TIMEOUT, begun).await {
-            return;
-        }
-        let again = Instant::now() + pause;
-        while with_deadline(again, WIRES.pages.receive()).await.is_ok() {}
-        pause = (pause * 2).min(LONGEST_PAUSE);
+    fn woken(&self) {
+        self.woken.signal(());
     }
-}
-
-async fn send_page<I: I2c>(
-    screen: &mut Screen<I>,
-    number: u8,
-    page: &Page,
-) -> Result<(), DisplayError> {
-    let row = 8 * number;
-    screen.set_draw_area((0, row), (WIDTH as u8, row + 8)).await?;
-    screen.draw(page).await
 }
 
 /// Reports presses; never returns. A contact that cannot be read counts as not pressed.

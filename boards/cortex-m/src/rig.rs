@@ -3,7 +3,6 @@
 use embassy_futures::join::join4;
 use embassy_time::{Duration, Timer};
 use embedded_hal::digital::{InputPin, OutputPin};
-use embedded_hal_async::i2c::I2c;
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_firmware::Memory;
 use massline_firmware::board::{Board, BoardInfo, Link, Sampler};
@@ -11,6 +10,7 @@ use static_cell::ConstStaticCell;
 
 use crate::boot::{ResetFlags, reason};
 use crate::panel::{RigPanel, Tone, Wiring};
+use crate::screen::ScreenBus;
 use crate::{last_words, stack};
 
 /// Period of the watchdog: longer than any operation that blocks everything else, even if the watchdog's
@@ -62,7 +62,7 @@ where
     S: Sampler,
     L: Link,
     F: NorFlash,
-    I: I2c,
+    I: ScreenBus,
     P: InputPin,
     T: Tone,
     O: OutputPin,

@@ -2,17 +2,13 @@
 //! file, because the chip is a feature of the HAL.
 
 use embassy_stm32::Peri;
-use embassy_stm32::gpio::{Input, Pin, Pull};
-use embassy_stm32::i2c::{self, I2c, Master};
-use embassy_stm32::mode::Async;
+use embassy_stm32::gpio::{Input, Level, OutputOpenDrain, Pin, Pull, Speed};
+use embassy_stm32::i2c;
 use embassy_stm32::peripherals::TIM4;
 use embassy_stm32::time::{Hertz, khz};
 use embassy_stm32::timer::Channel;
 use embassy_stm32::timer::simple_pwm::SimplePwm;
 use massline_cortex_m::panel::Tone;
-
-/// The bus of the screen.
-pub type Bus = I2c<'static, Async, Master>;
 
 /// Configuration of the screen's bus.
 pub fn bus_config() -> i2c::Config {
@@ -22,6 +18,11 @@ pub fn bus_config() -> i2c::Config {
     config.scl_pullup = true;
     config.sda_pullup = true;
     config
+}
+
+/// A line of the screen's bus without the peripheral, let go; pulled up as [`bus_config`] does.
+pub fn line<'a>(pin: Peri<'a, impl Pin>) -> OutputOpenDrain<'a> {
+    OutputOpenDrain::new_pull(pin, Level::High, Speed::Low, Pull::Up)
 }
 
 /// Input for a button to ground.

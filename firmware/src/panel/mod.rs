@@ -70,6 +70,8 @@ pub struct PanelModel {
     pub levels: [u8; CHANNELS],
     /// Estimated time until the end of the campaign or of the computation, s; `None` before the first hit or percent.
     pub seconds_left: Option<u16>,
+    /// Time for which the object still rings in the record of a hit of the suspension profile, s; `None` outside of one.
+    pub ringing_left: Option<u8>,
     /// Percentage of the computation of the suspension modes that is done; `None` unless it runs.
     pub computed: Option<u8>,
     /// What the layout measures.
@@ -116,6 +118,7 @@ impl PanelModel {
         verdict: None,
         levels: [0; CHANNELS],
         seconds_left: None,
+        ringing_left: None,
         computed: None,
         profile: TestProfile::MassLine,
         block: false,
@@ -182,7 +185,7 @@ impl From<&GradedHit> for HitVerdict {
     fn from(hit: &GradedHit) -> Self {
         let first = |of| hit.findings.iter().find(|found| found.severity == of);
         let reason = first(Severity::Error).or_else(|| first(Severity::Warning)).copied();
-        Self { peak_force: hit.peak_force, reason }
+        Self { peak_force: hit.peak_force, impulse: hit.impulse, reason }
     }
 }
 
@@ -227,6 +230,8 @@ impl PrecisionModel {
 pub struct HitVerdict {
     /// Peak force, N.
     pub peak_force: f32,
+    /// Impulse, N s, by which a hit is judged in the suspension profile; `None` in the other.
+    pub impulse: Option<f32>,
     /// The error for which the hit was rejected, or what makes an accepted one doubtful; `None` for a good one.
     pub reason: Option<Diagnostic>,
 }

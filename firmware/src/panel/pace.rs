@@ -1,6 +1,7 @@
 //! Estimates the remaining time of a campaign, and of the computation after it.
 
 use embassy_time::{Duration, Instant};
+use massline_shared::layout::TestProfile;
 use massline_shared::measurement::campaign::Phase;
 
 use super::PanelModel;
@@ -15,6 +16,8 @@ pub(super) struct TimeEstimator {
     hit: Option<Duration>,
     averaged: u16,
     measuring: bool,
+    /// When the record began that is being taken.
+    record: Option<Instant>,
     computing: Option<Computing>,
 }
 
@@ -56,7 +59,7 @@ const MEMORY: u32 = 4;
 
 impl TimeEstimator {
     pub fn new(now: Instant) -> Self {
-        Self { since: now, hit: None, averaged: 0, measuring: false, computing: None }
+        Self { since: now, hit: None, averaged: 0, measuring: false, record: None, computing: None }
     }
 
     /// Updates the pace from the current model.
@@ -74,8 +77,17 @@ impl TimeEstimator {
             self.since = now;
         }
         (self.measuring, self.averaged) = (measuring, model.averaged);
+        let records = model.phase == Phase::Busy && model.profile == TestProfile::Suspension;
+        self.record = records.then(|| self.record.unwrap_or(now));
         let known = self.computing;
         self.computing = model.computed.map(|percent| Computing::follow(known, percent, now));
+    }
+
+    /// Time for which the object still rings in the record that is being taken, which lasts so long; `None` when none is. After it the hit is analysed.
+    pub fn ringing_left(&self, record: Duration, now: Instant) -> Option<u8> {
+        let took = now.saturating_duration_since(self.record?);
+        let left = record.as_millis().saturating_sub(took.as_millis()).div_ceil(1000);
+        u8::try_from(left).ok().filter(|left| *left > 0)
     }
 
     /// Estimated time for the rest of the campaign, or of the computation, s.
@@ -102,6 +114,23 @@ mod tests {
             pace.follow(&at(hits, phase), Instant::from_secs(second));
         }
         pace
+    }
+
+    #[test]
+    fn the_ringing_of_a_record_is_counted_down_and_that_of_the_next_anew() {
+        let mut pace = TimeEstimator::new(Instant::from_secs(0));
+        let mut left = |phase, profile, second| {
+            let now = Instant::from_secs(second);
+            pace.follow(&PanelModel { profile, ..at(0, phase) }, now);
+            pace.ringing_left(Duration::from_millis(39_400), now)
+        };
+        assert_eq!(left(ARMED, TestProfile::Suspension, 10), None);
+        assert_eq!(left(Phase::Busy, TestProfile::Suspension, 20), Some(40));
+        assert_eq!(left(Phase::Busy, TestProfile::Suspension, 58), Some(2));
+        assert_eq!(left(Phase::Busy, TestProfile::Suspension, 60), None);
+        assert_eq!(left(ARMED, TestProfile::Suspension, 61), None);
+        assert_eq!(left(Phase::Busy, TestProfile::Suspension, 70), Some(40));
+        assert_eq!(left(Phase::Busy, TestProfile::MassLine, 71), None);
     }
 
     const ARMED: Phase = Phase::Armed;

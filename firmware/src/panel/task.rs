@@ -2,12 +2,12 @@
 //!
 //! Measuring never waits for the panel. The panel waits for the store if an action needs the flash.
 
-use massline_shared::signal::{AdcProperties, RestStatistics};
+use massline_shared::signal::{AdcProperties, RestStatistics, ringing_s};
 
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
-use embassy_time::Instant;
+use embassy_time::{Duration, Instant};
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::{String, Vec};
 use massline_protocol::MAX_LAYOUT;
@@ -168,6 +168,9 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         }
         self.pace.follow(&model, Instant::now());
         model.seconds_left = self.pace.seconds_left(&model, Instant::now());
+        let record_ms = 1e3 * ringing_s(self.rig.measurement.borrow().adc());
+        let record = Duration::from_millis(record_ms as u64);
+        model.ringing_left = self.pace.ringing_left(record, Instant::now());
         let heard = cues(&self.before, &model);
         self.before = model;
         heard

@@ -257,7 +257,7 @@ fn explain(raw: u16, results_to_delete: u8) -> String {
         Some(Reason::LayoutRefused) => "its layout cannot determine the ten properties",
         Some(Reason::StoreFull) => {
             return match results_to_delete {
-                0 => "its store is full; `massline results delete` makes room".into(),
+                0 => "its store is full; `massline results delete` makes room, and a layout with fewer hits needs less".into(),
                 1 => "its store has too little room; delete the oldest result with `massline results delete`".into(),
                 more => format!(
                     "its store has too little room; delete the {more} oldest results with `massline results delete`"
@@ -338,7 +338,9 @@ mod tests {
             let reason = Reason::StoreFull as u16;
             ClientError::Refused { request: "start", reason, results_to_delete }.to_string()
         };
-        assert!(full(0).contains("is full; `massline results delete` makes room"));
+        assert!(full(0).contains(
+            "is full; `massline results delete` makes room, and a layout with fewer hits"
+        ));
         assert!(full(1).contains("delete the oldest result"));
         assert!(full(3).contains("delete the 3 oldest results"));
     }

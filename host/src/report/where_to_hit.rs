@@ -22,7 +22,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// The point and direction, as in a layout.
+    /// The point, and the direction along an axis of the body, which a node with local axes may call otherwise.
     pub(super) fn dof(&self) -> String {
         self.dof.to_string()
     }
@@ -34,8 +34,8 @@ impl Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let beside = if self.at_sensor { " (beside the sensor)" } else { "" };
-        write!(f, "{}{beside}", self.dof)
+        let beside = if self.at_sensor { ", beside the sensor" } else { "" };
+        write!(f, "{} (axes of the body{beside})", self.dof)
     }
 }
 

@@ -167,7 +167,8 @@ impl<R: Real> TestSettings<R> {
         }
     }
 
-    /// The same settings under another profile: its own defaults for band, windows and impulse; the rest stays.
+    /// The same settings under another profile: its own defaults for band and windows; the rest stays, also the impulse, which
+    /// means something under one profile alone.
     pub fn under(&self, profile: TestProfile) -> Self {
         if profile == self.profile {
             return *self;
@@ -178,6 +179,7 @@ impl<R: Real> TestSettings<R> {
             frf_estimator: self.frf_estimator,
             terms: self.terms,
             policy: self.policy,
+            impulse_ns: self.impulse_ns,
             ..Self::of_profile(profile)
         }
     }

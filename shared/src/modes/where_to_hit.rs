@@ -18,7 +18,7 @@ pub struct Shown<R> {
     pub indicator: R,
     /// The largest Norm Indicator of any hit along an axis of the body at a point of the layout.
     pub possible: R,
-    /// That hit.
+    /// That hit, along an axis of the body, which at a node with local axes is not the DOF of this name.
     pub better: Dof,
 }
 

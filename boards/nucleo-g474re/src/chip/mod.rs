@@ -8,7 +8,6 @@ mod usb;
 #[path = "../../../cortex-m/stm32/watchdog.rs"]
 mod watchdog;
 
-use defmt_rtt as _;
 use embassy_executor::{Executor, Spawner};
 use embassy_stm32::gpio::{Input, Level, Output, Speed};
 use embassy_stm32::{Config, flash, pac, rcc};
@@ -44,11 +43,6 @@ pub struct Parts {
 pub fn main() -> ! {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
     let parts = parts();
-    let info = &parts.rig.info;
-    defmt::info!("massline {} ({})", info.firmware, info.git_hash);
-    if !info.last_panic.is_empty() {
-        defmt::error!("the last run ended with: {}", info.last_panic);
-    }
     EXECUTOR.init(Executor::new()).run(|spawner: Spawner| match run(parts) {
         Ok(token) => spawner.spawn(token),
         Err(_) => unreachable!("it is spawned once"),
@@ -88,7 +82,7 @@ pub fn parts() -> Parts {
         ecc::Ecc,
     );
     let panel = Wiring {
-        bus: panel::screen(p.I2C1, p.PA15, p.PB7, p.DMA1_CH4, p.DMA1_CH5),
+        bus: panel::Bus { i2c: p.I2C1, clock: p.PA15, data: p.PB7, tx: p.DMA1_CH4, rx: p.DMA1_CH5 },
         buttons: [panel::button(p.PB4), panel::button(p.PB5), panel::button(p.PB10)],
         tone: panel::buzzer(p.TIM4, p.PB6),
         light: Output::new(p.PA5, Level::Low, Speed::Low),

@@ -85,7 +85,7 @@ pub fn parts() -> Parts {
         Unsupervised,
     );
     let panel = Wiring {
-        bus: panel::screen(p.I2C0, p.PIN_5, p.PIN_4),
+        bus: panel::Bus { i2c: p.I2C0, clock: p.PIN_5, data: p.PIN_4 },
         buttons: [panel::button(p.PIN_10), panel::button(p.PIN_11), panel::button(p.PIN_12)],
         tone: panel::buzzer(p.PWM_SLICE7, p.PIN_14),
         light: Output::new(p.PIN_25, Level::Low),

@@ -1,11 +1,12 @@
 //! The panel's hardware: I2C0 for the screen, a slice of the PWM for the buzzer.
 
-use embassy_rp::gpio::{Input, Pin, Pull};
+use embassy_rp::gpio::{Input, Level, OutputOpenDrain, Pin, Pull};
 use embassy_rp::i2c::{self, Async, I2c};
 use embassy_rp::peripherals::{I2C0, PIN_4, PIN_5, PIN_14, PWM_SLICE7};
 use embassy_rp::pwm::{self, Pwm};
 use embassy_rp::{Peri, bind_interrupts};
 use massline_cortex_m::panel::Tone;
+use massline_cortex_m::screen::ScreenBus;
 
 use crate::plan::CORE_HZ;
 
@@ -17,20 +18,39 @@ bind_interrupts!(struct Interrupts {
 const DIVIDER: u8 = 100;
 
 /// The bus of the screen.
-pub type Bus = I2c<'static, I2C0, Async>;
+pub struct Bus {
+    /// Its peripheral.
+    pub i2c: Peri<'static, I2C0>,
+    /// Clock.
+    pub clock: Peri<'static, PIN_5>,
+    /// Data.
+    pub data: Peri<'static, PIN_4>,
+}
 
-/// Opens the bus of the screen.
-pub fn screen(
-    i2c: Peri<'static, I2C0>,
-    clock: Peri<'static, PIN_5>,
-    data: Peri<'static, PIN_4>,
-) -> Bus {
-    let mut config = i2c::Config::default();
-    config.frequency = 400_000;
-    // Screen modules have their own pull-ups; without a module these keep the bus idle.
-    config.scl_pullup = true;
-    config.sda_pullup = true;
-    I2c::new_async(i2c, clock, data, Interrupts, config)
+impl ScreenBus for Bus {
+    type Open<'a> = I2c<'a, I2C0, Async>;
+    type Line<'a> = OutputOpenDrain<'a>;
+
+    fn open(&mut self) -> Self::Open<'_> {
+        let mut config = i2c::Config::default();
+        config.frequency = 400_000;
+        // Screen modules have their own pull-ups; without a module these keep the bus idle.
+        config.scl_pullup = true;
+        config.sda_pullup = true;
+        let Self { i2c, clock, data } = self;
+        I2c::new_async(i2c.reborrow(), clock.reborrow(), data.reborrow(), Interrupts, config)
+    }
+
+    fn lines(&mut self) -> [Self::Line<'_>; 2] {
+        [line(self.clock.reborrow()), line(self.data.reborrow())]
+    }
+}
+
+/// A line of the bus without the peripheral, let go and pulled up.
+fn line<'a>(pin: Peri<'a, impl Pin>) -> OutputOpenDrain<'a> {
+    let mut line = OutputOpenDrain::new(pin, Level::High);
+    line.set_pullup(true);
+    line
 }
 
 /// Input for a button to ground.

@@ -36,7 +36,7 @@ pub(super) fn draw<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
             }
         }
         Phase::Confirming => {
-            lists::entries(canvas, view, &text(format_args!("Good hit {}", peak(model))));
+            lists::entries(canvas, view, &text(format_args!("Good hit {}", strength(model))));
         }
         Phase::Paused => {
             let mut title = Text::new();
@@ -90,7 +90,8 @@ fn prepared<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
 fn guided<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     let model = view.model;
     let said = match model.verdict {
-        Some(_) => text(format_args!("Good {}", peak(model))),
+        Some(_) => text(format_args!("Good {}", strength(model))),
+        None if model.profile == TestProfile::Suspension => text(format_args!("Hit when still")),
         None => text(format_args!("Hit now")),
     };
     let time = time_left(model);
@@ -145,7 +146,10 @@ fn progress<D: Screen>(canvas: &mut Canvas<'_, D>, model: &PanelModel) {
 /// Level bars of all channels, the hammer first; or a text while a record is taken or analysed.
 fn levels<D: Screen>(canvas: &mut Canvas<'_, D>, model: &PanelModel) {
     if model.phase == Phase::Busy {
-        return canvas.bar(53, "measuring");
+        return match model.ringing_left {
+            Some(left) => canvas.bar(53, &text(format_args!("{left} s, do not touch"))),
+            None => canvas.bar(53, "measuring"),
+        };
     }
     for (channel, &level) in model.levels.iter().enumerate().take(CHANNELS) {
         let x = match channel.checked_sub(1) {
@@ -193,9 +197,13 @@ fn next_hit(model: &PanelModel) -> u8 {
     model.accepted.saturating_add(1).min(model.wanted)
 }
 
-fn peak(model: &PanelModel) -> Text {
-    let force = model.verdict.map_or(0.0, |verdict| verdict.peak_force);
-    text(format_args!("{} N", fitting(force, 0, 6)))
+/// What a hit is judged by: its impulse in the suspension profile, else its peak force.
+fn strength(model: &PanelModel) -> Text {
+    let Some(verdict) = model.verdict else { return Text::new() };
+    match verdict.impulse {
+        Some(impulse) => text(format_args!("{} N s", fitting(impulse, 2, 6))),
+        None => text(format_args!("{} N", fitting(verdict.peak_force, 0, 6))),
+    }
 }
 
 /// Remaining time of the campaign in minutes and seconds.

@@ -85,7 +85,7 @@ fn hits<D: Screen>(canvas: &mut Canvas<'_, D>, mode: &StoredMode, layout: &RigLa
         &text(format_args!("NI {indicator}")),
     );
     if shown.is_hardly_shown() {
-        return canvas.format(4, format_args!("hardly: add {}", words::place(shown.better)));
+        return canvas.format(4, format_args!("hardly: body {}", words::place(shown.better)));
     }
     let length = layout.characteristic_length();
     let least = measured()
@@ -97,7 +97,7 @@ fn hits<D: Screen>(canvas: &mut Canvas<'_, D>, mode: &StoredMode, layout: &RigLa
     if let Some((indicator, hit)) = least
         && indicator < HARDLY * shown.indicator
     {
-        canvas.format(4, format_args!("{} hardly moves", place(hit)));
+        canvas.format(4, format_args!("hardly by {}", place(hit)));
     }
 }
 

@@ -82,7 +82,10 @@ fn hits_in_one_plane_determine_nothing_and_the_missing_hit_is_named() {
     let said = error.to_string();
     assert!(said.contains("show 3 suspension modes"), "{said}");
     // The three hits push along X and Y in one plane.
-    assert!(said.contains("a hit at 1:+Z (beside the sensor) would be"), "{said}");
+    assert!(
+        said.contains("a hit at 1:+Z (axes of the body, beside the sensor) would be"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -14,14 +14,13 @@ const OUT_OF_PHASE: f64 = 1.0;
 /// Imaginary over real part of the residues up to which a peak of more than two lines is a mode: several elastic modes may be
 /// found as one.
 const PARTLY_IN_PHASE: f64 = 1.0;
-/// What one more mode adds within the band, over the lowest peak of the six, from which answers may be off by as large a part
-/// of scale. Noise has less than 0.002.
+/// Part of scale by which answers may be off from which one more mode is noticed: the height of its peak over the lowest of the
+/// six, of which noise has less than 0.002, or what it makes of the body below its frequency.
 const NOTICEABLE: f64 = 0.02;
 /// The same from which there is no answer.
 const TOO_MUCH: f64 = 0.1;
-
-/// The same for a mode outside the band, of which the global fit can take account unless it is larger than the modes.
-const TOO_MUCH_OUTSIDE: f64 = 1.0;
+/// Damping ratio from which a pair of poles outside the band is no mode but stands for what is smooth within it.
+const NO_MODE: f64 = 0.3;
 
 /// The suspension modes, and what speaks against them.
 pub(in crate::identify) struct Selection {
@@ -46,10 +45,7 @@ pub(in crate::identify) fn select<R: Real>(
         let in_phase = all.modes[*place].complexity < R::of(OUT_OF_PHASE);
         in_phase && low < frequency && frequency < high
     };
-    let height = |place: usize| {
-        let mode = &all.modes[place];
-        peak(mode, length, mode.frequency_hz.max(low).min(high))
-    };
+    let height = |place: usize| peak(&all.modes[place], length);
     let lower = |a: usize, b: usize| if height(b) < height(a) { b } else { a };
     let mut kept: Vec<usize, MOST_PAIRS> = (0..all.modes.len()).filter(inside).collect();
     while kept.len() > SUSPENSION_MODES {
@@ -58,33 +54,51 @@ pub(in crate::identify) fn select<R: Real>(
     }
     let spacing = (high - low) / R::of(s.len().saturating_sub(1).max(1) as f64);
     let lowest = kept.iter().copied().reduce(lower).map_or(R::zero(), height);
+    let six: Vec<&Mode<R>, MOST_PAIRS> = kept.iter().map(|place| &all.modes[*place]).collect();
+    let error = |place: usize| {
+        let mode = &all.modes[place];
+        if inside(&place) { height(place) / lowest } else { flexibility(mode, &six, length) }
+    };
     let others = (0..all.modes.len()).filter(|place| !kept.contains(place));
     let others = others.filter(|place| is_mode(&all.modes[*place], spacing));
-    let highest = others.reduce(|a, b| if height(b) > height(a) { b } else { a });
+    let worst = others.reduce(|a, b| if error(b) > error(a) { b } else { a });
     let whole = kept.len() == SUSPENSION_MODES;
-    let one_more = highest.filter(|_| whole).and_then(|place| {
-        let share = height(place) / lowest;
-        let most = if inside(&place) { TOO_MUCH } else { TOO_MUCH_OUTSIDE };
-        let severity = if share > R::of(most) { Severity::Error } else { Severity::Warning };
+    let one_more = worst.filter(|_| whole).and_then(|place| {
+        let error = error(place);
+        let severity = if error > R::of(TOO_MUCH) { Severity::Error } else { Severity::Warning };
         let frequency = all.modes[place].frequency_hz.to_f32();
         let finding = Diagnostic::whole(Code::MoreModesThanSix, severity, frequency);
-        (share > R::of(NOTICEABLE)).then_some(finding)
+        (error > R::of(NOTICEABLE)).then_some(finding)
     });
     Selection { kept, one_more }
 }
 
-/// What a mode adds to the accelerances under all forces at this frequency in Hz, times two. Noise finds modes outside the
-/// band whose peaks would be high, of which the band sees nothing.
-fn peak<R: Real>(mode: &Mode<R>, length: R, frequency_hz: R) -> R {
+/// Height of the peak of a mode under all forces.
+fn peak<R: Real>(mode: &Mode<R>, length: R) -> R {
+    size(mode, length) / mode.damping_ratio
+}
+
+/// Norm of the residues of a mode under all forces.
+fn size<R: Real>(mode: &Mode<R>, length: R) -> R {
     let square = |sum: R, residue| {
         let indicator = norm_indicator(residue, length);
         sum + indicator * indicator
     };
-    let ratio = frequency_hz / mode.frequency_hz;
-    let squared = ratio * ratio;
-    let damped = R::of(2.0) * mode.damping_ratio * ratio;
-    let gain = R::of(2.0) * squared / (R::one() - squared).hypot(damped);
-    mode.residues.iter().fold(R::zero(), square).sqrt() * gain
+    mode.residues.iter().fold(R::zero(), square).sqrt()
+}
+
+/// By how much of its scale a body seems heavier at the highest of its suspension modes than it is, because a part of it moves
+/// on a spring of its own with this mode outside the band: the share of the part, which is that of the residues, times
+/// x²/|1 − x²| with the ratio x of the frequencies.
+fn flexibility<R: Real>(mode: &Mode<R>, six: &[&Mode<R>], length: R) -> R {
+    if mode.damping_ratio > R::of(NO_MODE) {
+        return R::zero();
+    }
+    let most =
+        |of: fn(&Mode<R>, R) -> R| six.iter().fold(R::zero(), |top, m| top.max(of(m, length)));
+    let ratio = most(|mode, _| mode.frequency_hz) / mode.frequency_hz;
+    let share = size(mode, length) / most(size);
+    share * ratio * ratio / (R::one() - ratio * ratio).abs()
 }
 
 /// True for what moves in phase with the force, as modes do; `spacing` is the distance of the lines, Hz.
@@ -132,16 +146,19 @@ mod tests {
     }
 
     #[test]
-    fn a_mode_outside_the_band_counts_by_what_it_adds_within() {
-        // Its peak at 28 Hz would be four times as high as those of the six. At 12.5 Hz it adds twice
-        // 0.2 · (12.5/28)²/(1 − (12.5/28)²) = 0.1 of the 0.1/0.01 = 10 of a peak.
-        assert_eq!(with(mode(28.0, 0.005, 0.2)), None);
-        // Twice 1.0 · 0.249 of 10: five per cent, which is worth a warning.
-        let warning = with(mode(28.0, 0.005, 1.0)).expect("a warning");
-        assert_eq!(warning.severity, Severity::Warning);
-        // Just beyond the band the peak itself is nearly within: more than any of the six.
-        let error = with(mode(12.6, 0.01, 0.2)).expect("an error");
+    fn a_mode_outside_the_band_counts_by_what_it_makes_of_the_body() {
+        // The highest of the six is at 9 Hz: (9/28)²/(1 − (9/28)²) = 0.115. With a tenth of their residues that is 1.2 %.
+        assert_eq!(with(mode(28.0, 0.005, 0.01)), None);
+        // Half of them: 5.8 %, whatever the height of the peak.
+        for damping_ratio in [0.002, 0.02, 0.2] {
+            let warning = with(mode(28.0, damping_ratio, 0.05)).expect("a warning");
+            assert_eq!(warning.severity, Severity::Warning);
+        }
+        // As much: 11.5 %.
+        let error = with(mode(28.0, 0.005, 0.1)).expect("an error");
         assert_eq!(error.severity, Severity::Error);
+        // Two real poles, in place of which there is a pair, stand for what is smooth.
+        assert_eq!(with(mode(28.0, 0.7, 1.0)), None);
     }
 
     #[test]

@@ -20,8 +20,9 @@ use crate::{Progress, Real};
 pub(super) const DRAWS: u32 = 100;
 /// Lines that one step reduces.
 const LINES_OF_A_STEP: usize = 16;
-/// Cost of a change of the motions, and of one of the forces alone, in the same unit.
-const COST_OF_MOTIONS: u32 = 3;
+/// Cost of a draw of noise, of a change of the motions, and of one of the forces alone, in the same unit.
+const COST_OF_NOISE: u32 = 3;
+const COST_OF_MOTIONS: u32 = 2;
 const COST_OF_FORCES: u32 = 1;
 /// Standard deviations of noise for which there is room in the motions.
 const ROOM: f64 = 6.0;
@@ -84,7 +85,11 @@ impl ChangeKind {
     }
 
     fn cost(self) -> u32 {
-        if self == Self::Forces { COST_OF_FORCES } else { COST_OF_MOTIONS }
+        match self {
+            Self::None | Self::Noise(_) => COST_OF_NOISE,
+            Self::Motions => COST_OF_MOTIONS,
+            Self::Forces => COST_OF_FORCES,
+        }
     }
 }
 
@@ -162,13 +167,14 @@ impl<R: Real> SuspensionSolver<R> {
         if matches!(kind, ChangeKind::Noise(_)) {
             self.make_room_for_noise(layout.characteristic_length(), memory);
         }
+        let same_poles = self.same_poles();
         let Stage::Changes(change) = &mut self.stage else { return };
         change.answers = [None; SUSPENSION_METHODS];
         // The standard deviations of the motions have to be those of the layout again.
         let begins_with_motions = kind.changes_motions() || change.weights_changed;
         change.work = match kind {
             _ if begins_with_motions => Work::Motions(0),
-            ChangeKind::Forces => Work::Residues(self.fit.relocated.clone(), ResidueFit::default()),
+            ChangeKind::Forces => same_poles,
             _ => Work::Poles(PoleSearch::once(self.fit.poles.clone())),
         };
     }
@@ -243,12 +249,20 @@ impl<R: Real> SuspensionSolver<R> {
         if end < count {
             return self.set_work(Work::Motions(end));
         }
+        let same_poles = self.same_poles();
         let Stage::Changes(change) = &mut self.stage else { return };
-        change.work = if kind.changes_motions() {
-            Work::Poles(PoleSearch::once(self.fit.poles.clone()))
-        } else {
-            Work::Residues(self.fit.relocated.clone(), ResidueFit::default())
+        change.work = match kind {
+            ChangeKind::None | ChangeKind::Noise(_) => {
+                Work::Poles(PoleSearch::once(self.fit.poles.clone()))
+            }
+            ChangeKind::Motions | ChangeKind::Forces => same_poles,
         };
+    }
+
+    /// Errors of the layout mix the motions with each other and do not move their poles. A search would: it is in single
+    /// precision, and a pole that the noise has found beside a mode may take its place.
+    fn same_poles(&self) -> Work<R> {
+        Work::Residues(self.fit.relocated.clone(), ResidueFit::default())
     }
 
     /// Moves the poles to those of the changed motions.

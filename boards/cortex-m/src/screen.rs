@@ -1,0 +1,118 @@
+//! The screen: an OLED of 128 × 64 pixels with an SSD1306 on an I²C bus, which a glitch on a wire may leave hanging.
+//!
+//! A screen that has seen one clock too many or too few waits for more of them with the data line pulled low, and then no
+//! transfer ever begins. Nine clocks end whatever byte it believes in, a stop ends the transfer, and the peripheral is set up anew.
+
+use display_interface::DisplayError;
+use embassy_time::{Duration, Instant, Timer, with_deadline, with_timeout};
+use embedded_hal::digital::{InputPin, OutputPin};
+use embedded_hal_async::i2c::I2c;
+use ssd1306::command::AddrMode;
+use ssd1306::mode::BasicMode;
+use ssd1306::prelude::{DisplayRotation, I2CInterface};
+use ssd1306::size::DisplaySize128x64;
+use ssd1306::{I2CDisplayInterface, Ssd1306Async};
+
+use crate::frame::{Page, WIDTH};
+
+/// A page takes 3 ms at 400 kHz; a bus that exceeds this time hangs.
+pub const BUS_TIMEOUT: Duration = Duration::from_millis(20);
+/// Half a period of the clocks that free the bus: slower than any screen.
+const HALF_CLOCK: Duration = Duration::from_micros(5);
+/// Clocks that end a byte and its acknowledgement.
+const CLOCKS: usize = 9;
+/// Pause before a screen that does not answer is tried again, doubled after each attempt: its supply may rise more slowly
+/// than the chip's.
+const SHORTEST_PAUSE: Duration = Duration::from_millis(100);
+/// Longest pause between two attempts.
+const LONGEST_PAUSE: Duration = Duration::from_secs(5);
+
+/// The bus of the screen, which can be opened again and again.
+pub trait ScreenBus {
+    /// The open bus.
+    type Open<'a>: I2c
+    where
+        Self: 'a;
+    /// A line of the bus: it is pulled low, or let go and read.
+    type Line<'a>: InputPin + OutputPin
+    where
+        Self: 'a;
+
+    /// Resets the peripheral and sets it up.
+    fn open(&mut self) -> Self::Open<'_>;
+
+    /// Clock and data as pins, without the peripheral, let go.
+    fn lines(&mut self) -> [Self::Line<'_>; 2];
+}
+
+/// The application's side of the screen.
+pub trait Pages {
+    /// Waits for the next page to be shown, with its number.
+    fn next(&self) -> impl Future<Output = (u8, Page)>;
+
+    /// The screen has been switched on, and has lost what was sent before.
+    fn woken(&self);
+}
+
+type Screen<I> = Ssd1306Async<I2CInterface<I>, DisplaySize128x64, BasicMode>;
+
+/// Shows the pages; never returns. A screen that has answered is tried again at once, because its bus may only hang; while it
+/// does not answer, pages are discarded, and it is tried again later.
+pub async fn drive(mut bus: impl ScreenBus, pages: &impl Pages) -> ! {
+    let mut pause = Duration::MIN;
+    loop {
+        free(bus.lines()).await;
+        let interface = I2CDisplayInterface::new(bus.open());
+        let mut screen = Ssd1306Async::new(interface, DisplaySize128x64, DisplayRotation::Rotate0);
+        let begun = screen.init_with_addr_mode(AddrMode::Horizontal);
+        if let Ok(Ok(())) = with_timeout(BUS_TIMEOUT, begun).await {
+            pages.woken();
+            pause = Duration::MIN;
+            show(&mut screen, pages).await;
+        } else {
+            let again = Instant::now() + pause;
+            while with_deadline(again, pages.next()).await.is_ok() {}
+            pause = (pause * 2).clamp(SHORTEST_PAUSE, LONGEST_PAUSE);
+        }
+    }
+}
+
+/// Sends pages until the screen does not take one.
+async fn show<I: I2c>(screen: &mut Screen<I>, pages: &impl Pages) {
+    loop {
+        let (number, page) = pages.next().await;
+        let sent = with_timeout(BUS_TIMEOUT, send_page(screen, number, &page)).await;
+        if !matches!(sent, Ok(Ok(()))) {
+            return;
+        }
+    }
+}
+
+async fn send_page<I: I2c>(
+    screen: &mut Screen<I>,
+    number: u8,
+    page: &Page,
+) -> Result<(), DisplayError> {
+    let row = 8 * number;
+    screen.set_draw_area((0, row), (WIDTH as u8, row + 8)).await?;
+    screen.draw(page).await
+}
+
+/// Lets a screen that holds the data line finish its byte, and ends the transfer: I²C specification (UM10204), 3.1.16. Errors of
+/// pins do not occur on a chip.
+async fn free<L: InputPin + OutputPin>([mut clock, mut data]: [L; 2]) {
+    let _ = data.set_high();
+    for _ in 0..CLOCKS {
+        let _ = clock.set_low();
+        Timer::after(HALF_CLOCK).await;
+        let _ = clock.set_high();
+        Timer::after(HALF_CLOCK).await;
+    }
+    let _ = clock.set_low();
+    let _ = data.set_low();
+    Timer::after(HALF_CLOCK).await;
+    let _ = clock.set_high();
+    Timer::after(HALF_CLOCK).await;
+    let _ = data.set_high();
+    Timer::after(HALF_CLOCK).await;
+}
