@@ -6,6 +6,7 @@
 mod assumptions;
 mod candidates;
 mod criterion;
+mod findings;
 mod forecast;
 mod predicted;
 pub mod report;
@@ -15,6 +16,7 @@ mod suspension;
 pub use assumptions::Assumptions;
 pub use candidates::Candidates;
 pub use criterion::LayoutCriterion;
+pub use findings::LayoutFindings;
 pub use forecast::{Forecast, forecast};
 pub use predicted::{Advice, DesignReport, Predicted};
 pub use suggest::{Options, Suggestion, Wanted, suggest};

@@ -2,7 +2,8 @@
 
 use massline_shared::body::RigidBody;
 use massline_shared::design::{Criterion, Predict};
-use massline_shared::layout::Layout;
+use massline_shared::identify::suspension::undetermined_property;
+use massline_shared::layout::{HostLayout, Layout};
 use nalgebra::SVector;
 
 use super::suspension::SuspensionCriterion;
@@ -27,6 +28,19 @@ impl LayoutCriterion {
     /// The assumed body of the object.
     pub fn body(&self) -> &RigidBody<f64> {
         &self.plain().body
+    }
+
+    /// True for variances of `theta` with which the methods answer. Those that use the modes refuse a property whose standard
+    /// deviation is too large for its scale.
+    pub(super) fn is_determined(&self, variances: &SVector<f64, 10>, layout: &HostLayout) -> bool {
+        let sigma = variances.map(f64::sqrt);
+        let length = layout.characteristic_length();
+        match self {
+            Self::MassLine(_) => true,
+            Self::Suspension(_) => {
+                undetermined_property(&self.body().theta(), &sigma, length).is_none()
+            }
+        }
     }
 
     /// Standard deviation of the accelerance of a single hit, (m/s²)/N.

@@ -2,12 +2,11 @@
 
 use massline_shared::body::RigidBody;
 use massline_shared::design::{Criterion, Part, Predict, parts, total};
-use massline_shared::identify::Applicability;
 use massline_shared::identify::maximum_likelihood::workspace;
 use massline_shared::layout::{Dof, HOST_SENSORS, HostLayout};
 use nalgebra::SVector;
 
-use super::{Assumptions, Candidates, LayoutCriterion, methods_of};
+use super::{Assumptions, Candidates, LayoutCriterion, LayoutFindings};
 use crate::layout_file::LayoutFile;
 
 /// The predicted uncertainty of a layout.
@@ -24,8 +23,8 @@ pub struct Predicted {
 /// The prediction for a layout before any measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DesignReport {
-    /// Which methods are applicable, ranks and condition numbers.
-    pub applicability: Applicability<f64>,
+    /// Which methods are applicable, and what is to be said of the layout.
+    pub findings: LayoutFindings,
     /// The predicted uncertainty; `None` when the layout does not determine the ten properties.
     pub predicted: Option<Predicted>,
     /// Contribution of each error source to the uncertainty; empty without a prediction.
@@ -56,7 +55,9 @@ impl Predicted {
     pub(super) fn of(criterion: &LayoutCriterion, layout: &HostLayout) -> Option<Self> {
         let mut memory = memory();
         criterion.cost(layout, &mut memory)?;
-        Some(Self::new(&criterion.variances(layout, &mut memory)?, criterion.scale()))
+        let variances = criterion.variances(layout, &mut memory)?;
+        let determined = criterion.is_determined(&variances, layout);
+        determined.then(|| Self::new(&variances, criterion.scale()))
     }
 
     /// These variances of `theta`, in SI units, and over these scales.
@@ -102,14 +103,13 @@ impl DesignReport {
         criterion: LayoutCriterion,
         whose: String,
     ) -> Self {
-        let methods = methods_of(layout.test.profile);
-        let applicability = Applicability::new(layout, criterion.body(), &methods);
-        let possible = methods.iter().any(|&method| applicability.admits(method));
+        let findings = LayoutFindings::new(layout, criterion.body());
+        let possible = findings.admits_any();
         let predicted = if possible { Predicted::of(&criterion, layout) } else { None };
         let parts = predicted.and_then(|_| parts(&criterion, layout, &mut memory()));
         let candidates = Candidates::of(file).beyond(layout);
         Self {
-            applicability,
+            findings: if predicted.is_some() { findings } else { findings.without_answer() },
             predicted,
             parts: parts.map_or(Vec::new(), |parts| parts.to_vec()),
             advice: predicted.map(|_| Advice::of(&criterion, layout, candidates)),

@@ -180,7 +180,7 @@ mod tests {
     use massline_virtual::bench::Bench;
 
     use super::*;
-    use crate::design::{Assumptions, LayoutCriterion, forecast};
+    use crate::design::{Assumptions, LayoutCriterion, Predicted, forecast};
     use crate::layout_file::LayoutFile;
 
     const WHEEL: &str = include_str!("../../examples/wheel.toml");
@@ -244,6 +244,17 @@ mod tests {
         let apart = Assumptions::of(&file, None).unwrap();
         let cost = criterion(&file, &apart).cost(&file.layout, &mut []);
         assert!(cost.is_none_or(|cost| total(cost) > 1.0), "{cost:?}");
+    }
+
+    /// The bound of 200 times the noise is finite, but a method refuses a property whose interval contains zero.
+    #[test]
+    fn what_every_method_would_refuse_is_not_predicted() {
+        let (file, assumed) = wheel(WHEEL);
+        let usual = criterion(&file, &assumed);
+        let loud = usual.with_noise(200.0);
+        assert!(loud.cost(&file.layout, &mut []).is_some());
+        assert!(Predicted::of(&loud, &file.layout).is_none());
+        assert!(Predicted::of(&usual, &file.layout).is_some());
     }
 
     #[test]

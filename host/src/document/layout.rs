@@ -150,9 +150,9 @@ pub struct JudgedLayout {
     pub prediction: Prediction,
     /// Whether the layout determines all ten properties.
     pub identifiable: bool,
-    /// Rank of the equations: ten when the ten properties are determined.
-    pub rank: usize,
-    /// Their condition in balanced variables; `null` when it is infinite.
+    /// Rank of the equations of mass lines: ten when the ten properties are determined; `null` in the suspension profile.
+    pub rank: Option<usize>,
+    /// Their condition in balanced variables; `null` when it is infinite, and in the suspension profile.
     pub condition: Option<f64>,
     /// The methods of the test's profile.
     pub methods: Vec<JudgedMethod>,

@@ -116,7 +116,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let design_report = DesignReport::of(&file, &assumed, noise);
     let is_possible = design_report.predicted.is_some();
     let forecast = forecast_of(&file.layout, &assumed, &design_report.criterion, output)?;
-    let found = &design_report.applicability.diagnostics;
+    let found = &design_report.findings.diagnostics;
     let message_of = |d: &Diagnostic| message_in(d, &file.layout);
     let asked = has_undeclared_mass(&file.layout).then(|| ask_for_mass(&file));
     let notes = asked.iter().cloned().chain(file.suspicion()).chain(file.not_for_a_rig());

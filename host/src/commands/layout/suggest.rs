@@ -97,7 +97,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let layout = &suggestion.layout;
     let forecast = forecast_of(layout, &assumed, &suggestion.criterion, output)?;
     let message_of = |d: &Diagnostic| message_in(d, layout);
-    let found = &suggestion.applicability.diagnostics;
+    let found = &suggestion.findings.diagnostics;
     let notes = file.suspicion().into_iter().chain(file.not_for_a_rig());
     let document = LayoutSuggestion {
         written: args.write.clone(),
