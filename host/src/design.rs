@@ -8,6 +8,7 @@ mod candidates;
 mod criterion;
 mod findings;
 mod forecast;
+mod noise;
 mod predicted;
 pub mod report;
 mod suggest;

@@ -21,6 +21,8 @@ use massline_shared::layout::{Layout, TestSettings, UncertainQuantity};
 use massline_virtual::bench::suspension::RigidMode;
 use nalgebra::{Complex, DMatrix, Matrix6, SVector, Vector3, Vector6};
 
+use super::noise::window_energy;
+
 /// Number of angles that mix six motions.
 const ANGLES: usize = 15;
 /// Number of unknowns without those of the layout.
@@ -40,24 +42,19 @@ pub struct SuspensionCriterion {
 
 impl SuspensionCriterion {
     /// The bound for the body of `plain`, with its noise and scale, that has these modes, in tests with these settings and
-    /// records of `ringing_s`.
+    /// records of `record_s`.
     pub fn new(
         plain: Criterion<f64>,
         modes: &[RigidMode; 6],
         test: &TestSettings<f64>,
-        ringing_s: f64,
+        record_s: f64,
     ) -> Self {
         let decay = test.exponential_decay;
-        // In its limit without a window, E is the length of the record.
-        let squares = if decay > 0.0 {
-            (1.0 - (-2.0 * decay * ringing_s).exp()) / (2.0 * decay)
-        } else {
-            ringing_s
-        };
+        let energy = window_energy(decay, record_s);
         let of_mode = |mode: &RigidMode| {
             let own = mode.damping_ratio * mode.omega;
             let variance =
-                4.0 * (own + decay).powi(2) / (squares * (own + 2.0 * decay) * mode.omega.powi(2));
+                4.0 * (own + decay).powi(2) / (energy * (own + 2.0 * decay) * mode.omega.powi(2));
             (mode.omega, variance.sqrt())
         };
         let shapes = Matrix6::from_columns(&modes.map(|mode| mode.shape));
@@ -194,7 +191,7 @@ mod tests {
 
     fn criterion(file: &LayoutFile, assumed: &Assumptions) -> LayoutCriterion {
         let layout = &file.layout;
-        assumed.criterion(layout, layout.characteristic_length(), assumed.usual_noise())
+        assumed.criterion(layout, layout.characteristic_length(), assumed.usual_noise(layout))
     }
 
     #[test]
@@ -246,12 +243,12 @@ mod tests {
         assert!(cost.is_none_or(|cost| total(cost) > 1.0), "{cost:?}");
     }
 
-    /// The bound of 200 times the noise is finite, but a method refuses a property whose interval contains zero.
+    /// The bound of 1000 times the noise is finite, but a method refuses a property whose interval contains zero.
     #[test]
     fn what_every_method_would_refuse_is_not_predicted() {
         let (file, assumed) = wheel(WHEEL);
         let usual = criterion(&file, &assumed);
-        let loud = usual.with_noise(200.0);
+        let loud = usual.with_noise(1000.0);
         assert!(loud.cost(&file.layout, &mut []).is_some());
         assert!(Predicted::of(&loud, &file.layout).is_none());
         assert!(Predicted::of(&usual, &file.layout).is_some());

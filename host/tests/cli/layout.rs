@@ -445,6 +445,52 @@ fn in_the_suspension_profile_what_is_not_determined_is_so_for_every_method() {
     assert!(value["forecast"]["answers"].as_array().unwrap().is_empty(), "{value}");
 }
 
+/// The wheel's test with gentler hits and other windows, the bench hitting as the layout says: its noise is that which the check
+/// predicts. Nonlinearities are drawn for each test, so what they add scatters by 10 %.
+#[test]
+fn in_the_suspension_profile_the_predicted_noise_is_that_of_a_test_with_these_settings() {
+    let folder = tempfile::tempdir().unwrap();
+    let bench_text = include_str!("../../../boards/virtual/benches/wheel.toml");
+    for (part, decay) in [(1.0, 0.1), (0.25, 0.1), (1.0, 0.2)] {
+        let [impulses, forces, weak] = [[0.8, 1.3], [88.0, 109.0], [15.0, 25.0]]
+            .map(|[low, high]| format!("= [{}, {}]", low * part, high * part));
+        let bench = bench_text.replace("= [88.0, 109.0]", &forces).replace("= [15.0, 25.0]", &weak);
+        assert!(bench.contains(&forces) && bench.contains(&weak));
+        let bench_path = folder.path().join("bench.toml").display().to_string();
+        std::fs::write(&bench_path, bench).unwrap();
+        let settings = format!(
+            "[test]\nimpulse_ns {impulses}\nexponential_decay_per_s = {decay}\ntrigger_n = {}",
+            3.0 * part
+        );
+        let text = std::fs::read_to_string(wheel()).unwrap().replace("[test]", &settings);
+        let path = folder.path().join("layout.toml").display().to_string();
+        std::fs::write(&path, text).unwrap();
+        let (exit, check) = layout(&["check", &path, "--bench", &bench_path]);
+        assert_eq!(exit, 0, "{check}");
+        let (exit, test) = answer(&["simulate", &path, "--bench", &bench_path]);
+        assert_eq!(exit, 0, "{test}");
+        let averaged = test["suspension"]["noise_m_per_s2_per_n"].as_f64().unwrap();
+        let hits = check["hits_per_dof"].as_f64().unwrap();
+        let ratio = averaged * hits.sqrt() / check["noise_m_per_s2_per_n"].as_f64().unwrap();
+        assert!((ratio - 1.0).abs() < 0.15, "{part}, {decay}: {ratio}");
+    }
+}
+
+/// 200 kg: the noise that is assumed is more than 1/mass, and may also be stated.
+#[test]
+fn in_the_suspension_profile_noise_may_be_stated_for_a_heavy_object() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(wheel()).unwrap();
+    let path = folder.path().join("heavy.toml").display().to_string();
+    std::fs::write(&path, text.replace("mass_kg = 17.295", "mass_kg = 200.0")).unwrap();
+    let (exit, value) = layout(&["check", &path, "--noise", "1.2"]);
+    assert!((value["noise"].as_f64().unwrap() - 1.2).abs() < 1e-12, "{exit} {value}");
+    let (exit, value) = layout(&["check", &example(1), "--noise", "1.2"]);
+    assert_eq!((exit, &value["error"]["code"]), (2, &"usage".into()));
+    let said = value["error"]["message"].as_str().unwrap();
+    assert!(said.contains("up to 1"), "{said}");
+}
+
 #[test]
 fn hits_that_leave_modes_without_motion_are_named_before_the_test() {
     let folder = tempfile::tempdir().unwrap();

@@ -85,7 +85,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         file::check(path, args.replace.existing())?;
     }
     let assumed = args.assumed.of(&file)?;
-    let options = options(args, &file, args.assumed.noise(&assumed));
+    let noise = args.assumed.noise(&file.layout, &assumed)?;
+    let options = options(args, &file, noise);
     let bar = output.bar(u64::from(args.starts), "starts");
     let found =
         suggest(&file, &assumed, &options, output.interrupt(), |done| bar.set_position(done));
