@@ -91,8 +91,7 @@ impl Assumptions {
             None => LayoutCriterion::MassLine(plain),
             Some(hanging) => {
                 let record_s = hanging.record_s(layout);
-                let criterion =
-                    SuspensionCriterion::new(plain, &hanging.modes, &layout.test, record_s);
+                let criterion = SuspensionCriterion::new(plain, &hanging.modes, layout, record_s);
                 LayoutCriterion::Suspension(Box::new(criterion))
             }
         }

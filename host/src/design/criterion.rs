@@ -4,6 +4,7 @@ use massline_shared::body::RigidBody;
 use massline_shared::design::{Criterion, Predict};
 use massline_shared::identify::suspension::undetermined_property;
 use massline_shared::layout::{HostLayout, Layout};
+use massline_virtual::bench::suspension::RigidMode;
 use nalgebra::SVector;
 
 use super::suspension::SuspensionCriterion;
@@ -18,6 +19,23 @@ pub enum LayoutCriterion {
 }
 
 impl LayoutCriterion {
+    /// That of mass lines, for this body under a layout; `noise` is relative to 1/m.
+    pub fn of_mass_lines(body: RigidBody<f64>, layout: &HostLayout, noise: f64) -> Self {
+        Self::MassLine(Criterion::new(body, layout.characteristic_length(), noise))
+    }
+
+    /// That of six modes, in records of `record_s`; otherwise as [`Self::of_mass_lines`].
+    pub fn of_modes(
+        body: RigidBody<f64>,
+        layout: &HostLayout,
+        noise: f64,
+        modes: &[RigidMode; 6],
+        record_s: f64,
+    ) -> Self {
+        let plain = Criterion::new(body, layout.characteristic_length(), noise);
+        Self::Suspension(Box::new(SuspensionCriterion::new(plain, modes, layout, record_s)))
+    }
+
     fn plain(&self) -> &Criterion<f64> {
         match self {
             Self::MassLine(criterion) => criterion,

@@ -1,7 +1,6 @@
 //! The predicted uncertainty of a layout, what limits it, and the effect of one sensor or hit more or less.
 
-use massline_shared::body::RigidBody;
-use massline_shared::design::{Criterion, Part, Predict, parts, total};
+use massline_shared::design::{Part, Predict, parts, total};
 use massline_shared::identify::maximum_likelihood::workspace;
 use massline_shared::layout::{Dof, HOST_SENSORS, HostLayout};
 use nalgebra::SVector;
@@ -80,21 +79,10 @@ impl DesignReport {
         Self::with(file, layout, criterion, assumed.whose.clone())
     }
 
-    /// The same of mass lines that were measured: `measured` is its layout, of which `file` states the nodes, and `body` is the
+    /// The same of a test that was made: `measured` is its layout, of which `file` states the nodes, and the criterion is for the
     /// body that was found.
-    pub fn of_test(
-        file: &LayoutFile,
-        measured: &HostLayout,
-        body: RigidBody<f64>,
-        noise: f64,
-    ) -> Self {
-        let criterion = Criterion::new(body, measured.characteristic_length(), noise);
-        Self::with(
-            file,
-            measured,
-            LayoutCriterion::MassLine(criterion),
-            "the body that was found".into(),
-        )
+    pub fn of_test(file: &LayoutFile, measured: &HostLayout, criterion: LayoutCriterion) -> Self {
+        Self::with(file, measured, criterion, "the body that was found".into())
     }
 
     fn with(

@@ -7,6 +7,9 @@
 //! known. The unknowns are the ten properties, the fifteen angles and every uncertain quantity of the layout with its standard
 //! deviation as prior.
 //!
+//! A mode that no hit moves is not found, and what is not found tells nothing, not even that it does not move: its residues are
+//! left out. Without two modes or more, the angle between them is open and nothing is determined.
+//!
 //! The noise of a residue is that of least squares on the windowed record: with white noise, whose line has the variance σ_H²
 //! under a window `e^(−σt)` of the length T,
 //!
@@ -17,7 +20,7 @@
 
 use massline_shared::body::RigidBody;
 use massline_shared::design::{Criterion, Predict};
-use massline_shared::layout::{Layout, TestSettings, UncertainQuantity};
+use massline_shared::layout::{HostLayout, Layout, UncertainQuantity};
 use massline_virtual::bench::suspension::RigidMode;
 use nalgebra::{Complex, DMatrix, Matrix6, SVector, Vector3, Vector6};
 
@@ -27,6 +30,10 @@ use super::noise::window_energy;
 const ANGLES: usize = 15;
 /// Number of unknowns without those of the layout.
 const UNKNOWNS: usize = 10 + ANGLES;
+/// Steps to an orthogonal matrix: each halves singular values above one, and near one the digits double.
+const ORTHOGONAL_STEPS: usize = 12;
+/// Root of the sum of a mode's squared residues, in standard deviations of one, from which it is found.
+const SHOWN: f64 = 5.0;
 /// Step of the numerical derivatives, relative to the scales: half the digits of an f64.
 const STEP: f64 = 1e-7;
 
@@ -41,15 +48,16 @@ pub struct SuspensionCriterion {
 }
 
 impl SuspensionCriterion {
-    /// The bound for the body of `plain`, with its noise and scale, that has these modes, in tests with these settings and
-    /// records of `record_s`.
+    /// The bound for the body of `plain`, with its noise and scale, that has these modes with what the layout attaches to it, in
+    /// tests with the settings of the layout and records of `record_s`. Q is the orthogonal matrix nearest to the shapes: those
+    /// that were measured are not quite orthogonal.
     pub fn new(
         plain: Criterion<f64>,
         modes: &[RigidMode; 6],
-        test: &TestSettings<f64>,
+        layout: &HostLayout,
         record_s: f64,
     ) -> Self {
-        let decay = test.exponential_decay;
+        let decay = layout.test.exponential_decay;
         let energy = window_energy(decay, record_s);
         let of_mode = |mode: &RigidMode| {
             let own = mode.damping_ratio * mode.omega;
@@ -58,8 +66,10 @@ impl SuspensionCriterion {
             (mode.omega, variance.sqrt())
         };
         let shapes = Matrix6::from_columns(&modes.map(|mode| mode.shape));
-        let factor = factor(&plain.body.mass_matrix()).unwrap_or_else(Matrix6::identity);
-        Self { plain, modes: modes.each_ref().map(of_mode), mixing: factor.transpose() * shapes }
+        let mixing = moving_mass(&plain.body, layout)
+            .and_then(|mass| orthogonal(factor(&mass)?.transpose() * shapes))
+            .unwrap_or_else(Matrix6::identity);
+        Self { plain, modes: modes.each_ref().map(of_mode), mixing }
     }
 
     /// Body, noise and scale.
@@ -75,10 +85,7 @@ impl SuspensionCriterion {
         theta: &SVector<f64, 10>,
         mixing: &Matrix6<f64>,
     ) -> Option<Vec<f64>> {
-        let mut mass = RigidBody::from_theta(theta).mass_matrix();
-        for attached in &layout.attached {
-            mass += RigidBody::from_phi(&attached.phi.into())?.mass_matrix();
-        }
+        let mass = moving_mass(&RigidBody::from_theta(theta), layout)?;
         let shapes = factor(&mass)?.transpose().solve_upper_triangular(mixing)?;
         let forces: Vec<Vector6<f64>> =
             layout.hits.iter().map(|hit| hit.unit_force(&Vector3::zeros())).collect();
@@ -97,7 +104,7 @@ impl SuspensionCriterion {
         Some(all)
     }
 
-    /// How the residues change, a column for each unknown: the ten properties over their scales, the angles, and the uncertain
+    /// How the residues of the modes that show change, a column for each unknown: the ten properties over their scales, the angles, and the uncertain
     /// quantities that the layout has, over their standard deviations.
     fn slopes<const S: usize, const H: usize>(
         &self,
@@ -105,8 +112,13 @@ impl SuspensionCriterion {
     ) -> Option<Vec<Vec<f64>>> {
         let theta = self.plain.body.theta();
         let nominal = self.residues(layout, &theta, &self.mixing)?;
+        let of_mode = (nominal.len() / self.modes.len()).max(1);
+        let shows = |mode: &[f64]| mode.iter().map(|y| y * y).sum::<f64>() > SHOWN * SHOWN;
+        let shown: Vec<bool> = nominal.chunks(of_mode).map(shows).collect();
         let slope = |changed: Vec<f64>, step: f64| {
-            changed.iter().zip(&nominal).map(|(new, old)| (new - old) / step).collect()
+            let rows = changed.iter().zip(&nominal).enumerate();
+            let seen = rows.filter(|(row, _)| shown[row / of_mode]);
+            seen.map(|(_, (new, old))| (new - old) / step).collect()
         };
         let mut all = Vec::new();
         for property in 0..10 {
@@ -163,6 +175,29 @@ impl Predict<f64> for SuspensionCriterion {
     fn with_noise(&self, factor: f64) -> Self {
         Self { plain: self.plain.with_noise(factor), ..self.clone() }
     }
+}
+
+/// Mass matrix of a body with what the layout attaches to it; `None` when an attached one has no mass.
+fn moving_mass<const S: usize, const H: usize>(
+    body: &RigidBody<f64>,
+    layout: &Layout<f64, S, H>,
+) -> Option<Matrix6<f64>> {
+    let mut mass = body.mass_matrix();
+    for attached in &layout.attached {
+        mass += RigidBody::from_phi(&attached.phi.into())?.mass_matrix();
+    }
+    Some(mass)
+}
+
+/// The nearest orthogonal matrix, by Newton's iteration; `None` where the shapes depend on each other.
+fn orthogonal(shapes: Matrix6<f64>) -> Option<Matrix6<f64>> {
+    let mut found = shapes;
+    for _ in 0..ORTHOGONAL_STEPS {
+        found = (found + found.try_inverse()?.transpose()) * 0.5;
+    }
+    let left = found.tr_mul(&found) - Matrix6::identity();
+    // What is no number is not below the limit either.
+    (left.amax() < STEP).then_some(found)
 }
 
 /// L of `M = L Lᵀ`.
