@@ -249,14 +249,13 @@ mod tests {
     #[test]
     fn noise_alone_goes_with_the_root_of_the_hits_and_with_the_noise() {
         let exact = "sensor_position_m = 0\nsensor_rotation_rad = 0\ngain = 0\ncross_axis = 0\nhammer_gain = 0\n\
-                     hit_gain = 0\ngravity_direction_rad = 0\nhit_position_m = 0\nhit_direction_rad = 0\n\
+                     hit_gain = 0\nconverter_gain = 0\ngravity_direction_rad = 0\nhit_position_m = 0\nhit_direction_rad = 0\n\
                      node_position_m = 0\nnode_direction_rad = 0\n";
         let text = WHEEL.replace("[test]", &format!("[uncertainty]\n{exact}[test]"));
         let (mut file, assumed) = wheel(&text);
         let criterion = criterion(&file, &assumed);
-        // The converter's gain, which no key takes away, does not move the centre of mass.
         let sigma = |file: &LayoutFile, criterion: &LayoutCriterion| {
-            criterion.variances(&file.layout, &mut []).unwrap()[1].sqrt()
+            criterion.variances(&file.layout, &mut []).unwrap()[0].sqrt()
         };
         let usual = sigma(&file, &criterion);
         // Derivatives by steps of 1e-7 are good to 1e-7; the condition multiplies that by a few tens.

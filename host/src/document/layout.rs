@@ -24,6 +24,8 @@ pub struct ShownLayout {
     pub hammer_gain: f64,
     /// Standard deviation of the mean force from hit DOF to hit DOF, relative.
     pub hit_gain: f64,
+    /// Standard deviation of the gain of a nonlinear converter, relative; only the suspension profile counts it.
+    pub converter_gain: f64,
     /// Root mean square distance of the sensors from their centroid.
     pub characteristic_length_m: f64,
     /// The sensors.
