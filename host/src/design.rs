@@ -6,7 +6,9 @@
 mod assumptions;
 mod candidates;
 mod criterion;
+mod findings;
 mod forecast;
+mod noise;
 mod predicted;
 pub mod report;
 mod suggest;
@@ -15,6 +17,7 @@ mod suspension;
 pub use assumptions::Assumptions;
 pub use candidates::Candidates;
 pub use criterion::LayoutCriterion;
+pub use findings::LayoutFindings;
 pub use forecast::{Forecast, forecast};
 pub use predicted::{Advice, DesignReport, Predicted};
 pub use suggest::{Options, Suggestion, Wanted, suggest};

@@ -119,6 +119,17 @@ fn an_archive_without_a_log_of_hits_reads() {
     assert_eq!(Archive::parse(&bytes, "a.massline").unwrap(), older);
 }
 
+/// An older program has counted the converter's gain without saying so.
+#[test]
+fn an_archive_without_the_converter_s_gain_has_the_default() {
+    let archive = archive();
+    let mut older = serde_json::to_value(&archive).unwrap();
+    let resolved = older["layout"]["resolved"].as_object_mut().unwrap();
+    assert_eq!(resolved.remove("converter_gain"), Some(json!(0.005)));
+    let bytes = serde_json::to_vec(&older).unwrap();
+    assert_eq!(Archive::parse(&bytes, "a.massline").unwrap(), archive);
+}
+
 #[test]
 fn a_cut_archive_a_newer_one_and_other_files_are_named() {
     let bytes = serde_json::to_vec(&archive()).unwrap();

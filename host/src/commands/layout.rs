@@ -108,6 +108,7 @@ fn show_json(file: &LayoutFile) -> ShownLayout {
         gravity_direction_rad: layout.gravity_direction,
         hammer_gain: layout.hammer_gain,
         hit_gain: layout.hit_gain,
+        converter_gain: layout.converter_gain,
         characteristic_length_m: layout.characteristic_length(),
         sensors: layout.sensors.iter().map(sensor).collect(),
         hits: layout.hits.iter().map(hit).collect(),

@@ -9,6 +9,7 @@ use massline_virtual::bench::{Bench, BenchError};
 use nalgebra::Vector3;
 
 use super::criterion::LayoutCriterion;
+use super::noise;
 use super::suspension::SuspensionCriterion;
 use crate::error::Result;
 use crate::layout_file::LayoutFile;
@@ -21,9 +22,6 @@ const DAMPING_RATIO: f64 = 0.015;
 /// Where the assumed modes lie in the band, from 0 at its lower to 1 at its upper end on a logarithmic scale, along x, y and z,
 /// then about the principal axes: 2 to 8 Hz in the default band.
 const PLACES: [f64; 6] = [0.43, 0.50, 0.57, 0.65, 0.75, 0.86];
-/// Noise of an accelerance of one hit in the suspension profile, (m/s²)/N: the 290 µg/√Hz of the ADXL326 leave 0.0043 after
-/// the default window and 1.05 N s; the converter's nonlinearity, which moves with the signal, is as large again.
-const SUSPENSION_NOISE: f64 = 0.006;
 
 /// The assumed object.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,11 +73,14 @@ impl Assumptions {
         Ok(Self { body, whose, hanging: Some(Hanging { bench, modes }) })
     }
 
-    /// The noise that is assumed where none is stated, relative to 1/m.
-    pub fn usual_noise(&self) -> f64 {
-        match self.hanging {
+    /// The noise of an accelerance of one hit that is assumed for the test of a layout where none is stated, relative to 1/m.
+    pub fn usual_noise(&self, layout: &HostLayout) -> f64 {
+        match &self.hanging {
             None => DEFAULT_NOISE,
-            Some(_) => SUSPENSION_NOISE * self.body.mass,
+            Some(hanging) => {
+                let record_s = hanging.record_s(layout);
+                noise::of_one_hit(&layout.test, self.body.mass, record_s) * self.body.mass
+            }
         }
     }
 
@@ -88,12 +89,19 @@ impl Assumptions {
         let plain = Criterion::new(self.body, length, noise);
         match &self.hanging {
             None => LayoutCriterion::MassLine(plain),
-            Some(Hanging { bench, modes }) => {
-                let ringing_s = ringing_s(&bench.converter(layout.sensors.len()));
-                let criterion = SuspensionCriterion::new(plain, modes, &layout.test, ringing_s);
+            Some(hanging) => {
+                let record_s = hanging.record_s(layout);
+                let criterion = SuspensionCriterion::new(plain, &hanging.modes, layout, record_s);
                 LayoutCriterion::Suspension(Box::new(criterion))
             }
         }
+    }
+}
+
+impl Hanging {
+    /// How long the object rings in a record of a test with this layout, s.
+    pub(super) fn record_s(&self, layout: &HostLayout) -> f64 {
+        ringing_s(&self.bench.converter(layout.sensors.len()))
     }
 }
 

@@ -2,7 +2,9 @@
 
 use massline_shared::body::RigidBody;
 use massline_shared::design::{Criterion, Predict};
-use massline_shared::layout::Layout;
+use massline_shared::identify::suspension::undetermined_property;
+use massline_shared::layout::{HostLayout, Layout};
+use massline_virtual::bench::suspension::RigidMode;
 use nalgebra::SVector;
 
 use super::suspension::SuspensionCriterion;
@@ -17,6 +19,23 @@ pub enum LayoutCriterion {
 }
 
 impl LayoutCriterion {
+    /// That of mass lines, for this body under a layout; `noise` is relative to 1/m.
+    pub fn of_mass_lines(body: RigidBody<f64>, layout: &HostLayout, noise: f64) -> Self {
+        Self::MassLine(Criterion::new(body, layout.characteristic_length(), noise))
+    }
+
+    /// That of six modes, in records of `record_s`; otherwise as [`Self::of_mass_lines`].
+    pub fn of_modes(
+        body: RigidBody<f64>,
+        layout: &HostLayout,
+        noise: f64,
+        modes: &[RigidMode; 6],
+        record_s: f64,
+    ) -> Self {
+        let plain = Criterion::new(body, layout.characteristic_length(), noise);
+        Self::Suspension(Box::new(SuspensionCriterion::new(plain, modes, layout, record_s)))
+    }
+
     fn plain(&self) -> &Criterion<f64> {
         match self {
             Self::MassLine(criterion) => criterion,
@@ -27,6 +46,19 @@ impl LayoutCriterion {
     /// The assumed body of the object.
     pub fn body(&self) -> &RigidBody<f64> {
         &self.plain().body
+    }
+
+    /// True for variances of `theta` with which the methods answer. Those that use the modes refuse a property whose standard
+    /// deviation is too large for its scale.
+    pub(super) fn is_determined(&self, variances: &SVector<f64, 10>, layout: &HostLayout) -> bool {
+        let sigma = variances.map(f64::sqrt);
+        let length = layout.characteristic_length();
+        match self {
+            Self::MassLine(_) => true,
+            Self::Suspension(_) => {
+                undetermined_property(&self.body().theta(), &sigma, length).is_none()
+            }
+        }
     }
 
     /// Standard deviation of the accelerance of a single hit, (m/s²)/N.

@@ -5,7 +5,7 @@ use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Method;
 use massline_shared::layout::{Hit, HostLayout, motion_at};
 use massline_shared::modes::norm_indicator_of_shape;
-use massline_shared::signal::{SPECTRUM_BINS, resolution, ringing_s};
+use massline_shared::signal::{SPECTRUM_BINS, resolution};
 use massline_virtual::bench::BenchError;
 use massline_virtual::bench::responses::{Besides, add_noise, frequency_responses};
 use massline_virtual::bench::suspension::RigidMode;
@@ -43,11 +43,10 @@ pub fn forecast(
     progress: impl FnMut(u32, u32) + Send,
 ) -> Result<Forecast> {
     let lines = computed(layout, hanging, criterion)?;
-    let ringing_s = ringing_s(&hanging.bench.converter(layout.sensors.len()));
     let wanted = methods_of(layout.test.profile);
     let predicted = |variances| Predicted::new(&variances, criterion.scale());
     let modes = hanging.modes.iter().map(|mode| row(mode, layout)).collect();
-    Ok(match lines.solve(ringing_s, &wanted, progress) {
+    Ok(match lines.solve(hanging.record_s(layout), &wanted, progress) {
         Ok(solution) => {
             let answers = solution.estimates.iter().filter_map(|estimate| {
                 Some((estimate.method, predicted(estimate.covariance?.diagonal())))

@@ -1,13 +1,11 @@
 //! The predicted uncertainty of a layout, what limits it, and the effect of one sensor or hit more or less.
 
-use massline_shared::body::RigidBody;
-use massline_shared::design::{Criterion, Part, Predict, parts, total};
-use massline_shared::identify::Applicability;
+use massline_shared::design::{Part, Predict, parts, total};
 use massline_shared::identify::maximum_likelihood::workspace;
 use massline_shared::layout::{Dof, HOST_SENSORS, HostLayout};
 use nalgebra::SVector;
 
-use super::{Assumptions, Candidates, LayoutCriterion, methods_of};
+use super::{Assumptions, Candidates, LayoutCriterion, LayoutFindings};
 use crate::layout_file::LayoutFile;
 
 /// The predicted uncertainty of a layout.
@@ -24,8 +22,8 @@ pub struct Predicted {
 /// The prediction for a layout before any measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DesignReport {
-    /// Which methods are applicable, ranks and condition numbers.
-    pub applicability: Applicability<f64>,
+    /// Which methods are applicable, and what is to be said of the layout.
+    pub findings: LayoutFindings,
     /// The predicted uncertainty; `None` when the layout does not determine the ten properties.
     pub predicted: Option<Predicted>,
     /// Contribution of each error source to the uncertainty; empty without a prediction.
@@ -56,7 +54,9 @@ impl Predicted {
     pub(super) fn of(criterion: &LayoutCriterion, layout: &HostLayout) -> Option<Self> {
         let mut memory = memory();
         criterion.cost(layout, &mut memory)?;
-        Some(Self::new(&criterion.variances(layout, &mut memory)?, criterion.scale()))
+        let variances = criterion.variances(layout, &mut memory)?;
+        let determined = criterion.is_determined(&variances, layout);
+        determined.then(|| Self::new(&variances, criterion.scale()))
     }
 
     /// These variances of `theta`, in SI units, and over these scales.
@@ -79,21 +79,10 @@ impl DesignReport {
         Self::with(file, layout, criterion, assumed.whose.clone())
     }
 
-    /// The same of mass lines that were measured: `measured` is its layout, of which `file` states the nodes, and `body` is the
+    /// The same of a test that was made: `measured` is its layout, of which `file` states the nodes, and the criterion is for the
     /// body that was found.
-    pub fn of_test(
-        file: &LayoutFile,
-        measured: &HostLayout,
-        body: RigidBody<f64>,
-        noise: f64,
-    ) -> Self {
-        let criterion = Criterion::new(body, measured.characteristic_length(), noise);
-        Self::with(
-            file,
-            measured,
-            LayoutCriterion::MassLine(criterion),
-            "the body that was found".into(),
-        )
+    pub fn of_test(file: &LayoutFile, measured: &HostLayout, criterion: LayoutCriterion) -> Self {
+        Self::with(file, measured, criterion, "the body that was found".into())
     }
 
     fn with(
@@ -102,14 +91,13 @@ impl DesignReport {
         criterion: LayoutCriterion,
         whose: String,
     ) -> Self {
-        let methods = methods_of(layout.test.profile);
-        let applicability = Applicability::new(layout, criterion.body(), &methods);
-        let possible = methods.iter().any(|&method| applicability.admits(method));
+        let findings = LayoutFindings::new(layout, criterion.body());
+        let possible = findings.admits_any();
         let predicted = if possible { Predicted::of(&criterion, layout) } else { None };
         let parts = predicted.and_then(|_| parts(&criterion, layout, &mut memory()));
         let candidates = Candidates::of(file).beyond(layout);
         Self {
-            applicability,
+            findings: if predicted.is_some() { findings } else { findings.without_answer() },
             predicted,
             parts: parts.map_or(Vec::new(), |parts| parts.to_vec()),
             advice: predicted.map(|_| Advice::of(&criterion, layout, candidates)),

@@ -5,11 +5,12 @@ use std::ops::Range;
 use massline_protocol::LayoutHash;
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
 use massline_shared::design::{self, Part, Predict};
-use massline_shared::identify::{Applicability, Method};
-use massline_shared::layout::{Dof, HostLayout, RIG_SENSORS, RigLayout, TestProfile};
+use massline_shared::diagnosis::Code;
+use massline_shared::identify::Method;
+use massline_shared::layout::{Dof, HostLayout, RIG_SENSORS, RigLayout};
 
 use super::{
-    Advice, DesignReport, Forecast, LayoutCriterion, Options, Predicted, Suggestion, methods_of,
+    Advice, DesignReport, Forecast, LayoutCriterion, LayoutFindings, Options, Predicted, Suggestion,
 };
 use crate::document::{
     self, AssumedBody, CandidateCounts, ErrorSource, ForecastAnswer, HitTotal, JudgedLayout,
@@ -36,7 +37,7 @@ pub fn design_report_json(
     let judged = Judged {
         layout: &file.layout,
         predicted: design_report.predicted.as_ref(),
-        applicability: &design_report.applicability,
+        findings: &design_report.findings,
         criterion: &design_report.criterion,
         whose: &design_report.whose,
         noise,
@@ -59,7 +60,7 @@ pub fn suggestion_json(
     let judged = Judged {
         layout: &suggestion.layout,
         predicted: Some(&suggestion.predicted),
-        applicability: &suggestion.applicability,
+        findings: &suggestion.findings,
         criterion: &suggestion.criterion,
         whose: &suggestion.whose,
         noise: options.noise,
@@ -82,7 +83,7 @@ pub fn suggestion_json(
 struct Judged<'a> {
     layout: &'a HostLayout,
     predicted: Option<&'a Predicted>,
-    applicability: &'a Applicability<f64>,
+    findings: &'a LayoutFindings,
     criterion: &'a LayoutCriterion,
     whose: &'a str,
     noise: f64,
@@ -92,14 +93,14 @@ struct Judged<'a> {
 impl Judged<'_> {
     /// The keys that `layout check` and `layout suggest` have in common; they are equal for the same layout.
     fn to_json(&self, notes: Vec<String>) -> JudgedLayout {
-        let Self { layout, predicted, applicability, criterion, whose, noise, forecast } = *self;
-        let found = &applicability.diagnostics;
+        let Self { layout, predicted, findings, criterion, whose, noise, forecast } = *self;
+        let found = &findings.diagnostics;
         JudgedLayout {
             prediction: prediction_json(predicted),
             identifiable: predicted.is_some(),
-            rank: applicability.rank,
-            condition: Some(applicability.condition).filter(|condition| condition.is_finite()),
-            methods: methods_json(applicability, layout.test.profile),
+            rank: findings.equations.map(|(rank, _)| rank),
+            condition: findings.equations.map(|of| of.1).filter(|condition| condition.is_finite()),
+            methods: findings.methods.iter().map(method_json).collect(),
             noise_m_per_s2_per_n: criterion.noise(),
             noise,
             forecast: forecast.map(|forecast| forecast_json(forecast, layout)),
@@ -145,16 +146,12 @@ fn prediction_json(predicted: Option<&Predicted>) -> Prediction {
     }
 }
 
-fn methods_json(applicability: &Applicability<f64>, profile: TestProfile) -> Vec<JudgedMethod> {
-    let methods = methods_of(profile).into_iter().map(|method| {
-        let obstacles: Vec<_> = applicability.obstacles(method).map(|code| code.name()).collect();
-        JudgedMethod {
-            method: method.name(),
-            applicable: obstacles.is_empty(),
-            blocked_by: obstacles,
-        }
-    });
-    methods.collect()
+fn method_json((method, obstacles): &(Method, Vec<Code>)) -> JudgedMethod {
+    JudgedMethod {
+        method: method.name(),
+        applicable: obstacles.is_empty(),
+        blocked_by: obstacles.iter().map(|code| code.name()).collect(),
+    }
 }
 
 fn part_json(part: &Part<f64>) -> ErrorSource {
@@ -181,7 +178,7 @@ fn advice_json(advice: &Advice, file: &LayoutFile) -> document::Advice {
 
 /// The predicted uncertainty of a layout as text.
 pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> String {
-    let DesignReport { applicability, predicted: Some(predicted), .. } = design_report else {
+    let DesignReport { findings, predicted: Some(predicted), .. } = design_report else {
         return String::new();
     };
     let mut rows = table();
@@ -203,11 +200,9 @@ pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> St
         most(&design_report.parts, |part| part.share, usize::MAX),
     );
     text += &format!(
-        "L = {:.1} mm; rank {} of 10, condition {:.3}{}\n",
+        "L = {:.1} mm{}\n",
         file.layout.characteristic_length() * 1e3,
-        applicability.rank,
-        applicability.condition,
-        methods_text(applicability, file.layout.test.profile),
+        equations_text(findings),
     );
     if let Some(advice) = &design_report.advice {
         text += &advice_text(advice, &file.layout);
@@ -274,19 +269,22 @@ fn words_of(source: design::ErrorSource) -> String {
     }
 }
 
+/// Rank and condition of the equations of mass lines, and which methods apply.
+fn equations_text(findings: &LayoutFindings) -> String {
+    let Some((rank, condition)) = findings.equations else { return String::new() };
+    format!("; rank {rank} of 10, condition {condition:.3}{}", methods_text(findings))
+}
+
 /// Which methods of mass lines apply; of those that use suspension modes there is a forecast.
-fn methods_text(applicability: &Applicability<f64>, profile: TestProfile) -> String {
-    if profile == TestProfile::Suspension {
+fn methods_text(findings: &LayoutFindings) -> String {
+    if findings.equations.is_none() {
         return String::new();
     }
-    let message_of = |method: Method| {
-        let mut obstacles = applicability.obstacles(method);
-        match obstacles.next() {
-            None => format!("{} applies", method.name()),
-            Some(code) => format!("{} does not apply ({})", method.name(), code.name()),
-        }
+    let message_of = |(method, obstacles): &(Method, Vec<Code>)| match obstacles.first() {
+        None => format!("{} applies", method.name()),
+        Some(code) => format!("{} does not apply ({})", method.name(), code.name()),
     };
-    let each: Vec<_> = Method::of_mass_lines().map(message_of).collect();
+    let each: Vec<_> = findings.methods.iter().map(message_of).collect();
     format!("; {}", each.join(", "))
 }
 
@@ -350,7 +348,7 @@ pub fn suggestion_text(suggestion: &Suggestion) -> String {
         "{rows}\nall ten: {:.3} % of scale (root mean square; L = {:.1} mm, of the suggested sensors), now {now}{}\n",
         predicted.total_percent_of_scale,
         suggestion.length * 1e3,
-        methods_text(&suggestion.applicability, suggestion.layout.test.profile),
+        methods_text(&suggestion.findings),
     )
 }
 

@@ -1,13 +1,12 @@
 //! Chooses sensors and hits among the nodes of a layout file.
 
 use massline_shared::design::{Choice, Counts, Found, Predict, Search, SearchError};
-use massline_shared::identify::Applicability;
 use massline_shared::identify::maximum_likelihood::workspace;
 use massline_shared::layout::{
-    HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS, extent,
+    HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS, TestProfile, extent,
 };
 
-use super::{Assumptions, Candidates, LayoutCriterion, Predicted, methods_of};
+use super::{Assumptions, Candidates, LayoutCriterion, LayoutFindings, Predicted};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::layout_file::LayoutFile;
@@ -49,8 +48,8 @@ pub struct Suggestion {
     /// The predicted uncertainty of the file's own layout in the same scale; `None` when it does not
     /// determine the ten properties.
     pub before: Option<Predicted>,
-    /// Applicable methods and diagnostics of the suggested layout; contains no errors.
-    pub applicability: Applicability<f64>,
+    /// Applicable methods and findings of the suggested layout; contains no errors.
+    pub findings: LayoutFindings,
     /// The candidates of the search.
     pub candidates: Candidates,
     /// L of the scale of both predictions: [`HostLayout::characteristic_length`] of the suggestion, m.
@@ -100,19 +99,19 @@ pub fn suggest(
     } else {
         job.search::<HOST_SENSORS, HOST_HITS>(&search, interrupt, progress)?
     };
+    let nothing = || nothing(file.layout.test.profile);
     let layout = layout.ok_or_else(nothing)?;
     let length = layout.characteristic_length();
     let criterion = assumed.criterion(&layout, length, options.noise);
-    let methods = methods_of(layout.test.profile);
-    let applicability = Applicability::new(&layout, criterion.body(), &methods);
-    if !methods.iter().any(|&method| applicability.admits(method)) {
+    let findings = LayoutFindings::new(&layout, criterion.body());
+    if !findings.admits_any() {
         return Err(nothing());
     }
     Ok(Suggestion {
         predicted: Predicted::of(&criterion, &layout).ok_or_else(nothing)?,
         before: Predicted::of(&criterion, &file.layout),
         layout,
-        applicability,
+        findings,
         candidates,
         length,
         criterion,
@@ -149,13 +148,20 @@ fn enough(wanted: Counts, candidates: &Candidates) -> Result<()> {
     Ok(())
 }
 
-fn nothing() -> Error {
-    Error::undetermined(
-        "ten_parameters_not_identifiable",
-        "no choice of these nodes determines the ten properties: the lines of the hits must not all \
-         meet in one point and the nodes must not all be on one line; add nodes elsewhere, allow more \
-         directions (can_hit), or want more sensors and hits",
-    )
+fn nothing(profile: TestProfile) -> Error {
+    let why = match profile {
+        TestProfile::MassLine => {
+            "the lines of the hits must not all meet in one point and the nodes must not all be on one line"
+        }
+        TestProfile::Suspension => {
+            "the hits must move every mode and the nodes must not all be on one line"
+        }
+    };
+    let text = format!(
+        "no choice of these nodes determines the ten properties: {why}; add nodes elsewhere, allow more directions \
+         (can_hit), or want more sensors and hits"
+    );
+    Error::undetermined("ten_parameters_not_identifiable", text)
 }
 
 /// The inputs that all starts share.
@@ -176,7 +182,8 @@ impl Job<'_> {
         interrupt: &Interrupt,
         progress: impl FnMut(u64) + Send,
     ) -> Result<Option<HostLayout>> {
-        let empty: Layout<f64, S, H> = self.empty.cast().ok_or_else(nothing)?;
+        let empty: Layout<f64, S, H> =
+            self.empty.cast().ok_or_else(|| nothing(self.empty.test.profile))?;
         let first = self.present::<S, H>(search);
         // The file's own layout is an additional start.
         let starts = search.starts + u32::from(first.is_some());

@@ -7,6 +7,9 @@
 //! known. The unknowns are the ten properties, the fifteen angles and every uncertain quantity of the layout with its standard
 //! deviation as prior.
 //!
+//! A mode that no hit moves is not found, and what is not found tells nothing, not even that it does not move: its residues are
+//! left out. Without two modes or more, the angle between them is open and nothing is determined.
+//!
 //! The noise of a residue is that of least squares on the windowed record: with white noise, whose line has the variance σ_H²
 //! under a window `e^(−σt)` of the length T,
 //!
@@ -17,14 +20,20 @@
 
 use massline_shared::body::RigidBody;
 use massline_shared::design::{Criterion, Predict};
-use massline_shared::layout::{Layout, TestSettings, UncertainQuantity};
+use massline_shared::layout::{HostLayout, Layout, UncertainQuantity};
 use massline_virtual::bench::suspension::RigidMode;
 use nalgebra::{Complex, DMatrix, Matrix6, SVector, Vector3, Vector6};
+
+use super::noise::window_energy;
 
 /// Number of angles that mix six motions.
 const ANGLES: usize = 15;
 /// Number of unknowns without those of the layout.
 const UNKNOWNS: usize = 10 + ANGLES;
+/// Steps to an orthogonal matrix: each halves singular values above one, and near one the digits double.
+const ORTHOGONAL_STEPS: usize = 12;
+/// Root of the sum of a mode's squared residues, in standard deviations of one, from which it is found.
+const SHOWN: f64 = 5.0;
 /// Step of the numerical derivatives, relative to the scales: half the digits of an f64.
 const STEP: f64 = 1e-7;
 
@@ -39,30 +48,28 @@ pub struct SuspensionCriterion {
 }
 
 impl SuspensionCriterion {
-    /// The bound for the body of `plain`, with its noise and scale, that has these modes, in tests with these settings and
-    /// records of `ringing_s`.
+    /// The bound for the body of `plain`, with its noise and scale, that has these modes with what the layout attaches to it, in
+    /// tests with the settings of the layout and records of `record_s`. Q is the orthogonal matrix nearest to the shapes: those
+    /// that were measured are not quite orthogonal.
     pub fn new(
         plain: Criterion<f64>,
         modes: &[RigidMode; 6],
-        test: &TestSettings<f64>,
-        ringing_s: f64,
+        layout: &HostLayout,
+        record_s: f64,
     ) -> Self {
-        let decay = test.exponential_decay;
-        // In its limit without a window, E is the length of the record.
-        let squares = if decay > 0.0 {
-            (1.0 - (-2.0 * decay * ringing_s).exp()) / (2.0 * decay)
-        } else {
-            ringing_s
-        };
+        let decay = layout.test.exponential_decay;
+        let energy = window_energy(decay, record_s);
         let of_mode = |mode: &RigidMode| {
             let own = mode.damping_ratio * mode.omega;
             let variance =
-                4.0 * (own + decay).powi(2) / (squares * (own + 2.0 * decay) * mode.omega.powi(2));
+                4.0 * (own + decay).powi(2) / (energy * (own + 2.0 * decay) * mode.omega.powi(2));
             (mode.omega, variance.sqrt())
         };
         let shapes = Matrix6::from_columns(&modes.map(|mode| mode.shape));
-        let factor = factor(&plain.body.mass_matrix()).unwrap_or_else(Matrix6::identity);
-        Self { plain, modes: modes.each_ref().map(of_mode), mixing: factor.transpose() * shapes }
+        let mixing = moving_mass(&plain.body, layout)
+            .and_then(|mass| orthogonal(factor(&mass)?.transpose() * shapes))
+            .unwrap_or_else(Matrix6::identity);
+        Self { plain, modes: modes.each_ref().map(of_mode), mixing }
     }
 
     /// Body, noise and scale.
@@ -78,10 +85,7 @@ impl SuspensionCriterion {
         theta: &SVector<f64, 10>,
         mixing: &Matrix6<f64>,
     ) -> Option<Vec<f64>> {
-        let mut mass = RigidBody::from_theta(theta).mass_matrix();
-        for attached in &layout.attached {
-            mass += RigidBody::from_phi(&attached.phi.into())?.mass_matrix();
-        }
+        let mass = moving_mass(&RigidBody::from_theta(theta), layout)?;
         let shapes = factor(&mass)?.transpose().solve_upper_triangular(mixing)?;
         let forces: Vec<Vector6<f64>> =
             layout.hits.iter().map(|hit| hit.unit_force(&Vector3::zeros())).collect();
@@ -100,7 +104,7 @@ impl SuspensionCriterion {
         Some(all)
     }
 
-    /// How the residues change, a column for each unknown: the ten properties over their scales, the angles, and the uncertain
+    /// How the residues of the modes that show change, a column for each unknown: the ten properties over their scales, the angles, and the uncertain
     /// quantities that the layout has, over their standard deviations.
     fn slopes<const S: usize, const H: usize>(
         &self,
@@ -108,8 +112,13 @@ impl SuspensionCriterion {
     ) -> Option<Vec<Vec<f64>>> {
         let theta = self.plain.body.theta();
         let nominal = self.residues(layout, &theta, &self.mixing)?;
+        let of_mode = (nominal.len() / self.modes.len()).max(1);
+        let shows = |mode: &[f64]| mode.iter().map(|y| y * y).sum::<f64>() > SHOWN * SHOWN;
+        let shown: Vec<bool> = nominal.chunks(of_mode).map(shows).collect();
         let slope = |changed: Vec<f64>, step: f64| {
-            changed.iter().zip(&nominal).map(|(new, old)| (new - old) / step).collect()
+            let rows = changed.iter().zip(&nominal).enumerate();
+            let seen = rows.filter(|(row, _)| shown[row / of_mode]);
+            seen.map(|(_, (new, old))| (new - old) / step).collect()
         };
         let mut all = Vec::new();
         for property in 0..10 {
@@ -168,6 +177,29 @@ impl Predict<f64> for SuspensionCriterion {
     }
 }
 
+/// Mass matrix of a body with what the layout attaches to it; `None` when an attached one has no mass.
+fn moving_mass<const S: usize, const H: usize>(
+    body: &RigidBody<f64>,
+    layout: &Layout<f64, S, H>,
+) -> Option<Matrix6<f64>> {
+    let mut mass = body.mass_matrix();
+    for attached in &layout.attached {
+        mass += RigidBody::from_phi(&attached.phi.into())?.mass_matrix();
+    }
+    Some(mass)
+}
+
+/// The nearest orthogonal matrix, by Newton's iteration; `None` where the shapes depend on each other.
+fn orthogonal(shapes: Matrix6<f64>) -> Option<Matrix6<f64>> {
+    let mut found = shapes;
+    for _ in 0..ORTHOGONAL_STEPS {
+        found = (found + found.try_inverse()?.transpose()) * 0.5;
+    }
+    let left = found.tr_mul(&found) - Matrix6::identity();
+    // What is no number is not below the limit either.
+    (left.amax() < STEP).then_some(found)
+}
+
 /// L of `M = L Lᵀ`.
 fn factor(mass: &Matrix6<f64>) -> Option<Matrix6<f64>> {
     Some(mass.cholesky()?.l())
@@ -180,7 +212,7 @@ mod tests {
     use massline_virtual::bench::Bench;
 
     use super::*;
-    use crate::design::{Assumptions, LayoutCriterion, forecast};
+    use crate::design::{Assumptions, LayoutCriterion, Predicted, forecast};
     use crate::layout_file::LayoutFile;
 
     const WHEEL: &str = include_str!("../../examples/wheel.toml");
@@ -194,7 +226,7 @@ mod tests {
 
     fn criterion(file: &LayoutFile, assumed: &Assumptions) -> LayoutCriterion {
         let layout = &file.layout;
-        assumed.criterion(layout, layout.characteristic_length(), assumed.usual_noise())
+        assumed.criterion(layout, layout.characteristic_length(), assumed.usual_noise(layout))
     }
 
     #[test]
@@ -217,14 +249,13 @@ mod tests {
     #[test]
     fn noise_alone_goes_with_the_root_of_the_hits_and_with_the_noise() {
         let exact = "sensor_position_m = 0\nsensor_rotation_rad = 0\ngain = 0\ncross_axis = 0\nhammer_gain = 0\n\
-                     hit_gain = 0\ngravity_direction_rad = 0\nhit_position_m = 0\nhit_direction_rad = 0\n\
+                     hit_gain = 0\nconverter_gain = 0\ngravity_direction_rad = 0\nhit_position_m = 0\nhit_direction_rad = 0\n\
                      node_position_m = 0\nnode_direction_rad = 0\n";
         let text = WHEEL.replace("[test]", &format!("[uncertainty]\n{exact}[test]"));
         let (mut file, assumed) = wheel(&text);
         let criterion = criterion(&file, &assumed);
-        // The converter's gain, which no key takes away, does not move the centre of mass.
         let sigma = |file: &LayoutFile, criterion: &LayoutCriterion| {
-            criterion.variances(&file.layout, &mut []).unwrap()[1].sqrt()
+            criterion.variances(&file.layout, &mut []).unwrap()[0].sqrt()
         };
         let usual = sigma(&file, &criterion);
         // Derivatives by steps of 1e-7 are good to 1e-7; the condition multiplies that by a few tens.
@@ -244,6 +275,26 @@ mod tests {
         let apart = Assumptions::of(&file, None).unwrap();
         let cost = criterion(&file, &apart).cost(&file.layout, &mut []);
         assert!(cost.is_none_or(|cost| total(cost) > 1.0), "{cost:?}");
+    }
+
+    /// With a hammer whose gain is hardly known the bound of the mass is finite, but its interval contains zero.
+    #[test]
+    fn what_every_method_would_refuse_is_not_predicted() {
+        let (mut file, assumed) = wheel(WHEEL);
+        let criterion = criterion(&file, &assumed);
+        assert!(Predicted::of(&criterion, &file.layout).is_some());
+        file.layout.hammer_gain = 0.7;
+        assert!(criterion.cost(&file.layout, &mut []).is_some());
+        assert!(Predicted::of(&criterion, &file.layout).is_none());
+    }
+
+    /// Of 400 times the noise, the modes that the hits move least do not rise above it.
+    #[test]
+    fn modes_that_drown_in_noise_leave_the_properties_open() {
+        let (file, assumed) = wheel(WHEEL);
+        let usual = criterion(&file, &assumed);
+        assert!(usual.with_noise(100.0).cost(&file.layout, &mut []).is_some());
+        assert!(usual.with_noise(400.0).cost(&file.layout, &mut []).is_none());
     }
 
     #[test]

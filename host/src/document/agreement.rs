@@ -9,8 +9,8 @@ use super::Properties;
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "agreement")]
 pub struct Agreement {
-    /// Whether they agree; `null` where that cannot be said.
-    pub agree: Option<bool>,
+    /// `agree`; `some_off` where the others agree without a few methods; `differ`; `null` where that cannot be said.
+    pub outcome: Option<&'static str>,
     /// Stable name of what puts all of them in doubt.
     pub doubt: Option<&'static str>,
     /// The methods that are off.

@@ -24,6 +24,8 @@ pub struct ShownLayout {
     pub hammer_gain: f64,
     /// Standard deviation of the mean force from hit DOF to hit DOF, relative.
     pub hit_gain: f64,
+    /// Standard deviation of the gain of a nonlinear converter, relative; only the suspension profile counts it.
+    pub converter_gain: f64,
     /// Root mean square distance of the sensors from their centroid.
     pub characteristic_length_m: f64,
     /// The sensors.
@@ -150,9 +152,9 @@ pub struct JudgedLayout {
     pub prediction: Prediction,
     /// Whether the layout determines all ten properties.
     pub identifiable: bool,
-    /// Rank of the equations: ten when the ten properties are determined.
-    pub rank: usize,
-    /// Their condition in balanced variables; `null` when it is infinite.
+    /// Rank of the equations of mass lines: ten when the ten properties are determined; `null` in the suspension profile.
+    pub rank: Option<usize>,
+    /// Their condition in balanced variables; `null` when it is infinite, and in the suspension profile.
     pub condition: Option<f64>,
     /// The methods of the test's profile.
     pub methods: Vec<JudgedMethod>,

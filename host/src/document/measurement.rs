@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{
     Agreement, CalibrationSigma, Details, Estimate, Finding, FoundBy, GlobalFit, LoggedHit, Modes,
-    Properties, Refusal, SingleFaults, Spread, Unseen,
+    Pair, Properties, Refusal, SingleFaults, Spread, Unseen,
 };
 
 /// A result of a rig. What the host has found is marked; it is missing where the layout is not known.
@@ -162,10 +162,14 @@ pub struct RigMode {
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "rig_agreement")]
 pub struct RigAgreement {
-    /// Whether chance explains every difference.
-    pub agree: bool,
+    /// `agree`; `some_off` where the others agree without a few methods; `differ`.
+    pub outcome: &'static str,
     /// The methods that are off.
     pub off: Vec<&'static str>,
+    /// All of this as a sentence.
+    pub verdict: String,
+    /// The difference of two methods that contradicts chance most.
+    pub largest: Option<Pair>,
     /// The combined answer of the others.
     pub combined: Spread<Properties<f64>>,
 }

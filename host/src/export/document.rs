@@ -7,6 +7,7 @@ use std::io::Read;
 use std::path::Path;
 
 use massline_shared::body::{INERTIA_ELEMENTS, INERTIAL_PARAMETERS, RigidBody, tensor};
+use massline_shared::identify::agreement::Outcome;
 use massline_shared::identify::{HALF_WIDTH_95, Method};
 use nalgebra::{Vector3, Vector6};
 use serde_json::Value;
@@ -118,8 +119,12 @@ fn first_document(bytes: &[u8], source: &str) -> Result<(Value, Value)> {
 pub fn of_value(value: &Value, source: &str, method: Option<Method>) -> Result<Exported> {
     let document = checked(value, source)?;
     let (answer, mut notes) = chosen(&document, method)?;
-    if value["agreement"]["agree"] == false {
+    let outcome = &value["agreement"]["outcome"];
+    if *outcome == Outcome::Differ.name() {
         notes.push("the methods do not agree on this object: see agreement in the document".into());
+    }
+    if *outcome == Outcome::SomeOff.name() {
+        notes.push("some methods are off on this object: see agreement in the document".into());
     }
     let mut exported = answer_of(&answer, source)?;
     exported.test.layout_hash = hash_of(&value["layout_hash"]);
@@ -348,11 +353,15 @@ mod tests {
     #[test]
     fn disagreement_of_the_methods_is_noted() {
         let mut value = document();
-        value["agreement"] = json!({ "agree": true });
+        value["agreement"] = json!({ "outcome": "agree" });
         assert!(read(&value).unwrap().test.notes.is_empty());
-        value["agreement"]["agree"] = json!(false);
-        let notes = read(&value).unwrap().test.notes;
-        assert!(notes[0].contains("the methods do not agree"), "{notes:?}");
+        for (outcome, words) in
+            [("differ", "the methods do not agree"), ("some_off", "some methods are off")]
+        {
+            value["agreement"]["outcome"] = json!(outcome);
+            let notes = read(&value).unwrap().test.notes;
+            assert!(notes[0].contains(words), "{notes:?}");
+        }
     }
 
     #[test]

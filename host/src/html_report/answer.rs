@@ -2,6 +2,7 @@
 
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
 use massline_shared::diagnosis::Code;
+use massline_shared::identify::agreement::Outcome;
 
 use super::limits::Limits;
 use super::values::{Sentence, list, words};
@@ -149,7 +150,9 @@ impl Verdict {
         }
         let agreement = &source.document()["agreement"];
         let verdict = agreement["verdict"].as_str().unwrap_or_default().to_owned();
-        if agreement["doubt"].is_string() || agreement["agree"] == false {
+        let is_off = list(&agreement["off"]).iter().any(|method| *method == answer.method);
+        let differ = agreement["outcome"] == Outcome::Differ.name();
+        if agreement["doubt"].is_string() || differ || is_off {
             let mut reasons = vec![Sentence(verdict)];
             reasons.extend(grave);
             return Self { tone: "warning", headline: "The answer is in doubt".into(), reasons };

@@ -4,20 +4,27 @@ use massline_shared::body::RigidBody;
 use massline_shared::design::{DEFAULT_NOISE, ErrorSource, Part};
 use massline_shared::identify::Method;
 use massline_shared::identify::maximum_likelihood::BudgetScales;
-use massline_shared::layout::{Hit, HostLayout};
+use massline_shared::layout::{Hit, HostLayout, TestProfile};
+use massline_shared::signal::ringing_s;
+use massline_virtual::bench::Bench;
+use massline_virtual::bench::suspension::RigidMode;
+use nalgebra::Vector6;
 
 use super::values::{Sentence, list, words};
-use crate::design::DesignReport;
 use crate::design::report::{advice_text, most};
+use crate::design::{DesignReport, LayoutCriterion};
+use crate::document::Mode;
 use crate::error::Result;
 use crate::export::Exported;
 use crate::report::{hardly_shown, not_shown};
-use crate::result_file::{ResultFile, ShownMassLine, ShownModes};
+use crate::result_file::{ResultFile, ShownDof, ShownMassLine, ShownModes};
 
 /// Why there are no shares of the sources of error.
-const NO_SHARES: &str = "how much of the uncertainty comes from each source of error is not known: for an answer from \
-                         suspension modes, noise and the errors of the layout are added up when the test is solved, and \
-                         the result holds their sum only";
+const NO_SHARES: &str = "how much of the uncertainty comes from each source of error is not known: it is computed for tests \
+                         by a rig in the suspension profile, whose records are known, from six modes and the layout file";
+
+/// Bench with the converter of a test whose archive is not known.
+const BENCH: &str = "ideal";
 
 /// The sources of error of an answer, by the Cramér-Rao bound for the body that was found, and advice.
 #[derive(Default)]
@@ -37,25 +44,34 @@ impl Limits {
     pub fn of(source: &ResultFile, answer: &Exported) -> Result<Self> {
         let by_mass_lines = Method::of_mass_lines().any(|method| method.name() == answer.method);
         Ok(match source.modes()? {
-            Some(modes) if !by_mass_lines => Self::of_modes(&modes),
-            _ => Self::of_mass_lines(source, &source.mass_lines()?, answer.body),
+            Some(modes) if !by_mass_lines => Self::of_modes(source, &modes, answer.body)?,
+            _ => Self::of_mass_lines(source, answer.body)?,
         })
     }
 
-    fn of_mass_lines(source: &ResultFile, lines: &[ShownMassLine], body: RigidBody<f64>) -> Self {
-        let (Some(file), Some(layout)) = (source.layout_file(), source.layout_in_force()) else {
-            return Self::default();
+    /// # Errors
+    /// When the mass lines of the result are malformed.
+    fn of_mass_lines(source: &ResultFile, body: RigidBody<f64>) -> Result<Self> {
+        let (Some(file), Some(mut layout)) = (source.layout_file(), measured_layout(source)?)
+        else {
+            return Ok(Self::default());
         };
-        let mut layout = as_measured(&layout, lines);
         if let Some(scales) = learned(source) {
             scales.apply_to(&mut layout);
         }
-        let measured = noise(lines, &layout).map(|noise| noise * body.mass);
-        let design = DesignReport::of_test(file, &layout, body, measured.unwrap_or(DEFAULT_NOISE));
+        let measured = noise(&source.mass_lines()?, &layout).map(|noise| noise * body.mass);
+        let relative = measured.unwrap_or(DEFAULT_NOISE);
+        let criterion = LayoutCriterion::of_mass_lines(body, &layout, relative);
+        let design = DesignReport::of_test(file, &layout, criterion);
+        Ok(Self::of_design(&design, &layout, measured.is_some()))
+    }
+
+    /// What a prediction for the test that was made says; from its own noise where that is known.
+    fn of_design(design: &DesignReport, layout: &HostLayout, noise_is_known: bool) -> Self {
         let shares = most(&design.parts, |part| part.share, usize::MAX);
-        let given = match measured {
-            Some(_) => "with these data".to_owned(),
-            None => format!("with this layout, assuming noise of {} %", 100.0 * DEFAULT_NOISE),
+        let given = match noise_is_known {
+            true => "with these data".to_owned(),
+            false => format!("with this layout, assuming noise of {} %", 100.0 * DEFAULT_NOISE),
         };
         let mut advice = Vec::new();
         if let (Some(predicted), Some(found)) = (design.predicted, &design.advice) {
@@ -63,10 +79,10 @@ impl Limits {
                 "the ten properties together are known to {:.3} % of scale (root mean square of 1 sd)",
                 predicted.total_percent_of_scale
             ));
-            advice.extend(advice_text(found, &layout).lines().map(str::to_owned));
+            advice.extend(advice_text(found, layout).lines().map(str::to_owned));
         }
         let largest = design.parts.iter().max_by(|a, b| a.share.total_cmp(&b.share));
-        advice.extend(largest.map(|part| remedy(part.source).to_owned()));
+        advice.extend(largest.map(|part| remedy(part.source, layout.test.profile).to_owned()));
         let sources = match shares.is_empty() {
             true => String::new(),
             false => format!(
@@ -75,24 +91,48 @@ impl Limits {
             ),
         };
         let advice = advice.into_iter().map(Sentence).collect();
-        Self { parts: design.parts, sources: Sentence(sources), advice }
+        Self { parts: design.parts.clone(), sources: Sentence(sources), advice }
     }
 
-    /// The limits of an answer from suspension modes, by their Norm Indicators.
-    fn of_modes(modes: &ShownModes) -> Self {
-        let better = (1..).zip(&modes.modes).filter_map(|(number, mode)| {
-            let better = mode.better_hit.as_ref()?;
-            Some(hardly_shown(number, better.shown, &better.dof))
-        });
-        let mut advice: Vec<String> = better.collect();
-        if let (1.., Some(dof)) = (modes.missing, &modes.hit_for_missing) {
-            advice.push(not_shown(modes.missing, dof));
-        }
-        if advice.is_empty() {
-            advice.extend(least_shown(modes));
-        }
-        let advice = advice.into_iter().map(Sentence).collect();
-        Self { parts: Vec::new(), sources: Sentence(NO_SHARES.into()), advice }
+    /// The limits of an answer from suspension modes: the bound for the modes that were found, where it can be computed, and
+    /// their Norm Indicators.
+    ///
+    /// # Errors
+    /// When the lines of the result are malformed.
+    fn of_modes(source: &ResultFile, modes: &ShownModes, body: RigidBody<f64>) -> Result<Self> {
+        let mut limits = Self::of_bound(source, modes, body)?
+            .unwrap_or_else(|| Self { sources: Sentence(NO_SHARES.into()), ..Self::default() });
+        limits.advice.extend(shown_poorly(modes).into_iter().map(Sentence));
+        Ok(limits)
+    }
+
+    /// The bound of six modes; `None` for fewer, for responses that no rig measured under the suspension profile, and where
+    /// the layout file is not known.
+    ///
+    /// # Errors
+    /// When the lines of the result are malformed.
+    fn of_bound(
+        source: &ResultFile,
+        modes: &ShownModes,
+        body: RigidBody<f64>,
+    ) -> Result<Option<Self>> {
+        let (Some(file), Some(layout)) = (source.layout_file(), measured_layout(source)?) else {
+            return Ok(None);
+        };
+        // Of responses from a file, neither the window nor the length of the records is known.
+        let is_of_rig = !list(&source.document()["lines"]).is_empty();
+        let noise = modes.noise.filter(|noise| is_of_rig && noise.is_finite() && *noise > 0.0);
+        let (Some(six), Some(noise), Some(record_s), TestProfile::Suspension) =
+            (six_modes(modes), noise, record_s(source, &layout), layout.test.profile)
+        else {
+            return Ok(None);
+        };
+        let of_one_hit = noise * f64::from(layout.test.hits_per_dof.max(1)).sqrt();
+        let relative = of_one_hit * body.mass;
+        let criterion = LayoutCriterion::of_modes(body, &layout, relative, &six, record_s);
+        let design = DesignReport::of_test(file, &layout, criterion);
+        let limits = Self::of_design(&design, &layout, true);
+        Ok((!limits.parts.is_empty()).then_some(limits))
     }
 
     /// True where nothing is known.
@@ -106,18 +146,27 @@ impl Limits {
     }
 }
 
+/// The layout in force with the hits that are in the answers; `None` where it is not known.
+///
+/// # Errors
+/// When the lines of the result are malformed.
+fn measured_layout(source: &ResultFile) -> Result<Option<HostLayout>> {
+    let Some(layout) = source.layout_in_force() else { return Ok(None) };
+    Ok(Some(as_measured(&layout, &source.measured_dofs()?)))
+}
+
 /// The layout with the hits that are in the answer, made as often as they were: what scatters from hit to hit is that of
-/// so many. The whole layout where the mass lines are not known.
-fn as_measured(layout: &HostLayout, lines: &[ShownMassLine]) -> HostLayout {
+/// so many. The whole layout where the measured DOFs are not known.
+fn as_measured(layout: &HostLayout, measured: &[ShownDof]) -> HostLayout {
     let mut layout = layout.clone();
-    if lines.is_empty() {
+    if measured.is_empty() {
         return layout;
     }
     let wanted = f64::from(layout.test.hits_per_dof.max(1));
     layout.hits.retain_mut(|hit: &mut Hit<f64>| {
         let dof = hit.dof.to_string();
-        let Some(line) = lines.iter().find(|line| line.dof == dof) else { return false };
-        if let Some(hits) = line.hits {
+        let Some(of) = measured.iter().find(|of| of.dof == dof) else { return false };
+        if let Some(hits) = of.hits {
             let factor = (wanted / f64::from(hits.max(1))).sqrt();
             hit.uncertainty.position *= factor;
             hit.uncertainty.direction *= factor;
@@ -148,6 +197,41 @@ fn noise(lines: &[ShownMassLine], layout: &HostLayout) -> Option<f64> {
     (noise.is_finite() && noise > 0.0).then_some(noise)
 }
 
+/// The six modes of a test; `None` when there are others.
+fn six_modes(modes: &ShownModes) -> Option<[RigidMode; 6]> {
+    let mode = |of: &Mode| RigidMode {
+        omega: std::f64::consts::TAU * of.frequency_hz.value,
+        damping_ratio: of.damping_ratio.value.max(0.0),
+        shape: Vector6::from(of.shape.value),
+    };
+    let all: Vec<RigidMode> = modes.modes.iter().map(mode).collect();
+    all.try_into().ok()
+}
+
+/// How long the object has rung in a record, s: under the converter that the archive names, else under that of a bench, which
+/// has the rate of every board.
+fn record_s(source: &ResultFile, layout: &HostLayout) -> Option<f64> {
+    let sampler = source.archive().and_then(|archive| archive.rig.sampler);
+    let of_bench = || Some(Bench::named(BENCH).ok()?.converter(layout.sensors.len()));
+    Some(ringing_s(&sampler.map(|of| of.adc).or_else(of_bench)?))
+}
+
+/// The modes that the hits hardly show, and which hit would show them.
+fn shown_poorly(modes: &ShownModes) -> Vec<String> {
+    let better = (1..).zip(&modes.modes).filter_map(|(number, mode)| {
+        let better = mode.better_hit.as_ref()?;
+        Some(hardly_shown(number, better.shown, &better.dof))
+    });
+    let mut advice: Vec<String> = better.collect();
+    if let (1.., Some(dof)) = (modes.missing, &modes.hit_for_missing) {
+        advice.push(not_shown(modes.missing, dof));
+    }
+    if advice.is_empty() {
+        advice.extend(least_shown(modes));
+    }
+    advice
+}
+
 /// The mode whose largest Norm Indicator is the least, where no other hit is worth making.
 fn least_shown(modes: &ShownModes) -> Option<String> {
     let largest = modes.modes.iter().filter_map(|mode| {
@@ -163,8 +247,11 @@ fn least_shown(modes: &ShownModes) -> Option<String> {
 }
 
 /// What to do against a source of error.
-fn remedy(source: ErrorSource) -> &'static str {
+fn remedy(source: ErrorSource, profile: TestProfile) -> &'static str {
     match source {
+        ErrorSource::Noise if profile == TestProfile::Suspension => {
+            "Noise limits most: hit with a larger impulse, or more often."
+        }
         ErrorSource::Noise => "Noise limits most: hit harder, more often, or with a wider band.",
         ErrorSource::HitPosition => {
             "Where the hammer lands limits most: mark the points, hit more often, or guide the hammer."
@@ -228,7 +315,9 @@ mod tests {
         let text = include_str!("../../examples/three-bar-test-1.toml");
         let layout = LayoutFile::parse(text, "test-1.toml").unwrap().layout;
         let lines = [line("1:+Y", Some(20), 0.001), line("2:+Z", None, 0.001)];
-        let measured = as_measured(&layout, &lines);
+        let made =
+            |dof: &str, hits| ShownDof { dof: dof.into(), hits, band_hz: None, coherence: None };
+        let measured = as_measured(&layout, &[made("1:+Y", Some(20)), made("2:+Z", None)]);
         let dofs: Vec<String> = measured.hits.iter().map(|hit| hit.dof.to_string()).collect();
         assert_eq!(dofs, ["1:+Y", "2:+Z"]);
         // The layout wants 5 hits: 20 halve what scatters.

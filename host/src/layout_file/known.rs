@@ -5,8 +5,9 @@ use std::ops::Range;
 
 use massline_shared::body::RigidBody;
 use massline_shared::layout::{
-    Attached, CalibratedGains, DEFAULT_GRAVITY_DIRECTION, DEFAULT_HAMMER_GAIN, DEFAULT_HIT_GAIN,
-    HitUncertainty, MAX_ATTACHED, Prior, Sensor, SensorUncertainty,
+    Attached, CalibratedGains, DEFAULT_CONVERTER_GAIN, DEFAULT_GRAVITY_DIRECTION,
+    DEFAULT_HAMMER_GAIN, DEFAULT_HIT_GAIN, HitUncertainty, MAX_ATTACHED, Prior, Sensor,
+    SensorUncertainty,
 };
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
@@ -31,6 +32,8 @@ pub struct Uncertainty {
     pub hammer_gain: f64,
     /// Standard deviation of the mean force from hit DOF to hit DOF, relative.
     pub hit_gain: f64,
+    /// Standard deviation of the gain of a nonlinear converter in the suspension profile, relative.
+    pub converter_gain: f64,
     /// Standard deviation of the direction of gravity about each axis across it, rad.
     pub gravity_direction: f64,
     /// Which standard deviations of the sensors a calibration supplies, because the table states none.
@@ -48,6 +51,7 @@ impl Uncertainty {
             hit: HitUncertainty::default(),
             hammer_gain: DEFAULT_HAMMER_GAIN,
             hit_gain: DEFAULT_HIT_GAIN,
+            converter_gain: DEFAULT_CONVERTER_GAIN,
             gravity_direction: DEFAULT_GRAVITY_DIRECTION,
             calibrated: CalibratedGains { gain: true, cross_axis: true },
             calibrated_hammer: true,
@@ -58,7 +62,8 @@ impl Uncertainty {
             CalibratedGains { gain: raw.gain.is_none(), cross_axis: raw.cross_axis.is_none() };
         all.calibrated_hammer = raw.hammer_gain.is_none();
         all.learn = raw.learn.unwrap_or(all.learn);
-        let Self { sensor, hit, hammer_gain, hit_gain, gravity_direction, .. } = &mut all;
+        let Self { sensor, hit, hammer_gain, hit_gain, converter_gain, gravity_direction, .. } =
+            &mut all;
         let entries = [
             (&raw.hit_position_m, &mut hit.position, "uncertainty.hit_position_m"),
             (&raw.hit_direction_rad, &mut hit.direction, "uncertainty.hit_direction_rad"),
@@ -68,6 +73,7 @@ impl Uncertainty {
             (&raw.cross_axis, &mut sensor.cross_axis, "uncertainty.cross_axis"),
             (&raw.hammer_gain, hammer_gain, "uncertainty.hammer_gain"),
             (&raw.hit_gain, hit_gain, "uncertainty.hit_gain"),
+            (&raw.converter_gain, converter_gain, "uncertainty.converter_gain"),
             (&raw.gravity_direction_rad, gravity_direction, "uncertainty.gravity_direction_rad"),
             (&raw.node_position_m, &mut hit.node_position, "uncertainty.node_position_m"),
             (&raw.node_direction_rad, &mut hit.node_direction, "uncertainty.node_direction_rad"),

@@ -253,6 +253,9 @@ pub(super) struct RawUncertainty {
     /// Mean force from hit DOF to hit DOF, relative: the hammer's linearity.
     #[schemars(with = "f64", range(min = 0))]
     pub(super) hit_gain: Option<Spanned<f64>>,
+    /// Gain of responses of a few codes under a converter that is not linear, relative; only in the suspension profile.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) converter_gain: Option<Spanned<f64>>,
     /// Direction of gravity about each axis across it, rad.
     #[schemars(with = "f64", range(min = 0))]
     pub(super) gravity_direction_rad: Option<Spanned<f64>>,

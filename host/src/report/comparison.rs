@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::diagnosis::{Code, Diagnostic};
-use massline_shared::identify::agreement::Difference;
+use massline_shared::identify::agreement::{Difference, Outcome};
 use massline_shared::identify::{Estimate, HALF_WIDTH_95, Method};
 use massline_shared::layout::HostLayout;
 use nalgebra::SVector;
@@ -86,7 +86,7 @@ const HARDLY: f64 = 3.5;
 fn tone(comparison: &Comparison) -> Tone {
     match (comparison.doubt, &comparison.agreement) {
         (Some(Doubt::Misfit), _) => Tone::Bad,
-        (None, Some(agreement)) if agreement.agrees() => Tone::Good,
+        (None, Some(agreement)) if agreement.outcome() == Outcome::Agree => Tone::Good,
         _ => Tone::Warning,
     }
 }
@@ -111,23 +111,10 @@ fn verdict(comparison: &Comparison, estimates: &[Estimate<f64>], layout: &HostLa
             .into();
     };
     let name = |place: usize| method_at(comparison, place).map_or("a method", Method::name);
-    let largest = agreement.pairs.iter().max_by(|a, b| {
-        let size = |d: &Difference<f64>| {
-            (d.significant, d.difference.abs() / (d.sigma + f64::MIN_POSITIVE))
-        };
-        size(a).partial_cmp(&size(b)).unwrap_or(std::cmp::Ordering::Equal)
-    });
-    let Some(largest) = largest else { return String::new() };
-    let parameter = &INERTIAL_PARAMETERS[largest.property];
-    let [first, second] = largest.methods.map(name);
-    let difference = format!(
-        "{} of {first} and {second} differ by {} {}, {:.1} standard deviations of the difference",
-        parameter.symbol,
-        two_digits(largest.difference.abs() * parameter.table_factor),
-        parameter.table_unit,
-        largest.difference.abs() / largest.sigma,
-    );
-    if agreement.agrees() {
+    let Some(largest) = agreement.largest() else { return String::new() };
+    let difference = difference_text(largest, largest.methods.map(name));
+    let outcome = agreement.outcome();
+    if outcome == Outcome::Agree {
         let hardly = largest.difference.abs() > HARDLY * largest.sigma;
         return match hardly {
             true => format!(
@@ -139,7 +126,7 @@ fn verdict(comparison: &Comparison, estimates: &[Estimate<f64>], layout: &HostLa
     }
     let off: Vec<Method> =
         agreement.outliers.iter().filter_map(|place| method_at(comparison, *place)).collect();
-    if off.is_empty() {
+    if outcome == Outcome::Differ {
         return format!(
             "the methods disagree: {difference}; the combined standard deviations include the differences between the \
              methods"
@@ -153,8 +140,34 @@ fn verdict(comparison: &Comparison, estimates: &[Estimate<f64>], layout: &HostLa
     )
 }
 
+/// A difference of two methods with these names, as a clause.
+pub(super) fn difference_text(of: &Difference<f64>, [first, second]: [&str; 2]) -> String {
+    let parameter = &INERTIAL_PARAMETERS[of.property];
+    format!(
+        "{} of {first} and {second} differ by {} {}, {:.1} standard deviations of the difference",
+        parameter.symbol,
+        two_digits(of.difference.abs() * parameter.table_factor),
+        parameter.table_unit,
+        of.difference.abs() / of.sigma,
+    )
+}
+
+/// A difference of two methods with these names as JSON.
+pub(super) fn difference_json(
+    of: &Difference<f64>,
+    methods: [Option<&'static str>; 2],
+) -> document::Pair {
+    document::Pair {
+        methods,
+        property: INERTIAL_PARAMETERS[of.property].name,
+        difference: of.difference,
+        sigma: of.sigma,
+        significant: of.significant,
+    }
+}
+
 /// `a`, `a and b`, `a, b and c`.
-fn listed(methods: &[Method]) -> String {
+pub(super) fn listed(methods: &[Method]) -> String {
     let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
     match names.split_last() {
         Some((last, first)) if !first.is_empty() => format!("{} and {last}", first.join(", ")),
@@ -221,16 +234,10 @@ pub fn comparison_json(
             between_methods: of_ten(&agreement.between),
         }
     });
-    let pair = |pair: &Difference<f64>| document::Pair {
-        methods: pair.methods.map(name),
-        property: INERTIAL_PARAMETERS[pair.property].name,
-        difference: pair.difference,
-        sigma: pair.sigma,
-        significant: pair.significant,
-    };
+    let pair = |pair: &Difference<f64>| difference_json(pair, pair.methods.map(name));
     let outliers = agreement.iter().flat_map(|agreement| &agreement.outliers);
     Some(document::Agreement {
-        agree: agreement.map(|agreement| agreement.agrees()),
+        outcome: agreement.map(|agreement| agreement.outcome().name()),
         doubt: comparison.doubt.filter(|_| agreement.is_none()).map(Doubt::name),
         off: outliers.filter_map(|place| name(*place)).collect(),
         verdict: verdict(comparison, estimates, layout),

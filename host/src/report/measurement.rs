@@ -1,12 +1,15 @@
 //! A rig's stored result, unchanged.
 
 use massline_protocol::lines_head::LinesHead;
-use massline_protocol::modes::{StoredAgreement, StoredMode, StoredRefusal};
+use massline_protocol::modes::{StoredAgreement, StoredDifference, StoredMode, StoredRefusal};
 use massline_protocol::object::{DofResult, MeasurementResult};
+use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::diagnosis::Diagnostic;
+use massline_shared::identify::agreement::{Difference, Outcome};
 use massline_shared::identify::{Estimate, Method};
 use massline_shared::layout::TestProfile;
 
+use super::comparison::{difference_json, difference_text, listed};
 use super::digits::{as_exact_as, two_digits};
 use super::message::message_of_result;
 use super::refusals::{refusals_json, refusals_text};
@@ -104,15 +107,45 @@ fn known(sigma: f32) -> Option<f32> {
 }
 
 fn agreement_json(agreement: &StoredAgreement) -> RigAgreement {
-    let significant = agreement.largest.is_some_and(|largest| largest.significant);
+    let largest = agreement.largest.as_ref().map(|largest| {
+        let name = |number| Method::from_number(number).map(Method::name);
+        difference_json(&difference_of(largest), largest.methods.map(name))
+    });
     RigAgreement {
-        agree: !significant,
+        outcome: agreement.outcome().name(),
         off: methods(&agreement.off).map(Method::name).collect(),
+        verdict: verdict_of_rig(agreement),
+        largest,
         combined: Spread {
             value: Properties::of(agreement.properties.map(f64::from)),
             sigma: Some(Properties::of(agreement.sigma.map(f64::from))),
         },
     }
+}
+
+/// The largest difference of a rig's methods. Its methods are named by their numbers.
+fn difference_of(stored: &StoredDifference) -> Difference<f64> {
+    Difference {
+        methods: stored.methods.map(usize::from),
+        property: usize::from(stored.property).min(INERTIAL_PARAMETERS.len() - 1),
+        difference: stored.difference.into(),
+        sigma: stored.sigma.into(),
+        significant: stored.significant,
+    }
+}
+
+/// Whether the methods of a rig agree, and where they differ most.
+fn verdict_of_rig(agreement: &StoredAgreement) -> String {
+    let off: Vec<Method> = methods(&agreement.off).collect();
+    let verdict = match agreement.outcome() {
+        Outcome::Agree => "the methods of the rig agree".to_owned(),
+        Outcome::SomeOff => format!("methods of the rig that are off: {}", listed(&off)),
+        Outcome::Differ => "the methods of the rig differ by more than chance".to_owned(),
+    };
+    let Some(largest) = &agreement.largest else { return verdict };
+    let name = |number| Method::from_number(number).map_or("a method", Method::name);
+    let difference = difference_text(&difference_of(largest), largest.methods.map(name));
+    format!("{verdict}; at most, {difference}")
 }
 
 fn methods(numbers: &[u8]) -> impl Iterator<Item = Method> + '_ {
@@ -147,12 +180,7 @@ fn modes_text(result: &MeasurementResult) -> String {
         );
     }
     if let Some(agreement) = &result.agreement {
-        let off: Vec<_> = methods(&agreement.off).map(Method::name).collect();
-        text += &match (agreement.differ, off.as_slice()) {
-            (true, _) => "the methods of the rig differ by more than chance".to_owned(),
-            (false, []) => "the methods of the rig agree".to_owned(),
-            (false, off) => format!("methods of the rig that are off: {}", off.join(", ")),
-        };
+        text += &verdict_of_rig(agreement);
         let (mass, sigma) = (f64::from(agreement.properties[0]), f64::from(agreement.sigma[0]));
         let mass = as_exact_as(mass, Some(sigma));
         text += &format!("; the combined mass is {mass} ± {} kg\n", two_digits(sigma));
@@ -334,7 +362,13 @@ mod tests {
             sigma: [0.25; 10],
             off: [Method::ContiBretl.number()].into_iter().collect(),
             differ: false,
-            largest: None,
+            largest: Some(StoredDifference {
+                methods: [Method::ContiBretl.number(), Method::ToivolaNuutila.number()],
+                property: 0,
+                difference: -1.5,
+                sigma: 0.25,
+                significant: true,
+            }),
         });
         let json = json!(measurement_json(&result));
         let mode = &json["modes_of_rig"][0];
@@ -342,11 +376,18 @@ mod tests {
         assert_eq!(mode["damping_ratio"], json!({"value": 0.015625, "sigma": null}));
         assert_eq!(mode["shape"]["sigma"][5], 0.5);
         assert_eq!(json["agreement_of_rig"]["off"], json!(["conti-bretl"]));
+        assert_eq!(json["agreement_of_rig"]["outcome"], "some_off");
+        let largest = &json["agreement_of_rig"]["largest"];
+        assert_eq!(largest["methods"], json!(["conti-bretl", "toivola-nuutila"]));
+        assert_eq!((&largest["property"], &largest["difference"]), (&json!("mass"), &json!(-1.5)));
         assert_eq!(json["agreement_of_rig"]["combined"]["value"]["mass"], 17.25);
         assert_eq!(json["not_applicable"][0]["method"], "dppim");
         let text = measurement_text(&result);
         assert!(text.contains("mode 1 of the rig: 2.875 ± 0.031 Hz, damping 1.562"), "{text}");
-        assert!(text.contains("off: conti-bretl; the combined mass is 17.25 ± 0.25 kg"), "{text}");
+        let verdict = "off: conti-bretl; at most, m of conti-bretl and toivola-nuutila differ by 1.5 kg, 6.0 standard \
+                       deviations of the difference; the combined mass is 17.25 ± 0.25 kg";
+        assert!(text.contains(verdict), "{text}");
+        assert!(json["agreement_of_rig"]["verdict"].as_str().is_some_and(|of| text.contains(of)));
         assert!(text.contains("dppim: not applicable: damping_not_viscous"), "{text}");
     }
 

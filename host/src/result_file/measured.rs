@@ -109,6 +109,7 @@ impl ResultFile {
             hit_for_missing: self.part(modes, part, "hit_for_missing")?,
             modal_assurance: self.part(modes, part, "modal_assurance")?,
             orders: self.part(modes, part, "orders")?,
+            noise: self.part(modes, part, "noise_m_per_s2_per_n")?,
         };
         shown.check().map_err(|what| {
             let text = format!("{}: {part}: {what}", self.name);

@@ -25,6 +25,8 @@ pub struct ShownModes {
     pub modal_assurance: Vec<Vec<f64>>,
     /// The fits of all orders.
     pub orders: Vec<Order>,
+    /// Standard deviation of the noise of a reading, the mean of the hits at a DOF, (m/s²)/N, where it is known.
+    pub noise: Option<f64>,
 }
 
 impl ShownModes {

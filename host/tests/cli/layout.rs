@@ -387,18 +387,114 @@ fn in_the_suspension_profile_every_method_has_its_forecast_and_every_mode_its_hi
     assert!(assumed["body"]["source"].as_str().unwrap().contains("assumed to hang"), "{assumed}");
 }
 
+/// The wheel's layout with other hits.
+fn wheel_with_hits(folder: &TempDir, hits: &str, more: &str) -> String {
+    let text = std::fs::read_to_string(wheel()).unwrap();
+    let changed = text.replace(
+        "hits = [\"101:+X\", \"102:+Z\", \"103:+Z\", \"104:+Y\", \"105:+X\"]",
+        &format!("hits = {hits}"),
+    );
+    assert_ne!(text, changed);
+    let path = folder.path().join("hits.toml");
+    std::fs::write(&path, changed + more).unwrap();
+    path.display().to_string()
+}
+
+/// The methods of a layout check that do not apply, and what prevents them.
+fn blocked_methods(value: &Value) -> Vec<(&str, &Value)> {
+    let methods = value["methods"].as_array().unwrap().iter();
+    let blocked = methods.filter(|of| of["applicable"] == false);
+    blocked.map(|of| (of["method"].as_str().unwrap(), &of["blocked_by"])).collect()
+}
+
+/// One hit across all axes moves every mode of the bench, and mass lines, which would need three hits, are not asked.
+#[test]
+fn in_the_suspension_profile_one_hit_is_judged_by_the_modes_that_it_moves() {
+    let folder = tempfile::tempdir().unwrap();
+    let node = "\n[[node]]\nid = 110\nposition_m = [0.18, -0.21, -0.02]\n\
+                axes = [[0.6, 0.64, 0.48], [-0.8, 0.48, 0.36]]\n";
+    let path = wheel_with_hits(&folder, "[\"110:+X\"]", node);
+    let (exit, value) = layout(&["check", &path, "--bench", "wheel"]);
+    assert_eq!(exit, 0, "{value}");
+    assert_eq!(value["identifiable"], true);
+    assert!(value["rank"].is_null() && value["condition"].is_null(), "{value}");
+    assert!(value["diagnostics"].as_array().unwrap().is_empty(), "{value}");
+    assert!(value["codes"].as_array().unwrap().is_empty(), "{value}");
+    let blocked = blocked_methods(&value);
+    assert_eq!(blocked.len(), 1, "{blocked:?}");
+    assert_eq!(blocked[0].0, "modal-constant");
+    let text = run(&["layout", "check", &path, "--bench", "wheel"]);
+    assert!(text.stdout.contains("this layout determines all ten properties"), "{}", text.stdout);
+    for words in ["rank", "condition", "fewer than three hit DOFs"] {
+        assert!(!text.stdout.contains(words) && !text.stderr.contains(words), "{words}");
+    }
+}
+
+/// A push along x leaves three of the assumed modes at rest, so no method that uses the modes applies.
+#[test]
+fn in_the_suspension_profile_what_is_not_determined_is_so_for_every_method() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = wheel_with_hits(&folder, "[\"101:+X\"]", "");
+    let (exit, value) = layout(&["check", &path]);
+    assert_eq!(exit, 3, "{value}");
+    assert_eq!(value["identifiable"], false);
+    assert!(value["sigma"]["mass"].is_null() && value["rank"].is_null());
+    assert_eq!(value["error"]["code"], "ten_parameters_not_identifiable");
+    let count = value["methods"].as_array().unwrap().len();
+    assert_eq!(blocked_methods(&value).len(), count, "{value}");
+    assert!(value["forecast"]["answers"].as_array().unwrap().is_empty(), "{value}");
+}
+
+/// The wheel's test with gentler hits and other windows, the bench hitting as the layout says: its noise is that which the check
+/// predicts. Nonlinearities are drawn for each test, so what they add scatters by 10 %.
+#[test]
+fn in_the_suspension_profile_the_predicted_noise_is_that_of_a_test_with_these_settings() {
+    let folder = tempfile::tempdir().unwrap();
+    let bench_text = include_str!("../../../boards/virtual/benches/wheel.toml");
+    for (part, decay) in [(1.0, 0.1), (0.25, 0.1), (1.0, 0.2)] {
+        let [impulses, forces, weak] = [[0.8, 1.3], [88.0, 109.0], [15.0, 25.0]]
+            .map(|[low, high]| format!("= [{}, {}]", low * part, high * part));
+        let bench = bench_text.replace("= [88.0, 109.0]", &forces).replace("= [15.0, 25.0]", &weak);
+        assert!(bench.contains(&forces) && bench.contains(&weak));
+        let bench_path = folder.path().join("bench.toml").display().to_string();
+        std::fs::write(&bench_path, bench).unwrap();
+        let settings = format!(
+            "[test]\nimpulse_ns {impulses}\nexponential_decay_per_s = {decay}\ntrigger_n = {}",
+            3.0 * part
+        );
+        let text = std::fs::read_to_string(wheel()).unwrap().replace("[test]", &settings);
+        let path = folder.path().join("layout.toml").display().to_string();
+        std::fs::write(&path, text).unwrap();
+        let (exit, check) = layout(&["check", &path, "--bench", &bench_path]);
+        assert_eq!(exit, 0, "{check}");
+        let (exit, test) = answer(&["simulate", &path, "--bench", &bench_path]);
+        assert_eq!(exit, 0, "{test}");
+        let averaged = test["suspension"]["noise_m_per_s2_per_n"].as_f64().unwrap();
+        let hits = check["hits_per_dof"].as_f64().unwrap();
+        let ratio = averaged * hits.sqrt() / check["noise_m_per_s2_per_n"].as_f64().unwrap();
+        assert!((ratio - 1.0).abs() < 0.15, "{part}, {decay}: {ratio}");
+    }
+}
+
+/// 200 kg: the noise that is assumed is more than 1/mass, and may also be stated.
+#[test]
+fn in_the_suspension_profile_noise_may_be_stated_for_a_heavy_object() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(wheel()).unwrap();
+    let path = folder.path().join("heavy.toml").display().to_string();
+    std::fs::write(&path, text.replace("mass_kg = 17.295", "mass_kg = 200.0")).unwrap();
+    let (exit, value) = layout(&["check", &path, "--noise", "1.2"]);
+    assert!((value["noise"].as_f64().unwrap() - 1.2).abs() < 1e-12, "{exit} {value}");
+    let (exit, value) = layout(&["check", &example(1), "--noise", "1.2"]);
+    assert_eq!((exit, &value["error"]["code"]), (2, &"usage".into()));
+    let said = value["error"]["message"].as_str().unwrap();
+    assert!(said.contains("up to 1"), "{said}");
+}
+
 #[test]
 fn hits_that_leave_modes_without_motion_are_named_before_the_test() {
     let folder = tempfile::tempdir().unwrap();
-    let text = std::fs::read_to_string(wheel()).unwrap();
-    let parallel = text.replace(
-        "hits = [\"101:+X\", \"102:+Z\", \"103:+Z\", \"104:+Y\", \"105:+X\"]",
-        "hits = [\"102:+Z\", \"103:+Z\", \"104:+Z\"]",
-    );
-    assert_ne!(text, parallel);
-    let path = folder.path().join("parallel.toml");
-    std::fs::write(&path, parallel).unwrap();
-    let path = path.display().to_string();
+    let path = wheel_with_hits(&folder, "[\"102:+Z\", \"103:+Z\", \"104:+Z\"]", "");
     let (exit, value) = layout(&["check", &path]);
     assert_eq!(exit, 3);
     assert_eq!(value["identifiable"], false);

@@ -269,7 +269,7 @@ fn several_results_are_compared_by_method_and_by_sensors() {
 }
 
 #[test]
-fn suspension_modes_have_advice_and_a_reason_why_no_shares_are_known() {
+fn suspension_modes_of_a_file_have_advice_and_a_reason_why_no_shares_are_known() {
     let folder = tempfile::tempdir().unwrap();
     let uff = folder.path().join("wheel.uff").display().to_string();
     let wheel = success(&["demo", "wheel", "--write", &uff]);
@@ -283,11 +283,27 @@ fn suspension_modes_have_advice_and_a_reason_why_no_shares_are_known() {
         after(&text, "What limits the answer", "<h2>").to_owned()
     };
     let well = limits(&document);
-    assert!(well.contains("are added up when the test is solved"), "{well}");
+    assert!(well.contains("is computed for tests by a rig in the suspension profile"), "{well}");
     document["suspension"]["modes"][2]["better_hit"] = json!({ "dof": "9:+Z", "shown": 0.12 });
     let better = limits(&document);
     assert!(better.contains("Mode 3 hardly shows under any hit (12"), "{better}");
     assert!(better.contains("hit 9:+Z"), "{better}");
+}
+
+/// Without a calibrated hammer its gain is most of the uncertainty of the mass, and the remedy says so.
+#[test]
+fn a_test_of_the_suspension_profile_has_shares_of_its_sources_of_error_and_a_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let layout = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/wheel.toml");
+    let document = success(&["simulate", layout, "--bench", "wheel", "--seed", "1"]);
+    let path = written(folder.path(), "test.json", &document);
+    let (_, text) = page(folder.path(), &[&path, "--layout", layout]);
+    let limits = after(&text, "What limits the answer", "<h2>");
+    assert!(limits.contains("uncertainty of all ten together comes from"), "{limits}");
+    assert!(limits.contains("with these data"), "{limits}");
+    assert!(limits.contains("gain limits most: calibrate it with a block"), "{limits}");
+    assert!(limits.contains("converter") && limits.contains("hit gain"), "{limits}");
+    assert!(text.contains("hammer gain"), "{text:.3000}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What a result of the suspension profile says besides its estimates: the modes, and how the methods agree.
 
 use heapless::Vec;
-use massline_shared::identify::agreement::{Agreement, Difference};
+use massline_shared::identify::agreement::{Agreement, Outcome};
 use massline_shared::identify::suspension_solver::SuspensionSolver;
 use massline_shared::identify::{Method, SUSPENSION_METHODS};
 use nalgebra::{ComplexField, Vector6};
@@ -85,12 +85,15 @@ pub struct StoredDifference {
 }
 
 impl StoredAgreement {
+    /// Whether the methods agree.
+    pub fn outcome(&self) -> Outcome {
+        Outcome::of(self.differ, !self.off.is_empty())
+    }
+
     /// Converts the agreement of the methods that use the suspension modes.
     pub fn of(agreement: &Agreement<f32>) -> Self {
         let number = |place: usize| Method::of_modes().nth(place).map_or(0, Method::number);
-        let size = |of: &Difference<f32>| (of.significant, of.difference.abs() / of.sigma);
-        let larger = |a, b| if size(b) > size(a) { b } else { a };
-        let largest = agreement.pairs.iter().reduce(larger).map(|of| StoredDifference {
+        let largest = agreement.largest().map(|of| StoredDifference {
             methods: of.methods.map(number),
             property: of.property as u8,
             difference: of.difference,
@@ -104,7 +107,7 @@ impl StoredAgreement {
                 .map(|variance| finite_or_zero(ComplexField::sqrt(variance.max(0.0))))
                 .into(),
             off: agreement.outliers.iter().map(|place| number(*place)).collect(),
-            differ: agreement.between.iter().any(|between| *between > 0.0),
+            differ: agreement.outcome() == Outcome::Differ,
             largest,
         }
     }

@@ -118,12 +118,7 @@ impl ErrorSource {
         }
         match self {
             Self::HammerGain => layout.hammer_gain *= factor,
-            Self::Converter => {
-                // Its part of the gain is a constant, so the other part makes up for it.
-                let [all, own] = [layout.force_gain(), layout.hammer_gain].map(|gain| gain * gain);
-                let more = (factor * factor - R::one()) * (all - own);
-                layout.hammer_gain = (own + more).sqrt();
-            }
+            Self::Converter => layout.converter_gain *= factor,
             Self::Attached => layout.attached.iter_mut().for_each(|a| a.relative_sigma *= factor),
             Self::HitGain => layout.hit_gain *= factor,
             Self::GravityDirection => layout.gravity_direction *= factor,

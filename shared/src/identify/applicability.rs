@@ -11,7 +11,7 @@ use super::Method;
 use crate::Real;
 use crate::body::{RigidBody, regressor, scale};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
-use crate::layout::{Hit, Layout, LayoutReport, Prior};
+use crate::layout::{Hit, Layout, LayoutReport, Prior, TestProfile};
 use crate::linalg::{LeastSquares, Spectrum};
 
 /// Applicability of each method under a layout.
@@ -77,6 +77,17 @@ impl<R: Real> Applicability<R> {
     pub fn obstacles(&self, method: Method) -> impl Iterator<Item = Code> + '_ {
         let codes = self.diagnostics.iter().map(|d| d.code);
         codes.filter(move |&code| (method.entry().is_blocked)(code, self.prior_of_inertia))
+    }
+
+    /// What there is to report of a layout for a test of this profile, whose methods must be the requested ones. Of the
+    /// methods that use the modes, mass lines concern one alone (the modal constant): what rules out no other is its
+    /// [obstacle](Self::obstacles) and no finding about the layout.
+    pub fn findings(&self, profile: TestProfile) -> Diagnostics {
+        let mut findings = self.diagnostics.clone();
+        if profile == TestProfile::Suspension {
+            findings.retain(Diagnostic::is_error);
+        }
+        findings
     }
 
     /// True when nothing rules out the method.

@@ -306,7 +306,8 @@ pub(crate) fn is_finite<R: Real, const S: usize, const H: usize>(layout: &Layout
         [u.position, u.direction, u.node_position, u.node_direction]
     });
     let masses = layout.attached.iter().map(|a| a.relative_sigma);
-    let shared = [layout.hammer_gain, layout.hit_gain, layout.gravity_direction];
+    let shared =
+        [layout.hammer_gain, layout.hit_gain, layout.converter_gain, layout.gravity_direction];
     let mut deviations = deviations.chain(marks).chain(masses).chain(shared);
     let zero = R::zero();
     gravity.chain(sensors).chain(hits).chain(attached).all(|v| v.finite())

@@ -31,7 +31,7 @@ pub use uncertain_quantities::{
     GRAVITY_QUANTITIES, HIT_QUANTITIES, SENSOR_QUANTITIES, UncertainQuantity,
 };
 pub use uncertainty::{
-    Attached, CALIBRATED_HAMMER_GAIN, CONVERTER_GAIN, DEFAULT_GRAVITY_DIRECTION,
+    Attached, CALIBRATED_HAMMER_GAIN, DEFAULT_CONVERTER_GAIN, DEFAULT_GRAVITY_DIRECTION,
     DEFAULT_HAMMER_GAIN, DEFAULT_HIT_GAIN, HitUncertainty, MAX_ATTACHED, Prior, SensorUncertainty,
 };
 
@@ -244,6 +244,11 @@ pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     /// use the suspension modes count it, maximum likelihood of mass lines does not. None in archives of the first version.
     #[cfg_attr(feature = "serde", serde(default))]
     pub hit_gain: R,
+    /// Standard deviation of the gain that a nonlinear converter gives to responses of a few codes, relative. Only
+    /// [`TestProfile::Suspension`] counts it. Archives without it have the default.
+    #[cfg_attr(feature = "serde", serde(default = "default_converter_gain"))]
+    #[cfg_attr(feature = "serde", serde(bound(deserialize = "R: Real + serde::Deserialize<'de>")))]
+    pub converter_gain: R,
     /// True when a calibration supplies [`Self::hammer_gain`], because none is stated.
     pub calibrated_hammer: bool,
     /// True when the error budget is a prior that the data may correct (theory, section 12); otherwise it is
@@ -255,6 +260,12 @@ pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     pub priors: Vec<Prior<R>, 10>,
     /// Bodies attached to the object, which are subtracted from the result.
     pub attached: Vec<Attached<R>, MAX_ATTACHED>,
+}
+
+/// What layouts count that do not state the gain of the converter.
+#[cfg(feature = "serde")]
+fn default_converter_gain<R: Real>() -> R {
+    R::of(DEFAULT_CONVERTER_GAIN)
 }
 
 impl<R: Real> Sensor<R> {
@@ -285,6 +296,7 @@ impl<R: Real, const S: usize, const H: usize> Default for Layout<R, S, H> {
             test: TestSettings::default(),
             hammer_gain: R::of(DEFAULT_HAMMER_GAIN),
             hit_gain: R::of(DEFAULT_HIT_GAIN),
+            converter_gain: R::of(DEFAULT_CONVERTER_GAIN),
             calibrated_hammer: false,
             learn_budget: true,
             target: Target::default(),
@@ -329,6 +341,7 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
             test: self.test.cast(),
             hammer_gain: to(self.hammer_gain),
             hit_gain: to(self.hit_gain),
+            converter_gain: to(self.converter_gain),
             calibrated_hammer: self.calibrated_hammer,
             learn_budget: self.learn_budget,
             target: self.target.cast(),

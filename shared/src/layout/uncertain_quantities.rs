@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{CONVERTER_GAIN, Layout, MAX_ATTACHED, TestProfile};
+use super::{Layout, MAX_ATTACHED, TestProfile};
 use crate::Real;
 
 /// Uncertain quantities of one sensor: nine sensitivities row by row, three rotations, three displacements.
@@ -103,11 +103,11 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
     }
 
     /// Relative standard deviation of the hammer's gain against the sensors: [`hammer_gain`](Self::hammer_gain), and in the
-    /// suspension profile, whose responses are a few codes, also the converter's ([`CONVERTER_GAIN`]).
+    /// suspension profile, whose responses are a few codes, also the converter's ([`converter_gain`](Self::converter_gain)).
     pub fn force_gain(&self) -> R {
         match self.test.profile {
             TestProfile::MassLine => self.hammer_gain,
-            TestProfile::Suspension => self.hammer_gain.hypot(R::of(CONVERTER_GAIN)),
+            TestProfile::Suspension => self.hammer_gain.hypot(self.converter_gain),
         }
     }
 
@@ -185,6 +185,8 @@ mod tests {
         layout.test.profile = TestProfile::Suspension;
         // 3 and 5 parts of a thousand; rounding.
         assert!((layout.force_gain() - 34_f64.sqrt() * 1e-3).abs() < 1e-15);
+        let linear = Layout { converter_gain: 0.0, ..layout.clone() };
+        assert_eq!(linear.force_gain(), 0.003);
         let mut shifted = layout.clone();
         assert!(shifted.shift(UncertainQuantity::Hammer));
         let force = Vector3::from(shifted.hits[0].direction).norm();

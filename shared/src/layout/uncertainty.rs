@@ -12,10 +12,10 @@ pub const DEFAULT_HAMMER_GAIN: f64 = 0.02;
 /// The same after a calibration with a block of known mass (theory, section 9: 0.27 to 0.35 % with five hits along each axis).
 pub const CALIBRATED_HAMMER_GAIN: f64 = 0.003;
 
-/// Relative standard deviation of a gain that all sensor channels have in common because the converter is not linear, for
+/// Relative standard deviation of a gain that the sensor channels have in common because the converter is not linear, for
 /// responses of a few codes: a sine of ±1.5 LSB (data sheet of the STM32F407) and three periods over 4096 codes has slopes of
 /// 0.5 %, root mean square. Large signals pass over many codes and average it.
-pub const CONVERTER_GAIN: f64 = 0.005;
+pub const DEFAULT_CONVERTER_GAIN: f64 = 0.005;
 
 /// Relative standard deviation of a mean force from hit DOF to hit DOF: half of the linearity in the data sheets of
 /// instrumented hammers, 1 %.

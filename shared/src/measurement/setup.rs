@@ -115,7 +115,7 @@ impl<R: RealFft> Measurement<'_, R> {
             TestProfile::Suspension => Method::of_modes().collect(),
         };
         let body = assumed_body(None, places);
-        let mut diagnostics = Applicability::new(layout, &body, &methods).diagnostics;
+        let mut diagnostics = Applicability::new(layout, &body, &methods).findings(profile);
         let (rate, points) = transform_of(self.adc.rate.0, profile);
         let rate = R::of(f64::from(rate));
         for found in check_settings(&layout.test, rate, points, SPECTRUM_BINS) {

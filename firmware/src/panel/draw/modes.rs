@@ -4,6 +4,7 @@ use massline_protocol::modes::{StoredAgreement, StoredMode, StoredRefusal};
 use massline_shared::body::{INERTIAL_PARAMETERS, RigidBody};
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::identify::Method;
+use massline_shared::identify::agreement::Outcome;
 use massline_shared::layout::{AXIS_LETTERS, RigLayout, motion_at};
 use massline_shared::modes::{Shown, energy_shares, norm_indicator_of_shape};
 use massline_shared::nalgebra::Vector6;
@@ -141,18 +142,20 @@ pub(super) fn property<D: Screen>(
 
 /// How the methods agree, and the combined mass.
 pub(super) fn agreement<D: Screen>(canvas: &mut Canvas<'_, D>, agreement: &StoredAgreement) {
-    if agreement.differ {
-        canvas.line(0, "They do not agree.");
-    } else if agreement.off.is_empty() {
-        canvas.line(0, "The methods agree.");
-    } else {
-        let mut off = text(format_args!("off:"));
-        for method in &agreement.off {
-            // Names beyond the line would not be seen either.
-            let _ =
-                core::fmt::Write::write_fmt(&mut off, format_args!(" {}", words::method(*method)));
+    match agreement.outcome() {
+        Outcome::Differ => canvas.line(0, "They do not agree."),
+        Outcome::Agree => canvas.line(0, "The methods agree."),
+        Outcome::SomeOff => {
+            let mut off = text(format_args!("off:"));
+            for method in &agreement.off {
+                // Names beyond the line would not be seen either.
+                let _ = core::fmt::Write::write_fmt(
+                    &mut off,
+                    format_args!(" {}", words::method(*method)),
+                );
+            }
+            canvas.line(0, &off);
         }
-        canvas.line(0, &off);
     }
     if let Some(largest) = &agreement.largest {
         let [first, second] = largest.methods.map(words::method);

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use massline_shared::diagnosis::Diagnostic;
-use massline_shared::layout::{HostLayout, Sensor};
+use massline_shared::layout::{HostLayout, Sensor, TestProfile};
 
 use super::super::bench_test::open_bench;
+use super::super::number::positive;
 use super::super::{files, show};
 use crate::design::{Assumptions, DesignReport, Forecast, LayoutCriterion, forecast, report};
 use crate::error::{Error, Result};
@@ -41,8 +42,8 @@ pub struct Args {
 /// What a prediction assumes.
 #[derive(Clone, Debug, clap::Args)]
 pub struct AssumptionArgs {
-    /// Standard deviation of the noise of one accelerance of one hit, relative to 1/mass; default: 0.005, in the suspension
-    /// profile 0.006 (m/s²)/N times the mass.
+    /// Standard deviation of the noise of one accelerance of one hit, relative to 1/mass, up to 1 for mass lines; default:
+    /// 0.005, in the suspension profile what sensors and converter leave after the window and the impulses of [test].
     #[arg(long, value_name = "PART", allow_negative_numbers = true, value_parser = positive)]
     noise: Option<f64>,
     /// Predict for the object of this bench, and in the suspension profile as it hangs there: a bundled bench or a TOML
@@ -61,9 +62,20 @@ impl AssumptionArgs {
         Assumptions::of(file, bench.as_ref())
     }
 
-    /// The noise, relative to 1/mass.
-    pub fn noise(&self, assumed: &Assumptions) -> f64 {
-        self.noise.unwrap_or_else(|| assumed.usual_noise())
+    /// The noise for the tests of a layout, relative to 1/mass.
+    ///
+    /// # Errors
+    /// When mass lines would drown in it. Suspension modes rise above it by as much as their damping is small.
+    pub fn noise(&self, layout: &HostLayout, assumed: &Assumptions) -> Result<f64> {
+        match self.noise {
+            None => Ok(assumed.usual_noise(layout)),
+            Some(noise) if noise > 1.0 && layout.test.profile == TestProfile::MassLine => {
+                let text =
+                    format!("--noise {noise}: of mass lines, give a part up to 1, such as 0.005");
+                Err(Error::input("usage", text))
+            }
+            Some(noise) => Ok(noise),
+        }
     }
 }
 
@@ -87,12 +99,6 @@ pub fn forecast_of(
     found.map(Some)
 }
 
-fn positive(text: &str) -> std::result::Result<f64, String> {
-    let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
-    let good = value.is_finite() && value > 0.0 && value <= 1.0;
-    good.then_some(value).ok_or_else(|| "give a part above 0 and up to 1, such as 0.005".into())
-}
-
 /// Asks for the mass of the sensors, with what to write.
 fn ask_for_mass(file: &LayoutFile) -> String {
     let entry =
@@ -112,11 +118,11 @@ fn ask_for_mass(file: &LayoutFile) -> String {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = files::layout(&args.layout, output)?;
     let assumed = args.assumed.of(&file)?;
-    let noise = args.assumed.noise(&assumed);
+    let noise = args.assumed.noise(&file.layout, &assumed)?;
     let design_report = DesignReport::of(&file, &assumed, noise);
     let is_possible = design_report.predicted.is_some();
     let forecast = forecast_of(&file.layout, &assumed, &design_report.criterion, output)?;
-    let found = &design_report.applicability.diagnostics;
+    let found = &design_report.findings.diagnostics;
     let message_of = |d: &Diagnostic| message_in(d, &file.layout);
     let asked = has_undeclared_mass(&file.layout).then(|| ask_for_mass(&file));
     let notes = asked.iter().cloned().chain(file.suspicion()).chain(file.not_for_a_rig());

@@ -85,7 +85,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         file::check(path, args.replace.existing())?;
     }
     let assumed = args.assumed.of(&file)?;
-    let options = options(args, &file, args.assumed.noise(&assumed));
+    let noise = args.assumed.noise(&file.layout, &assumed)?;
+    let options = options(args, &file, noise);
     let bar = output.bar(u64::from(args.starts), "starts");
     let found =
         suggest(&file, &assumed, &options, output.interrupt(), |done| bar.set_position(done));
@@ -97,7 +98,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let layout = &suggestion.layout;
     let forecast = forecast_of(layout, &assumed, &suggestion.criterion, output)?;
     let message_of = |d: &Diagnostic| message_in(d, layout);
-    let found = &suggestion.applicability.diagnostics;
+    let found = &suggestion.findings.diagnostics;
     let notes = file.suspicion().into_iter().chain(file.not_for_a_rig());
     let document = LayoutSuggestion {
         written: args.write.clone(),

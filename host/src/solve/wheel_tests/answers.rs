@@ -24,9 +24,9 @@ fn every_method_that_applies_answers_and_they_agree() {
         assert_near_truth(estimate, &truth);
     }
     let agreement = solution.comparison.agreement.as_ref().unwrap();
-    assert!(agreement.agrees());
+    assert_eq!(agreement.outcome(), Outcome::Agree);
     let json = json!(solution.document());
-    assert_eq!(json["agreement"]["agree"], json!(true));
+    assert_eq!(json["agreement"]["outcome"], json!("agree"));
     assert_eq!(json["suspension"]["modes"].as_array().unwrap().len(), 6);
     let text = solution.to_text();
     for said in

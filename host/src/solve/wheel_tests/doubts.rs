@@ -78,7 +78,7 @@ fn tilted_gravity_is_no_flexible_mode_and_its_direction_is_found() {
             assert!(!has(estimate, Code::FlexibleModeAboveBand));
             assert_near_truth(estimate, &truth);
         }
-        assert!(solution.comparison.agreement.as_ref().unwrap().agrees());
+        assert_eq!(solution.comparison.agreement.as_ref().unwrap().outcome(), Outcome::Agree);
     }
 }
 
@@ -123,7 +123,7 @@ fn an_object_that_hangs_within_its_budget_of_gravity_needs_no_word() {
         for estimate in &solution.identification.estimates {
             assert_near_truth(estimate, &truth);
         }
-        assert!(solution.comparison.agreement.as_ref().unwrap().agrees());
+        assert_eq!(solution.comparison.agreement.as_ref().unwrap().outcome(), Outcome::Agree);
         let fitted = solution.global_fit.as_ref().unwrap().gravity.unwrap();
         assert!((1.0..2.5).contains(&fitted.pull), "{fitted:?}");
     }
@@ -154,7 +154,7 @@ fn a_short_delay_is_a_rough_fit_and_answers_hold() {
         assert!((0.004..0.014).contains(&warning.expect("a warning").value), "{warning:?}");
         assert_near_truth(estimate, &Bench::named("wheel").unwrap().truth());
     }
-    assert!(solution.comparison.agreement.as_ref().unwrap().agrees());
+    assert_eq!(solution.comparison.agreement.as_ref().unwrap().outcome(), Outcome::Agree);
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn hum_at_one_line_is_left_out_of_the_global_fit_and_all_agree() {
     let global = of(&solution, Method::GlobalFit);
     assert_near_truth(global, &Bench::named("wheel").unwrap().truth());
     let agreement = solution.comparison.agreement.as_ref().unwrap();
-    assert!(agreement.agrees(), "{}", json!(solution.document())["agreement"]);
+    assert_eq!(agreement.outcome(), Outcome::Agree, "{}", json!(solution.document())["agreement"]);
 }
 
 #[test]
@@ -313,7 +313,7 @@ fn structural_damping_is_told_from_viscous_damping() {
     assert_near_truth(of(&solution, Method::DppimStructural), &truth);
     // The global fit takes it into account.
     assert_near_truth(of(&solution, Method::GlobalFit), &truth);
-    assert!(solution.comparison.agreement.as_ref().unwrap().agrees());
+    assert_eq!(solution.comparison.agreement.as_ref().unwrap().outcome(), Outcome::Agree);
     // Asked for by name, it answers with a warning.
     let solution = solved(&noise_alone(), &uff, &named(Method::Dppim)).unwrap();
     assert!(has(of(&solution, Method::Dppim), Code::DampingNotViscous));

@@ -6,6 +6,7 @@ mod warnings;
 
 use massline_shared::body::RigidBody;
 use massline_shared::identify::Estimate;
+use massline_shared::identify::agreement::Outcome;
 use massline_virtual::bench::Bench;
 use massline_virtual::bench::responses::{
     Besides, Dashpot, SprungPart, add_noise, frequency_responses,

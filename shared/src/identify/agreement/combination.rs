@@ -33,6 +33,40 @@ pub struct Agreement<R> {
     pub between: SVector<R, 10>,
 }
 
+/// What a comparison says of the methods.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Chance explains every difference.
+    Agree,
+    /// A few methods are off, and chance explains the differences of the others.
+    SomeOff,
+    /// The methods differ by more than chance, and no few of them are off.
+    Differ,
+}
+
+impl Outcome {
+    /// Every outcome.
+    pub const ALL: [Self; 3] = [Self::Agree, Self::SomeOff, Self::Differ];
+
+    /// The outcome of a comparison that has found differences beyond chance, or methods that are off.
+    pub fn of(is_significant: bool, is_any_off: bool) -> Self {
+        match (is_any_off, is_significant) {
+            (true, _) => Self::SomeOff,
+            (false, true) => Self::Differ,
+            (false, false) => Self::Agree,
+        }
+    }
+
+    /// Its name in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Agree => "agree",
+            Self::SomeOff => "some_off",
+            Self::Differ => "differ",
+        }
+    }
+}
+
 /// A comparison in steps between which other work can be done: one property after the other. A step is at most
 /// 1.6 million instructions on a rig.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,10 +93,10 @@ impl<R: Real> Comparing<R> {
         let pairs = differences(&seen, answers, propagation);
         let outliers = outliers(&seen, &pairs);
         seen.retain(|m| !outliers.contains(m));
-        let disagree = outliers.is_empty() && pairs.iter().any(|pair| pair.significant);
         let (theta, between) = (SVector::zeros(), SVector::zeros());
         let found = Agreement { pairs, outliers, theta, covariance: SMatrix::zeros(), between };
-        Some(Self { seen, found, property: if disagree { 0 } else { 10 } })
+        let property = if found.outcome() == Outcome::Differ { 0 } else { 10 };
+        Some(Self { seen, found, property })
     }
 
     /// Runs one step. Answers and propagation must be the same in every step. `None` when a covariance is singular.
@@ -110,9 +144,18 @@ impl<R: Real> Agreement<R> {
         Some(comparing.found)
     }
 
-    /// True when chance explains every difference.
-    pub fn agrees(&self) -> bool {
-        !self.pairs.iter().any(|pair| pair.significant)
+    /// Whether the methods agree.
+    pub fn outcome(&self) -> Outcome {
+        let is_significant = self.pairs.iter().any(|pair| pair.significant);
+        Outcome::of(is_significant, !self.outliers.is_empty())
+    }
+
+    /// The difference that contradicts chance most.
+    pub fn largest(&self) -> Option<&Difference<R>> {
+        let size = |of: &Difference<R>| {
+            (of.significant, of.difference.abs() / (of.sigma + R::default_epsilon()))
+        };
+        self.pairs.iter().reduce(|a, b| if size(b) > size(a) { b } else { a })
     }
 }
 

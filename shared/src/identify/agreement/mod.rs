@@ -14,7 +14,7 @@ mod tests;
 
 use super::METHODS;
 
-pub use combination::{Agreement, Comparing};
+pub use combination::{Agreement, Comparing, Outcome};
 pub use difference::{Difference, MOST_PAIRS};
 pub use packed::PackedPropagation;
 pub use propagation::{Answers, JointCovariances, NOISE_DRAWS, Propagation, ask, changes, shift};

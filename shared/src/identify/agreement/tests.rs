@@ -43,7 +43,7 @@ fn methods_that_differ_by_chance_are_weighted_by_their_noise() {
     // Independent noise of 1, 1 and 2 gives weights of 4/9, 4/9 and 1/9.
     let three = [answerer(0.9, 0.0, 1.0), answerer(0.0, 0.0, 1.0), answerer(-0.9, 0.0, 2.0)];
     let agreement = compared(three).1.unwrap();
-    assert!(agreement.agrees() && agreement.outliers.is_empty());
+    assert_eq!(agreement.outcome(), Outcome::Agree);
     assert_eq!(agreement.between.amax(), 0.0);
     // The covariance of 200 draws has correlations of 1/sqrt(200) = 7 % by chance, on biases of 0.9.
     assert!((agreement.theta[3] - 5.3).abs() < 0.15, "{}", agreement.theta);
@@ -54,7 +54,8 @@ fn methods_that_differ_by_chance_are_weighted_by_their_noise() {
 fn one_method_of_three_that_is_off_is_left_out() {
     let three = [answerer(0.0, 0.2, 0.1), answerer(0.0, 0.2, 0.1), answerer(4.0, 0.2, 0.1)];
     let agreement = compared(three).1.unwrap();
-    assert!(!agreement.agrees());
+    assert_eq!(agreement.outcome(), Outcome::SomeOff);
+    assert!(agreement.largest().is_some_and(|largest| largest.significant));
     assert_eq!(agreement.outliers[..], [2]);
     assert!((agreement.theta[0] - 5.0).abs() < 1e-12 && agreement.between.amax() == 0.0);
 }
@@ -69,7 +70,7 @@ fn two_methods_of_five_with_one_cause_are_named_together() {
     // Two against two say nothing of who is off.
     let four = [good, answerer(3.0, 0.2, 0.1), good, answerer(3.0, 0.2, 0.1)];
     let agreement = compared(four).1.unwrap();
-    assert!(agreement.outliers.is_empty() && !agreement.agrees());
+    assert_eq!(agreement.outcome(), Outcome::Differ);
 }
 
 #[test]
@@ -81,7 +82,7 @@ fn where_methods_disagree_the_combined_answer_lies_among_them_and_its_interval_c
     ] {
         let (values, agreement) = compared(methods);
         let agreement = agreement.unwrap();
-        assert!(!agreement.agrees() && agreement.outliers.is_empty());
+        assert_eq!(agreement.outcome(), Outcome::Differ);
         for k in 0..10 {
             let theta = agreement.theta[k];
             assert!(values[0].min(values[1]) <= theta && theta <= values[0].max(values[1]));

@@ -1,6 +1,7 @@
 //! The methods that remain applicable under every degenerate layout, in both precisions.
 
 use super::*;
+use crate::identify::Methods;
 use crate::layout::tests::{bar_body, bar_layout, sensor};
 use crate::layout::{Hit, Prior, assumed_body};
 use std::vec::Vec;
@@ -153,4 +154,21 @@ fn an_obstacle_is_an_error_for_whoever_wants_the_stopped_method_alone() {
     assert!(of(&[Method::InertiaRestraint]));
     assert!(!of(&[Method::MaximumLikelihood]));
     assert!(!of(&BOTH));
+}
+
+#[test]
+fn what_only_mass_lines_need_is_no_finding_in_a_test_of_modes() {
+    let mut layout = bar_layout();
+    layout.hits.truncate(1);
+    let methods: Methods = Method::of_modes().collect();
+    let found = Applicability::new(&layout, &bar_body(), &methods);
+    assert!(found.findings(TestProfile::Suspension).is_empty());
+    assert!(!found.findings(TestProfile::MassLine).is_empty());
+    assert!(!found.admits(Method::ModalConstant) && found.admits(Method::ToivolaNuutila));
+    // What the modes need as well is one.
+    layout.sensors.truncate(2);
+    let found = Applicability::new(&layout, &bar_body(), &methods);
+    let codes: Vec<_> = found.findings(TestProfile::Suspension).iter().map(|d| d.code).collect();
+    assert!(codes.contains(&Code::FewerThanThreeSensors), "{codes:?}");
+    assert!(!codes.contains(&Code::FewerThanThreeHits), "{codes:?}");
 }
