@@ -70,7 +70,7 @@ pub fn parts() -> Parts {
     let regions = flash::Flash::new_blocking(p.FLASH).into_blocking_regions();
     let flash = Window::new(regions.bank1_region1, STORE.start, STORE.end - STORE.start, Caches);
     let panel = Wiring {
-        bus: panel::Bus { i2c: p.I2C1, clock: p.PB6, data: p.PB7, tx: p.DMA1_CH6, rx: p.DMA1_CH0 },
+        bus: panel::screen(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH0),
         buttons: [panel::button(p.PB12), panel::button(p.PB13), panel::button(p.PB14)],
         tone: panel::buzzer(p.TIM4, p.PB8),
         light: ActiveLow(Output::new(p.PC13, Level::High, Speed::Low)),

@@ -82,7 +82,7 @@ pub fn parts() -> Parts {
         ecc::Ecc,
     );
     let panel = Wiring {
-        bus: panel::Bus { i2c: p.I2C1, clock: p.PA15, data: p.PB7, tx: p.DMA1_CH4, rx: p.DMA1_CH5 },
+        bus: panel::screen(p.I2C1, p.PA15, p.PB7, p.DMA1_CH4, p.DMA1_CH5),
         buttons: [panel::button(p.PB4), panel::button(p.PB5), panel::button(p.PB10)],
         tone: panel::buzzer(p.TIM4, p.PB6),
         light: Output::new(p.PA5, Level::Low, Speed::Low),

@@ -1,21 +1,18 @@
 //! The panel's pins: screen on PA15 and PB7, buttons on PB4, PB5 and PB10, buzzer on PB6, light on PA5.
 
-use embassy_stm32::gpio::{OutputOpenDrain, OutputType};
-use embassy_stm32::i2c::{self, I2c, Master};
-use embassy_stm32::mode::Async;
+use embassy_stm32::gpio::OutputType;
+use embassy_stm32::i2c;
 use embassy_stm32::peripherals::{DMA1_CH4, DMA1_CH5, I2C1, PA15, PB6, PB7, TIM4};
 use embassy_stm32::time::khz;
 use embassy_stm32::timer::Channel;
 use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm};
 use embassy_stm32::{Peri, bind_interrupts, dma};
-use massline_cortex_m::screen::ScreenBus;
 pub use shared::{Buzzer, button};
-use shared::{bus_config, line};
 
 #[path = "../../../cortex-m/stm32/panel.rs"]
 mod shared;
 
-bind_interrupts!(struct Interrupts {
+bind_interrupts!(pub struct Interrupts {
     I2C1_EV => i2c::EventInterruptHandler<I2C1>;
     I2C1_ER => i2c::ErrorInterruptHandler<I2C1>;
     DMA1_CHANNEL4 => dma::InterruptHandler<DMA1_CH4>;
@@ -23,39 +20,17 @@ bind_interrupts!(struct Interrupts {
 });
 
 /// The bus of the screen.
-pub struct Bus {
-    /// Its peripheral.
-    pub i2c: Peri<'static, I2C1>,
-    /// Clock.
-    pub clock: Peri<'static, PA15>,
-    /// Data.
-    pub data: Peri<'static, PB7>,
-    /// Transfer to the screen.
-    pub tx: Peri<'static, DMA1_CH4>,
-    /// Transfer from it.
-    pub rx: Peri<'static, DMA1_CH5>,
-}
+pub type Bus = shared::Bus<PA15, PB7, DMA1_CH4, DMA1_CH5, Interrupts>;
 
-impl ScreenBus for Bus {
-    type Open<'a> = I2c<'a, Async, Master>;
-    type Line<'a> = OutputOpenDrain<'a>;
-
-    fn open(&mut self) -> Self::Open<'_> {
-        let Self { i2c, clock, data, tx, rx } = self;
-        I2c::new(
-            i2c.reborrow(),
-            clock.reborrow(),
-            data.reborrow(),
-            tx.reborrow(),
-            rx.reborrow(),
-            Interrupts,
-            bus_config(),
-        )
-    }
-
-    fn lines(&mut self) -> [Self::Line<'_>; 2] {
-        [line(self.clock.reborrow()), line(self.data.reborrow())]
-    }
+/// Takes the bus of the screen.
+pub fn screen(
+    i2c: Peri<'static, I2C1>,
+    clock: Peri<'static, PA15>,
+    data: Peri<'static, PB7>,
+    tx: Peri<'static, DMA1_CH4>,
+    rx: Peri<'static, DMA1_CH5>,
+) -> Bus {
+    Bus { i2c, clock, data, tx, rx, interrupts: Interrupts }
 }
 
 /// A passive piezo buzzer, silent.
