@@ -94,7 +94,7 @@ mod tests {
                 }
             }
             assert_eq!(order("buttons: [", ']'), [&*buttons.ok, &*buttons.back, &*buttons.next]);
-            assert_eq!(order("screen(", ')'), [&*screen.scl, &*screen.sda]);
+            assert_eq!(order("bus: ", '\n'), [&*screen.scl, &*screen.sda]);
             assert_eq!(order("tone: ", ')'), [&*wiring.buzzer]);
             assert_eq!(order("light: ", ','), [&*wiring.light]);
         }
