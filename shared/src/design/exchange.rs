@@ -40,7 +40,7 @@ pub struct Found<R, const S: usize, const H: usize> {
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
 /// # use massline_shared::body::scale;
-/// # use massline_shared::design::{Choice, Counts, Criterion, DEFAULT_NOISE, Search};
+/// # use massline_shared::design::{Choice, Counts, Criterion, DEFAULT_NOISE, Predict, Search};
 /// # use massline_shared::identify::maximum_likelihood::workspace;
 /// # use massline_shared::layout::{Hit, Layout};
 /// let mut layout = frame::layout();
