@@ -30,7 +30,7 @@ use massline_shared::layout::{Dof, HostLayout, RigLayout, TestProfile};
 pub(crate) use error::Place;
 pub use error::{Fault, LayoutFileError, Place as LayoutPlace};
 pub use known::Uncertainty;
-pub use template::{TEMPLATE, schema};
+pub use template::{TEMPLATE, schema, template};
 
 use source::Source;
 
@@ -56,6 +56,8 @@ pub struct LayoutFile {
     pub statements: Statements,
     /// The text of the file.
     pub text: String,
+    /// Keys of `[test]` that the file states for the other profile: the defaults are used in their place.
+    pub set_aside: Vec<&'static str>,
     /// Where the file states the settings of the test.
     places: Vec<(Setting, Place)>,
 }
@@ -150,10 +152,10 @@ impl LayoutFile {
     }
 
     /// As [`LayoutFile::read`], in another profile than the file states, where one is given. Settings that the file leaves
-    /// out have the defaults of that profile.
+    /// out, its band and its windows have the defaults of that profile.
     ///
     /// # Errors
-    /// As [`LayoutFile::read`], and when a setting does not go with the profile.
+    /// As [`LayoutFile::read`].
     pub fn read_in_profile(
         path: &Path,
         profile: Option<TestProfile>,
@@ -202,11 +204,10 @@ impl LayoutFile {
         profile: Option<TestProfile>,
     ) -> Result<Self, LayoutFileError> {
         let (mut raw, source) = (raw(text, file)?, Source { file, text });
-        if profile.is_some() {
-            raw.test.get_or_insert_default().profile = profile;
-        }
+        let test = raw.test.get_or_insert_default();
+        let set_aside = profile.map_or_else(Vec::new, |profile| test.change_profile(profile));
         resolve::is_complete(&raw, &source)?;
-        resolve::resolve(raw, &source)
+        Ok(Self { set_aside, ..resolve::resolve(raw, &source)? })
     }
 
     /// As [`LayoutFile::read`], but for a file that may omit `sensors` and `hits`: its nodes are the

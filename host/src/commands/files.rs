@@ -45,6 +45,13 @@ pub fn layout_in_profile(
     output: &mut Output,
 ) -> Result<LayoutFile> {
     let file = LayoutFile::read_in_profile(path, profile)?;
+    if !file.set_aside.is_empty() {
+        let (other, keys) = (file.layout.test.profile.name(), file.set_aside.join(", "));
+        output.note(format!(
+            "note: {keys} of {} are meant for the other profile; the defaults of the profile {other} are used",
+            path.display()
+        ));
+    }
     warn_of_units(&file, path, output);
     Ok(file)
 }

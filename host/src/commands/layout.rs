@@ -5,15 +5,16 @@ mod suggest;
 
 use std::path::PathBuf;
 
-use massline_shared::layout::{Hit, HitPolicy, HostLayout, Sensor};
+use massline_shared::layout::{Hit, HitPolicy, HostLayout, Sensor, TestProfile};
 
 use super::files;
+use super::measure::profile;
 use crate::commands::files::ReplaceArgs;
 use crate::document::{Band, ShownHit, ShownLayout, ShownSensor, ShownSettings};
 use crate::document::{LayoutTemplate, WrittenFile};
 use crate::error::Result;
 use crate::file;
-use crate::layout_file::{LayoutFile, TEMPLATE, schema};
+use crate::layout_file::{LayoutFile, schema, template};
 use crate::output::{self, Output};
 use crate::report::hash_text;
 
@@ -35,9 +36,13 @@ pub struct Args {
 enum Command {
     /// Print a commented layout to start from.
     #[command(
-        after_help = "Examples:\n  massline layout new > frame.toml\n  massline layout new -o frame.toml"
+        after_help = "Examples:\n  massline layout new > frame.toml\n  massline layout new -o frame.toml\n  massline layout \
+                      new --profile suspension > wheel.toml"
     )]
     New {
+        /// What is measured: mass lines, or the suspension modes in long records.
+        #[arg(long, value_name = "PROFILE", default_value = "mass-line", value_parser = profile())]
+        profile: TestProfile,
         /// Write to this file instead.
         #[arg(short, long, value_name = "FILE")]
         output: Option<PathBuf>,
@@ -65,13 +70,15 @@ enum Command {
 /// When the file is bad, or with `check` and `suggest` no layout determines the ten properties.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     match &args.command {
-        Command::New { output: None, .. } if output.json() => {
-            output.answer(&LayoutTemplate { layout: TEMPLATE }, |_| String::new())
+        Command::New { output: None, profile, .. } if output.json() => {
+            output.answer(&LayoutTemplate { layout: template(*profile) }, |_| String::new())
         }
         // Unwrapped: a comment that goes on in a line of its own is none.
-        Command::New { output: None, .. } => output.verbatim(TEMPLATE.trim_end()),
-        Command::New { output: Some(path), replace } => {
-            file::write(path, TEMPLATE.as_bytes(), replace.existing())?;
+        Command::New { output: None, profile, .. } => {
+            output.verbatim(template(*profile).trim_end())
+        }
+        Command::New { output: Some(path), replace, profile } => {
+            file::write(path, template(*profile).as_bytes(), replace.existing())?;
             output.answer(&WrittenFile { written: path.clone() }, |_| {
                 format!("{} written", path.display())
             })

@@ -253,7 +253,7 @@ fn follow(
 }
 
 /// A parser for the name of a profile.
-fn profile() -> impl TypedValueParser<Value = TestProfile> {
+pub(super) fn profile() -> impl TypedValueParser<Value = TestProfile> {
     let names = PossibleValuesParser::new(TestProfile::ALL.map(TestProfile::name));
     names.try_map(|name| TestProfile::from_name(&name).ok_or("there is no profile of this name"))
 }

@@ -1,7 +1,7 @@
 //! What each method would answer in the suspension profile: a test is computed by formula, with noise, and solved.
 
 use massline_shared::design::Predict;
-use massline_shared::diagnosis::Diagnostics;
+use massline_shared::diagnosis::{Diagnostic, Diagnostics};
 use massline_shared::identify::Method;
 use massline_shared::layout::{Hit, HostLayout, motion_at};
 use massline_shared::modes::norm_indicator_of_shape;
@@ -30,6 +30,20 @@ pub struct Forecast {
     pub combined: Option<Predicted>,
     /// The modes of the object, and how much of each a hit shows.
     pub modes: Vec<ModeRow>,
+}
+
+impl Forecast {
+    /// True when a method would answer.
+    pub fn has_answer(&self) -> bool {
+        !self.answers.is_empty()
+    }
+
+    /// Why the first of the methods would not answer, when none of them would.
+    pub fn first_reason(&self) -> Option<(Method, Diagnostic)> {
+        let (method, reasons) = self.refusals.first().filter(|_| !self.has_answer())?;
+        let reason = reasons.iter().find(|reason| reason.is_error()).or(reasons.first())?;
+        Some((*method, *reason))
+    }
 }
 
 /// Computes one test of the assumed object and solves it. `progress` is told how many of all changes are done.

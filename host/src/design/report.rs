@@ -97,7 +97,7 @@ impl Judged<'_> {
         let found = &findings.diagnostics;
         JudgedLayout {
             prediction: prediction_json(predicted),
-            identifiable: predicted.is_some(),
+            identifiable: predicted.is_some() && forecast.is_none_or(Forecast::has_answer),
             rank: findings.equations.map(|(rank, _)| rank),
             condition: findings.equations.map(|of| of.1).filter(|condition| condition.is_finite()),
             methods: findings.methods.iter().map(method_json).collect(),

@@ -14,11 +14,11 @@ pub struct WrittenFile {
 }
 
 /// A layout to start from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[schemars(rename = "layout_template")]
 pub struct LayoutTemplate {
     /// The text of the file.
-    pub layout: &'static str,
+    pub layout: String,
 }
 
 /// A file for another program.

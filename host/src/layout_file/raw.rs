@@ -167,6 +167,22 @@ pub(super) struct RawTest {
     pub(super) terms: Option<Terms>,
 }
 
+impl RawTest {
+    /// Puts these settings under another profile: band and windows that were meant for the former have its own defaults.
+    /// Returns their keys.
+    pub(super) fn change_profile(&mut self, profile: TestProfile) -> Vec<&'static str> {
+        if self.profile.replace(profile).unwrap_or_default() == profile {
+            return Vec::new();
+        }
+        let stated = [
+            ("band_hz", self.band_hz.take().is_some()),
+            ("exponential_decay_per_s", self.exponential_decay_per_s.take().is_some()),
+            ("force_window_s", self.force_window_s.take().is_some()),
+        ];
+        stated.into_iter().filter_map(|(key, is_stated)| is_stated.then_some(key)).collect()
+    }
+}
+
 /// How hits with a fault are treated.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, expecting = "a table [policy]")]

@@ -102,6 +102,7 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
         reference,
         statements,
         text,
+        set_aside: Vec::new(),
         places,
     })
 }

@@ -1,7 +1,7 @@
 //! Whether a rig can measure with the settings of a layout file.
 
 use massline_shared::diagnosis::{Setting, Subject};
-use massline_shared::layout::check_settings;
+use massline_shared::layout::{TestProfile, check_settings, highest_frequency};
 use massline_shared::signal::{SPECTRUM_BINS, transform_of};
 
 use super::LayoutFile;
@@ -18,15 +18,34 @@ impl LayoutFile {
         let (rate, points) = transform_of(RATE, test.profile);
         let found = check_settings(test, rate.into(), points, SPECTRUM_BINS);
         let first = found.first()?;
-        let place = match first.subject {
-            Subject::Setting(setting) => self.place_of(setting),
-            _ => self.place_of(Setting::BandLower),
+        let (setting, said) = match first.subject {
+            Subject::Setting(setting) => {
+                let highest = highest_frequency(rate, points, SPECTRUM_BINS);
+                (setting, out_of_range(setting, first.value, test.profile, highest))
+            }
+            _ => (Setting::BandLower, message(first)),
         };
-        let said = message(first);
+        let place = self.place_of(setting);
         Some(place.map_or(said.clone(), |place| format!("{place}: {said}")))
     }
 
     fn place_of(&self, setting: Setting) -> Option<&Place> {
         self.places.iter().find(|(of, _)| *of == setting).map(|(_, place)| place)
     }
+}
+
+/// What is wrong with the value of a setting, and what a rig allows.
+fn out_of_range(setting: Setting, value: f32, profile: TestProfile, highest: f32) -> String {
+    let unit = setting.unit();
+    let allowed = match setting {
+        Setting::BandLower | Setting::BandUpper => {
+            let profile = profile.name();
+            format!(
+                "; in the profile {profile} a band lies above 0 and ends at {highest:.1} Hz at most; without the line the \
+                 default is used"
+            )
+        }
+        _ => String::new(),
+    };
+    format!("{value} {unit} is out of the range of a rig{allowed}")
 }

@@ -54,9 +54,32 @@ pub(super) fn test(
     if let Some(impulse) = &raw.impulse_ns {
         test.impulse_ns = impulse_ends(*impulse.get_ref(), impulse.span(), source)?;
     }
+    if test.profile == TestProfile::Suspension {
+        go_with_modes(raw, source)?;
+    }
     test.frf_estimator = raw.frf_estimator.unwrap_or(test.frf_estimator);
     test.terms = raw.terms.unwrap_or(test.terms);
     Ok(test)
+}
+
+/// Largest decay of the exponential window in the suspension profile, 1/s: at 2 1/s it damps a mode of 3 Hz by 10 %, and
+/// what the springs damp, 0.5 to 3 %, can no longer be told.
+const FASTEST_DECAY: f64 = 2.0;
+/// Smallest half width of the force window in the suspension profile, s: a soft mallet pushes for 15 to 25 ms.
+const NARROWEST_WINDOW: f64 = 0.015;
+
+/// Refuses windows in the suspension profile that leave nothing of its modes, such as those of the other profile.
+fn go_with_modes(raw: &RawTest, source: &Source<'_>) -> Result<(), LayoutFileError> {
+    if let Some(decay) = &raw.exponential_decay_per_s {
+        let wanted = "2 1/s at most in the suspension profile, or the window hides the modes; without the line it is 0.1 1/s";
+        source.within(decay, "test.exponential_decay_per_s", |v| v <= FASTEST_DECAY, wanted)?;
+    }
+    if let Some(window) = &raw.force_window_s {
+        let wanted = "0.015 s at least in the suspension profile, or the window cuts the push of a soft mallet; without the line \
+                      it is 0.05 s";
+        source.within(window, "test.force_window_s", |v| v >= NARROWEST_WINDOW, wanted)?;
+    }
+    Ok(())
 }
 
 /// The precision at which a campaign may stop.

@@ -2,7 +2,7 @@ use massline_shared::diagnosis::Code;
 use massline_shared::layout::{DEFAULT_HAMMER_GAIN, HitUncertainty, Prior, SensorUncertainty};
 
 use super::*;
-use massline_shared::layout::{FrfEstimator, Target};
+use massline_shared::layout::{FrfEstimator, Target, TestProfile, TestSettings};
 use massline_shared::mass_line::Terms;
 
 const GOOD: &str = include_str!("../../examples/three-bar-test-1.toml");
@@ -80,6 +80,48 @@ fn the_template_is_a_valid_layout() {
     assert!(layout.hits.iter().all(|h| h.uncertainty == HitUncertainty::default()));
     assert_eq!(layout.hammer_gain, DEFAULT_HAMMER_GAIN);
     assert_eq!(file.layout.test, massline_shared::layout::TestSettings::default());
+}
+
+#[test]
+fn the_template_of_the_suspension_profile_has_its_defaults() {
+    let text = template(TestProfile::Suspension);
+    let file = parse(&text).unwrap();
+    assert_eq!(file.layout.test, TestSettings::of_profile(TestProfile::Suspension));
+    assert_eq!(file.not_for_a_rig(), None);
+    // Profile, band and its comment, decay, window, hits: five lines of the template differ, one is left out.
+    let (old, new): (Vec<_>, Vec<_>) = (TEMPLATE.lines().collect(), text.lines().collect());
+    assert_eq!(new.iter().filter(|line| !old.contains(line)).count(), 5);
+    assert_eq!(new.len(), old.len() - 1);
+}
+
+#[test]
+fn under_another_profile_band_and_windows_are_its_own() {
+    let changed =
+        |text: &str, profile| LayoutFile::parse_in_profile(text, "t.toml", profile).unwrap();
+    let modes = changed(TEMPLATE, Some(TestProfile::Suspension));
+    assert_eq!(modes.set_aside, ["band_hz", "exponential_decay_per_s", "force_window_s"]);
+    let of_profile = TestSettings::of_profile(TestProfile::Suspension);
+    assert_eq!(modes.layout.test, of_profile);
+    let same = changed(&template(TestProfile::Suspension), Some(TestProfile::Suspension));
+    assert!(same.set_aside.is_empty() && same.layout.test == of_profile);
+    assert!(changed(TEMPLATE, None).set_aside.is_empty());
+}
+
+#[test]
+fn windows_of_the_other_profile_are_refused_by_name() {
+    let modes = template(TestProfile::Suspension);
+    for (from, to, key) in [
+        (
+            "exponential_decay_per_s = 0.1 ",
+            "exponential_decay_per_s = 10.0",
+            "test.exponential_decay_per_s",
+        ),
+        ("force_window_s = 0.05 ", "force_window_s = 0.012", "test.force_window_s"),
+    ] {
+        let error = parse(&modes.replace(from, to)).unwrap_err();
+        assert_eq!(error.place().unwrap().key, key);
+        assert!(error.to_string().contains("without the line"), "{error}");
+    }
 }
 
 #[test]

@@ -390,6 +390,38 @@ fn a_layout_of_the_template_is_good() {
     assert_eq!(checked.exit, 0, "{}", checked.stderr);
 }
 
+#[test]
+fn the_template_of_the_suspension_profile_has_a_forecast_by_every_sort_of_method() {
+    let files = Files::new();
+    let created = run(&["layout", "new", "--profile", "suspension"]);
+    let modes = files.write("modes.toml", created.stdout);
+    let (checked, value) = run_json(&["layout", "check", &modes]);
+    assert_eq!(checked.exit, 0, "{}", checked.stderr);
+    let answers = value["forecast"]["answers"].as_array().unwrap();
+    let methods: Vec<&str> = answers.iter().map(|of| of["method"].as_str().unwrap()).collect();
+    for method in ["global-fit", "toivola-nuutila", "conti-bretl", "dppim"] {
+        assert!(methods.contains(&method), "{method}: {methods:?}");
+    }
+}
+
+#[test]
+fn a_layout_of_modes_that_no_method_answers_or_whose_window_hides_them_is_refused() {
+    let files = Files::new();
+    let text = run(&["layout", "new", "--profile", "suspension"]).stdout;
+    let narrow = text.replace("band_hz = [0.5, 12.4] ", "band_hz = [0.5, 1.2] ");
+    let narrow = files.write("narrow.toml", narrow);
+    let checked = run(&["layout", "check", &narrow]);
+    assert_eq!(checked.exit, 3, "{}", checked.stderr);
+    assert_eq!(run_json(&["layout", "check", &narrow]).1["identifiable"], false);
+    assert!(checked.says("none of the methods of the suspension profile would answer"));
+    // The settings of the other profile, with the name of this one.
+    let mixed = run(&["layout", "new"]).stdout;
+    let mixed = mixed.replace("profile = \"mass-line\" ", "profile = \"suspension\" ");
+    let checked = run(&["layout", "check", &files.write("mixed.toml", mixed)]);
+    assert_eq!(checked.exit, 2, "{}", checked.stderr);
+    assert!(checked.says("the window hides the modes; without the line it is 0.1 1/s"));
+}
+
 fn path_text(path: &Path) -> &str {
     path.to_str().unwrap()
 }

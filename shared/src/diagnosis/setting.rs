@@ -40,6 +40,18 @@ impl Setting {
         Self::ImpulseUpper,
     ];
 
+    /// Unit of its value; empty for a number.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::HitsPerDof => "",
+            Self::BandLower | Self::BandUpper => "Hz",
+            Self::ExponentialDecay => "1/s",
+            Self::ForceWindow => "s",
+            Self::Trigger | Self::MinPeakForce => "N",
+            Self::ImpulseLower | Self::ImpulseUpper => "N s",
+        }
+    }
+
     /// Name of the setting in the program.
     pub fn name(self) -> &'static str {
         match self {

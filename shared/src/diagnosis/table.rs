@@ -10,21 +10,21 @@ codes! {
 
     /// Fewer than three triaxial sensors. Value: how many.
     FewerThanThreeSensors = 1, "fewer_than_three_sensors", Whole, Count;
-        "Under 3 sensors: only\nML works, with wider\nintervals.";
+        "Under 3 sensors: add\nsome. From mass lines\nML answers without.";
         "fewer than three triaxial sensors cannot resolve the six motions of the body, which the inertia \
-         restraint method needs and those of the suspension modes; put three on nodes that are not on one line, \
-         or rely on maximum likelihood with its wider intervals";
+         restraint method needs and those of the suspension modes; put three on nodes that are not on one line (from \
+         mass lines maximum likelihood answers without, with wider intervals)";
     /// The second singular value of the centred sensor positions is below 2 % of the first. Value: the ratio.
     SensorsCollinear = 2, "sensors_collinear", Whole, Share(1);
-        "Sensors on one line:\nmove one away. IRM\ncannot, ML can.";
+        "Sensors on one line:\nmove one away.";
         "the sensors stand on one line (within 2 %), so the rotation about that line is not seen, which \
          the inertia restraint method needs and those of the suspension modes; move one sensor away from the \
-         line, or rely on maximum likelihood with its wider intervals";
+         line (from mass lines maximum likelihood answers without, with wider intervals)";
     /// `G diag(1,1,1,1/L,1/L,1/L)` has a rank below six (relative cut 1e-6). Value: the rank.
     ResponseRankDeficient = 3, "response_rank_deficient", Whole, Count;
         "Sensors do not see\nall six motions:\nspread or turn them.";
-        "the sensors do not resolve all six motions of the body, which the inertia restraint method needs; \
-         check their positions and axes, or spread them";
+        "the sensors do not resolve all six motions of the body, which the inertia restraint method needs and those \
+         of the suspension modes; check their positions and axes, or spread them";
     /// Fewer than three hit degrees of freedom. Value: how many.
     FewerThanThreeHits = 4, "fewer_than_three_hits", Whole, Count;
         "Under 3 hit places:\nadd hits elsewhere,\nother directions.";
@@ -545,7 +545,7 @@ codes! {
     /// The impulse of a hit is so large that the object swings far. Value: the impulse, N s.
     ImpulseTooLarge = 135, "impulse_too_large", Whole, NewtonSeconds;
         "Push too strong: hit\nmore gently.";
-        "the impulse of {value} makes the object swing far, where cords are not linear; hit more gently";
+        "the impulse of {value} makes the object swing far, where springs and cords are not linear; hit more gently";
     /// The lines of a DOF could not be stored.
     LinesNotStored = 136, "lines_not_stored", Hit, None;
         "DOF not stored.\nResume tries again.";

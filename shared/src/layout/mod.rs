@@ -24,7 +24,7 @@ pub use dof::{AXIS_LETTERS, Axis, Dof, DofError, Sign};
 pub use kinematics::{balanced_force, balanced_motion, motion_at, sensor_shift, unit_force};
 pub use policy::{HitPolicy, Verdict};
 pub use profile::TestProfile;
-pub use settings::{FrfEstimator, MAX_HITS_PER_DOF, check_settings};
+pub use settings::{FrfEstimator, MAX_HITS_PER_DOF, check_settings, highest_frequency};
 pub use target::Target;
 pub(crate) use uncertain_quantities::across;
 pub use uncertain_quantities::{

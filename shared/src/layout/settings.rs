@@ -35,6 +35,13 @@ impl FrfEstimator {
     }
 }
 
+/// Highest frequency of a band, Hz, with the arguments of [`check_settings`]: 0.4 times the rate, and at most the last
+/// stored bin.
+pub fn highest_frequency<R: Real>(rate: R, record: usize, bins: usize) -> R {
+    let resolution = rate / R::of(record.max(1) as f64);
+    (rate / R::of(2.5)).min(resolution * R::of(bins.saturating_sub(1) as f64))
+}
+
 /// Errors for every setting outside its range ([`Setting`]) and for a band with too few bins for
 /// the three terms of the mass line.
 ///
@@ -59,8 +66,7 @@ pub fn check_settings<R: Real>(
     let resolution = rate / R::of(record.max(1) as f64);
     // A band found from the data is always suitable.
     let [lower, upper] = settings.band_hz.unwrap_or_else(|| [resolution, resolution + resolution]);
-    let last_bin = resolution * R::of(bins.saturating_sub(1) as f64);
-    let highest = (rate / R::of(2.5)).min(last_bin);
+    let highest = highest_frequency(rate, record, bins);
     let duration = R::of(record as f64) / rate;
     let hits = R::of(f64::from(settings.hits_per_dof));
     let [least, most] = settings.impulse_ns;

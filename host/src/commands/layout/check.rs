@@ -120,8 +120,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let assumed = args.assumed.of(&file)?;
     let noise = args.assumed.noise(&file.layout, &assumed)?;
     let design_report = DesignReport::of(&file, &assumed, noise);
-    let is_possible = design_report.predicted.is_some();
     let forecast = forecast_of(&file.layout, &assumed, &design_report.criterion, output)?;
+    let is_determined = design_report.predicted.is_some();
+    let is_possible = is_determined && forecast.as_ref().is_none_or(Forecast::has_answer);
     let found = &design_report.findings.diagnostics;
     let message_of = |d: &Diagnostic| message_in(d, &file.layout);
     let asked = has_undeclared_mass(&file.layout).then(|| ask_for_mass(&file));
@@ -155,6 +156,15 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     output.explain(&document);
     Err(show::first_error(found, message_of).unwrap_or_else(|| {
+        let refusal = forecast.as_ref().and_then(Forecast::first_reason);
+        if let Some((method, reason)) = refusal.filter(|_| is_determined) {
+            let text = format!(
+                "none of the methods of the suspension profile would answer; {} says: {}",
+                method.name(),
+                message_of(&reason)
+            );
+            return Error::undetermined(reason.code.name(), text);
+        }
         let unmoved = forecast.map(|of| report::unmoved(&of, &file.layout)).unwrap_or_default();
         let text = "the layout does not determine the ten properties; spread sensors and hits";
         let all: Vec<&str> = std::iter::once(text).chain(unmoved.lines()).collect();
