@@ -27,6 +27,7 @@ mod outcome;
 mod own_frame;
 pub mod panel;
 mod rig;
+pub mod safe_mode;
 pub mod scan_ring;
 mod session;
 pub mod store;
@@ -38,7 +39,7 @@ use embassy_futures::join::join3;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
-use massline_protocol::MAX_LAYOUT;
+use massline_protocol::{BootReason, MAX_LAYOUT};
 use massline_shared::measurement;
 use massline_shared::signal::COMPACT_RESPONSE;
 
@@ -77,7 +78,7 @@ impl Memory {
     }
 }
 
-/// Runs the rig on a board; never returns.
+/// Runs the rig on a board; never returns. A rig that starts for the reason [`BootReason::SafeMode`] runs [`safe_mode`].
 pub async fn run<S, L, F, P>(board: Board<S, L, F, P>, memory: &mut Memory) -> Infallible
 where
     S: Sampler,
@@ -85,6 +86,9 @@ where
     F: NorFlash,
     P: Panel,
 {
+    if board.info.boot_reason == BootReason::SafeMode {
+        return poll_in_own_frame(pin!(safe_mode::run(board, &mut memory.session))).await;
+    }
     let Board { info, sampler, link, flash, panel } = board;
     let Memory { measurement, room, session: session_memory, panel: panel_memory } = memory;
     let rig = Rig::new(info, sampler.adc(), L::STREAMS, measurement);

@@ -8,18 +8,16 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 use heapless::{String, Vec};
+use massline_protocol::crc32;
 use massline_protocol::message::{EstimatedMass, Identity, Stats, Status};
-use massline_protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR, crc32};
 use massline_shared::identify::Estimate;
-use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout, TestProfile};
+use massline_shared::layout::{RIG_HITS, RigLayout, TestProfile};
 use massline_shared::measurement::campaign::{Command, CommandError, Start};
 use massline_shared::measurement::{Measurement, Memory, StartError};
-use massline_shared::signal::{
-    AdcProperties, CHANNELS, COMPACT_RESPONSE, PRE_TRIGGER_SCANS, RECORD_SCANS,
-};
+use massline_shared::signal::{AdcProperties, CHANNELS, COMPACT_RESPONSE};
 
 use crate::deadline::Deadline;
-use crate::info::BoardInfo;
+use crate::info::{BoardInfo, identity};
 use crate::store::{CampaignSize, StoreError, decode_layout};
 
 /// The state that the parts share.
@@ -166,22 +164,7 @@ impl<'m> Rig<'m> {
 
     /// Identity of the rig.
     pub fn identity(&self) -> Identity {
-        Identity {
-            protocol_major: PROTOCOL_MAJOR,
-            protocol_minor: PROTOCOL_MINOR,
-            firmware: cut(self.info.firmware),
-            git_hash: cut(self.info.git_hash),
-            git_dirty: self.info.git_dirty,
-            board: cut(self.info.name),
-            adc: *self.measurement.borrow().adc(),
-            record_scans: RECORD_SCANS as u16,
-            pre_trigger_scans: PRE_TRIGGER_SCANS as u16,
-            max_sensors: RIG_SENSORS as u8,
-            max_hits: RIG_HITS as u8,
-            streams: self.streams,
-            boot_reason: self.info.boot_reason.into(),
-            last_panic: cut(self.info.last_panic),
-        }
+        identity(&self.info, *self.measurement.borrow().adc(), self.streams)
     }
 
     /// Counters of the rig without those of the store.

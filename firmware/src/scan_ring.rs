@@ -13,7 +13,9 @@
 //!   a scan first, and among the rest the sentinel.
 //! * *Sentinel*: an input whose code is known within narrow bounds, such as the chip's own voltage
 //!   reference. A code outside these bounds shows that the buffer and the sequence are out of step, so that
-//!   every channel would be mistaken for another one.
+//!   every channel would be mistaken for another one. A channel at rest may have a code within these bounds: a
+//!   sequence that has slipped by one rank is found by the channel before the sentinel as well, which then has
+//!   a code of the sentinel for longer than any hit lasts.
 //! * *Overrun*: the writer has overwritten scans that were not read yet.
 //!
 //! Indices of scans count from power-on and do not wrap: 2⁶⁴ scans outlast the rig.
@@ -45,6 +47,10 @@ pub struct RingSettings {
     pub sentinel: usize,
     /// Valid raw codes of the sentinel.
     pub sentinel_codes: RangeInclusive<u16>,
+    /// The rank converted before the sentinel by the same converter, where the sentinel's code would be after
+    /// a slip, and for how many raw scans in a row it may have such a code. `None` where a slip cannot occur
+    /// or shows otherwise.
+    pub before_sentinel: Option<(usize, u16)>,
     /// Raw scans discarded at the start: the first may not have been triggered by the timer.
     pub skip: u16,
 }
@@ -55,6 +61,7 @@ impl RingSettings {
         decimation: Decimation { raw_bits: 0, raw_full: 0, ratio: 0, fraction_bits: 0 },
         sentinel: 0,
         sentinel_codes: 0..=0,
+        before_sentinel: None,
         skip: 0,
     };
 }
@@ -63,7 +70,7 @@ impl RingSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Fault {
-    /// The sentinel's code is out of bounds. Starts at 1, so that `None` is all zeros.
+    /// The sentinel's code is out of bounds, or another rank has it. Starts at 1, so that `None` is all zeros.
     Misaligned = 1,
     /// The converter reports that it has overwritten a code before it was fetched.
     ConverterOverrun = 2,
@@ -80,6 +87,8 @@ pub struct ScanRing<const RANKS: usize, const N: usize> {
     /// Faults since the last block was read.
     faults: u8,
     skip: u16,
+    /// Raw scans in a row in which the rank before the sentinel has had a code of the sentinel.
+    doubtful: u16,
     sums: Sums<RANKS>,
     scans: [Scan; N],
     /// Index of the next scan to be made.
@@ -112,6 +121,7 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
             fault: None,
             faults: 0,
             skip: 0,
+            doubtful: 0,
             sums: Sums::ZERO,
             scans: [[0; CHANNELS]; N],
             written: 0,
@@ -147,6 +157,7 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
     fn begin(&mut self, settings: RingSettings, now: u64) {
         self.running = settings.decimation.is_usable() && settings.sentinel < RANKS;
         self.skip = settings.skip;
+        self.doubtful = 0;
         self.settings = settings;
         self.fault = None;
         self.sums = Sums::ZERO;
@@ -175,10 +186,10 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
                 self.skip -= 1;
                 continue;
             }
-            let settings = &self.settings;
-            if !settings.sentinel_codes.contains(&raw_scan[settings.sentinel]) {
+            if self.is_misaligned(raw_scan) {
                 return self.fail(Fault::Misaligned);
             }
+            let settings = &self.settings;
             let Some(codes) = self.sums.add(raw_scan, &settings.decimation) else { continue };
             let sentinel = codes[settings.sentinel];
             let mut scan = [0; CHANNELS];
@@ -186,6 +197,17 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
             finish(&mut scan, sentinel);
             self.push(scan);
         }
+    }
+
+    fn is_misaligned(&mut self, raw_scan: &[u16; RANKS]) -> bool {
+        let RingSettings { sentinel, sentinel_codes, before_sentinel, .. } = &self.settings;
+        if !sentinel_codes.contains(&raw_scan[*sentinel]) {
+            return true;
+        }
+        let Some((before, longest)) = *before_sentinel else { return false };
+        let has_it = raw_scan.get(before).is_some_and(|code| sentinel_codes.contains(code));
+        self.doubtful = if has_it { self.doubtful.saturating_add(1) } else { 0 };
+        self.doubtful > longest
     }
 
     fn push(&mut self, scan: Scan) {

@@ -201,9 +201,9 @@ fn nothing_went_wrong(stats: &Stats) {
     assert!(stats.stack_high_water > 0 && stats.stack_high_water < stats.stack_size);
 }
 
-#[test]
-fn a_panic_of_the_firmware_ends_the_emulator_and_its_message_is_reported() {
-    let elf = FIRMWARE.with_file_name("last_words");
+/// What this firmware says before it ends the emulator.
+fn last_words_of(firmware: &str) -> String {
+    let elf = FIRMWARE.with_file_name(firmware);
     let bench = Bench::named("ideal").unwrap();
     let layout = LayoutFile::read(Path::new(&example(1))).unwrap().layout;
     let adc = BenchSource::new(&bench, &layout, 1).unwrap().adc();
@@ -217,11 +217,22 @@ fn a_panic_of_the_firmware_ends_the_emulator_and_its_message_is_reported() {
         thread::yield_now();
     };
     assert_eq!((error.code(), error.exit_code()), ("rig_died", 4));
-    let words = error.to_string();
+    error.to_string()
+}
+
+#[test]
+fn a_panic_of_the_firmware_ends_the_emulator_and_its_message_is_reported() {
+    let words = last_words_of("last_words");
     assert!(
         words.contains("last_words.rs") && words.contains("these are the last words"),
         "{words}"
     );
+}
+
+#[test]
+fn an_overflow_of_the_stack_is_a_fault_with_a_name() {
+    let words = last_words_of("stack_overflow");
+    assert!(words.contains("the stack has overflowed"), "{words}");
 }
 
 #[test]

@@ -251,6 +251,8 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("SetStream answer", answer::<SetStream>(())),
         ("TakeReading request", request::<TakeReading>(())),
         ("TakeReading answer", answer::<TakeReading>(())),
+        ("EraseStore request", request::<EraseStore>(())),
+        ("EraseStore answer", answer::<EraseStore>(())),
         ("GetRestStatistics request", request::<GetRestStatistics>(())),
         ("GetRestStatistics answer", answer::<GetRestStatistics>(reading())),
         ("GetLevels request", request::<GetLevels>(())),
@@ -370,6 +372,7 @@ fn the_largest_answer_to_a_change_is_kept_for_a_repetition() {
         answer::<DeleteResult>(()),
         answer::<SetStream>(()),
         answer::<TakeReading>(()),
+        answer::<EraseStore>(()),
         frame(REFUSED, &Refusal { reason: u16::MAX, results_to_delete: u8::MAX }),
     ];
     let longest = largest.iter().map(|bytes| bytes.len()).max();

@@ -31,57 +31,93 @@ pub fn reason(flags: ResetFlags, panicked: bool) -> BootReason {
     }
 }
 
-/// Text in memory that is not initialised at the start. Any content is safe to read.
+/// Failed starts in a row after which a rig runs in safe mode.
+pub const FAILURES_TO_SAFE_MODE: u32 = 3;
+
+/// The reason of this start, and the number of starts in a row that have failed, this one's predecessor included:
+/// those that a panic or a hang has ended. `before` is that number at the last start.
+pub fn after_failures(reason: BootReason, before: u32) -> (BootReason, u32) {
+    match reason {
+        BootReason::Panic | BootReason::Watchdog => {
+            let failures = before.saturating_add(1);
+            let safe = failures >= FAILURES_TO_SAFE_MODE;
+            (if safe { BootReason::SafeMode } else { reason }, failures)
+        }
+        _ => (reason, 0),
+    }
+}
+
+/// A number as it is kept in memory that is not initialised at the start: beside its complement.
+pub fn kept_number(number: u32) -> [u32; 2] {
+    [number, !number]
+}
+
+/// The number kept there; 0 when it did not survive.
+pub fn number_kept([number, complement]: [u32; 2]) -> u32 {
+    if number == !complement { number } else { 0 }
+}
+
+/// A panic message, as words of memory that is not initialised at the start: a mark, the length, a checksum, the text.
+/// Any words may be read back; only what was written is a message.
 #[derive(Clone, Copy, Debug)]
-#[repr(C)]
 pub struct Words {
-    magic: u32,
-    length: u32,
-    sum: u32,
+    length: usize,
     text: [u8; Self::CAPACITY],
 }
 
 impl Words {
     /// Most bytes of a panic message that a rig reports.
     pub const CAPACITY: usize = 96;
-    const MAGIC: u32 = u32::from_le_bytes(*b"last");
+    /// Words of memory.
+    pub const SIZE: usize = Self::HEAD + Self::CAPACITY / size_of::<u32>();
+    const HEAD: usize = 3;
+    const MARK: u32 = u32::from_le_bytes(*b"last");
 
-    /// An empty text.
-    pub const fn none() -> Self {
-        Self { magic: 0, length: 0, sum: 0, text: [0; Self::CAPACITY] }
-    }
-
-    /// Stores as much of `words` as there is room for, cut between two characters.
-    pub fn write(&mut self, words: fmt::Arguments<'_>) {
-        *self = Self::none();
+    /// As much of a message as there is room for, cut between two characters.
+    pub fn of(message: fmt::Arguments<'_>) -> Self {
+        let mut words = Self { length: 0, text: [0; Self::CAPACITY] };
         // On an error the text is full and holds what fitted.
-        let _ = fmt::write(self, words);
-        self.sum = self.checksum();
-        self.magic = Self::MAGIC;
+        let _ = fmt::write(&mut words, message);
+        words
     }
 
-    /// Returns the text and clears it; `None` when there is none or it did not survive.
-    pub fn take(&mut self) -> Option<heapless::String<{ Self::CAPACITY }>> {
-        let magic = core::mem::take(&mut self.magic);
-        let text = self.text.get(..self.length as usize)?;
-        let text = core::str::from_utf8(text).ok()?;
-        let whole = magic == Self::MAGIC && self.sum == self.checksum();
-        whole.then(|| heapless::String::try_from(text).ok()).flatten()
+    /// The words to keep.
+    pub fn kept(&self) -> [u32; Self::SIZE] {
+        let mut kept = [0; Self::SIZE];
+        let (head, text) = kept.split_at_mut(Self::HEAD);
+        head.copy_from_slice(&[Self::MARK, self.length as u32, self.checksum()]);
+        for (word, bytes) in text.iter_mut().zip(self.text.as_chunks().0) {
+            *word = u32::from_le_bytes(*bytes);
+        }
+        kept
+    }
+
+    /// The message in these words; `None` when there is none or it did not survive.
+    pub fn read(kept: &[u32; Self::SIZE]) -> Option<heapless::String<{ Self::CAPACITY }>> {
+        let &[mark, length, sum, ref text @ ..] = kept;
+        let mut words = Self { length: length as usize, text: [0; Self::CAPACITY] };
+        for (bytes, word) in words.text.as_chunks_mut().0.iter_mut().zip(text) {
+            *bytes = word.to_le_bytes();
+        }
+        if mark != Self::MARK || sum != words.checksum() {
+            return None;
+        }
+        let text = core::str::from_utf8(words.text.get(..words.length)?).ok()?;
+        heapless::String::try_from(text).ok()
     }
 
     fn checksum(&self) -> u32 {
-        self.length.rotate_left(16) ^ massline_protocol::crc32(&self.text)
+        (self.length as u32).rotate_left(16) ^ massline_protocol::crc32(&self.text)
     }
 }
 
 impl fmt::Write for Words {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         for c in text.chars() {
-            let start = self.length as usize;
-            let end = start + c.len_utf8();
-            let room = self.text.get_mut(start..end).ok_or(fmt::Error)?;
+            let end = self.length + c.len_utf8();
+            let room = self.text.get_mut(self.length..end).ok_or(fmt::Error)?;
             c.encode_utf8(room);
-            self.length = end as u32;
+            self.length = end;
         }
         Ok(())
     }
@@ -108,36 +144,61 @@ mod tests {
     }
 
     #[test]
-    fn the_words_of_a_panic_can_be_taken_once() {
-        let mut words = Words::none();
-        assert_eq!(words.take(), None);
-        words.write(format_args!("index {} of {}", 7, 5));
-        assert_eq!(words.take().as_deref(), Some("index 7 of 5"));
-        assert_eq!(words.take(), None);
+    fn after_three_failures_in_a_row_a_rig_starts_in_safe_mode_until_it_is_reset_by_hand() {
+        use BootReason::*;
+        let mut failures = 0;
+        let mut start = |reason| {
+            let (reason, now) = after_failures(reason, failures);
+            failures = now;
+            reason
+        };
+        assert_eq!([PowerOn, Panic, Watchdog].map(&mut start), [PowerOn, Panic, Watchdog]);
+        assert_eq!([Panic, Panic].map(&mut start), [SafeMode, SafeMode], "safe mode may fail too");
+        assert_eq!([ResetPin, Panic, Panic].map(&mut start), [ResetPin, Panic, Panic]);
+        assert_eq!([Unknown, Panic, Panic].map(&mut start), [Unknown, Panic, Panic]);
+        assert_eq!(start(Watchdog), SafeMode);
+        assert_eq!(after_failures(Panic, u32::MAX), (SafeMode, u32::MAX));
+    }
+
+    #[test]
+    fn a_number_in_memory_without_power_is_zero() {
+        assert_eq!(number_kept(kept_number(2)), 2);
+        for noise in [[0, 0], [u32::MAX; 2], [2, 2], [3, !2]] {
+            assert_eq!(number_kept(noise), 0);
+        }
+    }
+
+    fn read(kept: [u32; Words::SIZE]) -> Option<heapless::String<{ Words::CAPACITY }>> {
+        Words::read(&kept)
+    }
+
+    #[test]
+    fn the_words_of_a_panic_are_read_back() {
+        let words = Words::of(format_args!("index {} of {}", 7, 5));
+        assert_eq!(read(words.kept()).as_deref(), Some("index 7 of 5"));
+        assert_eq!(read(Words::of(format_args!("")).kept()).as_deref(), Some(""));
     }
 
     #[test]
     fn long_words_are_cut_between_two_characters() {
-        let mut words = Words::none();
-        words.write(format_args!("{}µ²", "x".repeat(Words::CAPACITY - 3)));
-        let kept = words.take().unwrap();
+        let words = Words::of(format_args!("{}µ²", "x".repeat(Words::CAPACITY - 3)));
+        let kept = read(words.kept()).unwrap();
         assert_eq!(kept.len(), Words::CAPACITY - 1);
         assert!(kept.ends_with("xµ"));
     }
 
     #[test]
     fn noise_and_decayed_words_are_no_words() {
-        let noise = Words { magic: Words::MAGIC, length: u32::MAX, ..Words::none() };
-        assert_eq!({ noise }.take(), None);
-        let mut spoken = Words::none();
-        spoken.write(format_args!("out of memory"));
-        for bit in 0..8 * 13 {
+        assert_eq!(read([0; Words::SIZE]), None);
+        assert_eq!(read([u32::MAX; Words::SIZE]), None);
+        let mut noise = [0; Words::SIZE];
+        noise[..2].copy_from_slice(&[Words::MARK, u32::MAX]);
+        assert_eq!(read(noise), None);
+        let spoken = Words::of(format_args!("out of memory")).kept();
+        for bit in 0..u32::BITS as usize * Words::SIZE {
             let mut decayed = spoken;
-            decayed.text[bit / 8] ^= 1 << (bit % 8);
-            assert_eq!(decayed.take(), None);
+            decayed[bit / 32] ^= 1 << (bit % 32);
+            assert_eq!(read(decayed), None, "{bit}");
         }
-        let mut shorter = spoken;
-        shorter.length -= 1;
-        assert_eq!(shorter.take(), None);
     }
 }

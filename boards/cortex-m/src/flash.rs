@@ -8,9 +8,12 @@ use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, Read
 
 /// What a chip does besides reading, writing and erasing.
 pub trait Supervisor {
-    /// True when a read since the last call has returned something other than what was written: flash with an error
+    /// A read begins.
+    fn before_read(&mut self) {}
+
+    /// The read has ended; true when it has returned something other than what was written: flash with an error
     /// correcting code detects torn words.
-    fn take_error(&mut self) -> bool {
+    fn read_failed(&mut self) -> bool {
         false
     }
 
@@ -79,10 +82,9 @@ impl<F: blocking::NorFlash, C: Supervisor> ReadNorFlash for Window<F, C> {
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
         let at = self.at(offset, bytes.len())?;
-        // Discards the error of an earlier read by other code.
-        self.supervisor.take_error();
-        self.flash.read(at, bytes).map_err(WindowError::Flash)?;
-        if self.supervisor.take_error() { Err(WindowError::Unreadable) } else { Ok(()) }
+        self.supervisor.before_read();
+        let read = self.flash.read(at, bytes).map_err(WindowError::Flash);
+        if self.supervisor.read_failed() { Err(WindowError::Unreadable) } else { read }
     }
 
     fn capacity(&self) -> usize {
@@ -169,21 +171,26 @@ mod tests {
         assert_eq!(window.flash.0, expected);
     }
 
-    /// What reads are found to be, one per call.
-    struct Errors(Vec<bool>);
+    /// Which reads fail, and whether one is under way.
+    struct Errors(Vec<bool>, bool);
 
     impl Supervisor for Errors {
-        fn take_error(&mut self) -> bool {
+        fn before_read(&mut self) {
+            assert!(!core::mem::replace(&mut self.1, true));
+        }
+
+        fn read_failed(&mut self) -> bool {
+            assert!(core::mem::take(&mut self.1));
             self.0.remove(0)
         }
     }
 
     #[test]
     fn a_read_that_the_chip_could_not_correct_fails_and_no_other_does() {
-        let errors = Errors(vec![true, false, false, true, false, false]);
+        let errors = Errors(vec![false, true, false], false);
         let mut window = Window::new(Chip([7; 64]), 0, 64, errors);
         let mut read = |offset| block_on(window.read(offset, &mut [0; 4]));
-        assert_eq!(read(0), Ok(()), "it was there before");
+        assert_eq!(read(0), Ok(()));
         assert_eq!(read(4), Err(WindowError::Unreadable));
         assert_eq!(read(8), Ok(()));
     }

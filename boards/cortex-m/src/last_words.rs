@@ -1,25 +1,60 @@
 //! Ends a run after a panic or a fault: stores a message in memory that survives a reset, then restarts the
 //! chip. [`crate::last_words!`] defines a program's handlers.
 
+use core::cell::UnsafeCell;
 use core::fmt;
-use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
-use core::ptr::addr_of_mut;
 
-use cortex_m_rt::ExceptionFrame;
 use static_cell::StaticCell;
 
-use crate::boot::Words;
+use crate::boot::{Words, kept_number, number_kept};
+use crate::hard_fault::HardFault;
+
+/// Words of memory that the start-up code leaves as they are, so that they survive a reset. Every access is volatile:
+/// the compiler knows nothing of what they hold.
+#[repr(transparent)]
+struct Kept<const SIZE: usize>(UnsafeCell<[u32; SIZE]>);
+
+// SAFETY: it is accessed before interrupts are enabled, while they are disabled, or by one task.
+unsafe impl<const SIZE: usize> Sync for Kept<SIZE> {}
+
+impl<const SIZE: usize> Kept<SIZE> {
+    const fn new() -> Self {
+        Self(UnsafeCell::new([0; SIZE]))
+    }
+
+    fn read(&self) -> [u32; SIZE] {
+        // SAFETY: the words are memory of this static, and any bits are a number.
+        unsafe { self.0.get().read_volatile() }
+    }
+
+    fn write(&self, words: [u32; SIZE]) {
+        // SAFETY: as for `read`.
+        unsafe { self.0.get().write_volatile(words) };
+    }
+}
 
 #[unsafe(link_section = ".uninit.LAST_WORDS")]
-static mut LAST_WORDS: MaybeUninit<Words> = MaybeUninit::uninit();
+static LAST_WORDS: Kept<{ Words::SIZE }> = Kept::new();
+#[unsafe(link_section = ".uninit.FAILURES")]
+static FAILURES: Kept<2> = Kept::new();
 
 /// The message of the previous run, or "". To be called once, before interrupts are enabled.
 pub fn take() -> &'static str {
-    static KEPT: StaticCell<heapless::String<{ Words::CAPACITY }>> = StaticCell::new();
-    // SAFETY: any bytes are valid `Words`, and nothing else runs yet.
-    let words = unsafe { (*addr_of_mut!(LAST_WORDS)).assume_init_mut() };
-    words.take().map_or("", |words| KEPT.init(words).as_str())
+    static TEXT: StaticCell<heapless::String<{ Words::CAPACITY }>> = StaticCell::new();
+    let words = Words::read(&LAST_WORDS.read());
+    LAST_WORDS.write([0; Words::SIZE]);
+    words.map_or("", |words| TEXT.init(words).as_str())
+}
+
+/// Number of starts in a row that had failed before this one; 0 after the power was off.
+pub fn failures() -> u32 {
+    number_kept(FAILURES.read())
+}
+
+/// Notes this number for the next start.
+pub fn note_failures(failures: u32) {
+    FAILURES.write(kept_number(failures));
 }
 
 /// Defines the handlers for a panic, a hard fault and an interrupt without a handler. Each stores a message
@@ -33,9 +68,11 @@ macro_rules! last_words {
             $restart()
         }
 
-        #[cortex_m_rt::exception]
-        unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
-            $crate::last_words::hard_fault(frame);
+        $crate::hard_fault_entry!();
+
+        #[unsafe(no_mangle)]
+        extern "C" fn __hard_fault(stack_pointer: usize) -> ! {
+            $crate::last_words::hard_fault(stack_pointer);
             $restart()
         }
 
@@ -58,19 +95,12 @@ pub fn panicked(info: &PanicInfo<'_>) {
 }
 
 /// Stores the message of a hard fault.
-pub fn hard_fault(frame: &ExceptionFrame) {
-    // SAFETY: reading the fault status has no side effect.
-    let status = unsafe { (*cortex_m::peripheral::SCB::PTR).cfsr.read() };
-    keep(format_args!(
-        "hard fault at {:#010x}, called from {:#010x}, status {status:#010x}",
-        frame.pc(),
-        frame.lr()
-    ));
+pub fn hard_fault(stack_pointer: usize) {
+    keep(format_args!("{}", HardFault::read(stack_pointer)));
 }
 
 /// Stores the message for the next run. This run has ended, so nothing interrupts it.
 pub fn keep(words: fmt::Arguments<'_>) {
     cortex_m::interrupt::disable();
-    // SAFETY: nothing else runs any more, and `Words::none` sets every field.
-    unsafe { (*addr_of_mut!(LAST_WORDS)).write(Words::none()).write(words) };
+    LAST_WORDS.write(Words::of(words).kept());
 }

@@ -15,6 +15,8 @@ pub mod twin;
 #[cfg(target_os = "none")]
 pub mod checks;
 #[cfg(target_os = "none")]
+pub mod hard_fault;
+#[cfg(target_os = "none")]
 pub mod last_words;
 #[cfg(target_os = "none")]
 pub mod panel;

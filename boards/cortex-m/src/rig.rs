@@ -1,14 +1,14 @@
 //! The application and the tasks beside it, as one future, which the task of a board's program awaits.
 
 use embassy_futures::join::join4;
-use embassy_time::{Duration, Timer};
+use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_firmware::Memory;
 use massline_firmware::board::{Board, BoardInfo, Link, Sampler};
 use static_cell::ConstStaticCell;
 
-use crate::boot::{ResetFlags, reason};
+use crate::boot::{ResetFlags, after_failures, reason};
 use crate::panel::{RigPanel, Tone, Wiring};
 use crate::screen::ScreenBus;
 use crate::{last_words, stack};
@@ -18,6 +18,8 @@ use crate::{last_words, stack};
 /// s; the store yields between two erases.
 pub const WATCHDOG: Duration = Duration::from_secs(8);
 const WATCHDOG_FED: Duration = Duration::from_secs(1);
+/// A start has not failed when the rig runs for this time.
+const SUCCESS: Duration = Duration::from_secs(60);
 
 /// Resets the chip when it has not been fed for [`WATCHDOG`].
 pub trait Watchdog {
@@ -32,12 +34,15 @@ pub trait Watchdog {
 /// called once, before anything else.
 pub fn info(name: &'static str, flags: ResetFlags) -> BoardInfo {
     let last_panic = last_words::take();
+    let reason = reason(flags, !last_panic.is_empty());
+    let (boot_reason, failures) = after_failures(reason, last_words::failures());
+    last_words::note_failures(failures);
     BoardInfo {
         name,
         firmware: env!("CARGO_PKG_VERSION"),
         git_hash: env!("MASSLINE_GIT_HASH"),
         git_dirty: matches!(env!("MASSLINE_GIT_DIRTY").as_bytes(), b"true"),
-        boot_reason: reason(flags, !last_panic.is_empty()),
+        boot_reason,
         last_panic,
         stack: stack::measure,
     }
@@ -82,6 +87,9 @@ async fn guard(mut watchdog: impl Watchdog) -> ! {
     watchdog.start();
     loop {
         watchdog.feed();
+        if Instant::now() >= Instant::MIN + SUCCESS {
+            last_words::note_failures(0);
+        }
         Timer::after(WATCHDOG_FED).await;
     }
 }

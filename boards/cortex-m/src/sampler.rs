@@ -12,12 +12,14 @@ use massline_firmware::scan_ring::{
     Decimation, Fault, Half, HalfFlags, Halves, RingSettings, ScanRing,
 };
 use massline_shared::signal::{AdcProperties, HAMMER, Scan};
-use massline_shared::units::ScanIndex;
+use massline_shared::units::{ScanIndex, Seconds};
 
 use crate::supply::{FactoryReading, Supply};
 
 /// A converter without scans for this time has stopped: it is many times the time of half a buffer.
 const PATIENCE: Duration = Duration::from_millis(20);
+/// A sensor has the code of the reference at -5 to -8 g: for a few milliseconds of a hit, never for this long.
+const LONGEST_LEVEL: Seconds = Seconds(0.1);
 
 /// The circular transfer and the converter that feeds it.
 pub trait Converter {
@@ -160,7 +162,12 @@ impl<const RANKS: usize, const SCANS: usize> Pipeline<RANKS, SCANS> {
 pub enum Sentinel {
     /// The chip's voltage reference, which also measures the supply, for which the hammer's codes are
     /// corrected.
-    Reference(FactoryReading),
+    Reference {
+        /// The manufacturer's reading of it.
+        noted: FactoryReading,
+        /// The rank that the same converter converts before it.
+        before: usize,
+    },
     /// A constant code.
     Code(u16),
 }
@@ -193,16 +200,22 @@ impl<C: Converter, const RANKS: usize, const SCANS: usize> RingSampler<C, RANKS,
 
     fn settings(&self) -> RingSettings {
         let Plan { decimation, sentinel: (reads, sentinel), .. } = self.plan;
-        let sentinel_codes = match reads {
-            Sentinel::Reference(noted) => noted.codes(decimation.raw_bits),
-            Sentinel::Code(code) => code..=code,
+        let (sentinel_codes, before_sentinel) = match reads {
+            Sentinel::Reference { noted, before } => {
+                let raw_rate = self.plan.adc.rate.0 * f32::from(decimation.ratio);
+                let longest = (raw_rate * LONGEST_LEVEL.0) as u16;
+                (noted.codes(decimation.raw_bits), Some((before, longest)))
+            }
+            Sentinel::Code(code) => (code..=code, None),
         };
-        RingSettings { decimation, sentinel, sentinel_codes, skip: 1 }
+        RingSettings { decimation, sentinel, sentinel_codes, before_sentinel, skip: 1 }
     }
 
     fn supply(&self) -> Option<Supply> {
         match self.plan.sentinel.0 {
-            Sentinel::Reference(noted) => Some(Supply::new(noted, self.plan.decimation.bits())),
+            Sentinel::Reference { noted, .. } => {
+                Some(Supply::new(noted, self.plan.decimation.bits()))
+            }
             Sentinel::Code(_) => None,
         }
     }

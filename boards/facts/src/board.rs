@@ -40,8 +40,8 @@ pub struct Board {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Conversion {
-    /// For each converter, the channels in the order in which it converts them, over and over. The number after the
-    /// last channel stands for an input of constant voltage.
+    /// For each converter, the channels in the order in which it converts them, over and over. A number after the
+    /// last channel stands for an input that is none of the channels, such as the chip's reference.
     pub order: Vec<Vec<u8>>,
 }
 

@@ -32,8 +32,12 @@ pub enum NmiSource {
     Other,
 }
 
-/// The cause by the register's value; `store` is a part of bank 2.
-pub fn nmi_source(register: u32, store: &Range<u32>) -> NmiSource {
+/// The cause by the register's value; `store` is a part of bank 2, and `reading` is true while it is read. Then
+/// the cause is the store whatever the register holds: ES0430 lists that the flash may corrupt it.
+pub fn nmi_source(register: u32, reading: bool, store: &Range<u32>) -> NmiSource {
+    if reading {
+        return NmiSource::Store;
+    }
     if register & DETECTED == 0 {
         return NmiSource::Other;
     }
@@ -61,7 +65,7 @@ mod tests {
     #[test]
     fn a_torn_word_of_the_store_is_the_stores() {
         for offset in [STORE.start, STORE.start + 8, STORE.end - 8] {
-            assert_eq!(nmi_source(ECCD | BK_ECC | offset, &STORE), NmiSource::Store);
+            assert_eq!(nmi_source(ECCD | BK_ECC | offset, false, &STORE), NmiSource::Store);
         }
     }
 
@@ -74,7 +78,16 @@ mod tests {
             (ECCD | STORE.start, 1, STORE.start),
             (ECCD | BK_ECC | 1 << 22 | STORE.start, 0, STORE.start),
         ] {
-            assert_eq!(nmi_source(register, &STORE), NmiSource::Elsewhere { bank, offset });
+            assert_eq!(nmi_source(register, false, &STORE), NmiSource::Elsewhere { bank, offset });
+        }
+    }
+
+    #[test]
+    fn while_the_store_reads_every_address_is_the_stores() {
+        for register in [ECCD | STORE.start, ECCD | BK_ECC | STORE.end, ECCD | BK_ECC | 1 << 22, 0]
+        {
+            assert_eq!(nmi_source(register, true, &STORE), NmiSource::Store);
+            assert_ne!(nmi_source(register, false, &STORE), NmiSource::Store);
         }
     }
 
@@ -82,14 +95,14 @@ mod tests {
     fn without_an_error_that_was_detected_it_is_not_the_flash() {
         for register in [0, BK_ECC | STORE.start, 1 << 30 | BK_ECC | STORE.start, 1 << 28, 1 << 24]
         {
-            assert_eq!(nmi_source(register, &STORE), NmiSource::Other);
+            assert_eq!(nmi_source(register, false, &STORE), NmiSource::Other);
         }
     }
 
     #[test]
     fn either_word_of_a_pair_may_be_torn_and_a_correction_beside_it_changes_nothing() {
         let at = BK_ECC | STORE.start;
-        assert_eq!(nmi_source(1 << 29 | at, &STORE), NmiSource::Store);
-        assert_eq!(nmi_source(FLAGS | at, &STORE), NmiSource::Store);
+        assert_eq!(nmi_source(1 << 29 | at, false, &STORE), NmiSource::Store);
+        assert_eq!(nmi_source(FLAGS | at, false, &STORE), NmiSource::Store);
     }
 }

@@ -41,14 +41,31 @@ const fn input(channel: u32) -> Input {
     Input { channel, time: CHANNEL_TIME as u32 }
 }
 
+/// An input that is sampled for as long as the reference.
+const fn slow_input(channel: u32) -> Input {
+    Input { channel, time: SENTINEL_TIME as u32 }
+}
+
 /// Inputs of ADC1: PA0 hammer, PC0, PC2, PB0, PB14, the internal reference.
-pub const ADC1: [Input; PAIRS] = {
-    let reference = Input { channel: 18, time: SENTINEL_TIME as u32 };
-    [input(1), input(6), input(8), input(15), input(5), reference]
-};
-/// Inputs of ADC2: PA1, PC1, PC3, PA4, PA6, and PA6 once more beside the reference. Both ADCs of a pair
-/// must finish together, so ADC1 determines the time of the last pair, and this code is not used.
-pub const ADC2: [Input; PAIRS] = [input(2), input(7), input(9), input(17), input(3), input(3)];
+pub const ADC1: [Input; PAIRS] =
+    [input(1), input(6), input(8), input(15), input(5), slow_input(18)];
+/// Inputs of ADC2: PA1, PC1, PC3, PA4, PA6, and beside the reference PA7, which is at ground: its code
+/// is not used.
+pub const ADC2: [Input; PAIRS] = [input(2), input(7), input(9), input(17), input(3), slow_input(4)];
+/// Both ADCs of a pair must take the same time: RM0440, "Regular simultaneous mode with independent
+/// injected".
+const _: () = assert!(take_equal_times(&ADC1, &ADC2), "an ADC of a pair would be late");
+
+const fn take_equal_times(first: &[Input; PAIRS], second: &[Input; PAIRS]) -> bool {
+    let mut pair = 0;
+    while pair < PAIRS {
+        if first[pair].time != second[pair].time {
+            return false;
+        }
+        pair += 1;
+    }
+    true
+}
 
 /// ADC cycles per raw scan.
 const SCAN_CYCLES: u32 = {
@@ -109,6 +126,14 @@ mod tests {
     }
 
     #[test]
+    fn a_pair_of_unequal_times_is_noticed() {
+        assert!(take_equal_times(&ADC1, &ADC2));
+        let mut twice = ADC2;
+        twice[PAIRS - 1] = twice[PAIRS - 2];
+        assert!(!take_equal_times(&ADC1, &twice), "PA6 beside the reference");
+    }
+
+    #[test]
     fn the_order_of_conversion_is_the_one_of_the_facts() {
         let [first, second] = CONVERSION_ORDER else { panic!("{CONVERSION_ORDER:?}") };
         assert_eq!((first.len(), second.len()), (ADC1.len(), ADC2.len()));
@@ -118,8 +143,6 @@ mod tests {
             assert_eq!(usize::from(second[pair]), PAIR * pair + 1);
         }
         assert_eq!(usize::from(first[PAIRS - 1]), SENTINEL);
-        // ADC2 converts its last input twice.
-        assert_eq!(ADC2[PAIRS - 1], ADC2[PAIRS - 2]);
-        assert_eq!(second[PAIRS - 1], second[PAIRS - 2]);
+        assert_eq!(usize::from(second[PAIRS - 1]), SENTINEL + 1);
     }
 }

@@ -127,6 +127,7 @@ mod tests {
             decimation: DECIMATION,
             sentinel: SENTINEL,
             sentinel_codes: IN_STEP..=IN_STEP,
+            before_sentinel: None,
             skip: 0,
         }
     }

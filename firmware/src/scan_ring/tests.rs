@@ -3,6 +3,8 @@
 
 use proptest::prelude::*;
 
+use std::vec::Vec;
+
 use super::*;
 
 const RANKS: usize = 11;
@@ -13,6 +15,8 @@ const LENGTH: usize = 2 * HALF * RANKS;
 const RATIO: u16 = 3;
 const CAPACITY: usize = 8;
 const REFERENCE: u16 = 1500;
+/// Raw scans in a row in which the rank before the sentinel may have a code of the sentinel.
+const LONGEST: u16 = 250;
 /// Raw scans have distinct codes modulo this number.
 const NUMBERS: u64 = 4000;
 const PATIENCE: u64 = 100;
@@ -24,6 +28,7 @@ fn settings() -> RingSettings {
         decimation: Decimation { raw_bits: 12, raw_full: 4095, ratio: RATIO, fraction_bits: 2 },
         sentinel: SENTINEL,
         sentinel_codes: 1400..=1600,
+        before_sentinel: Some((SENTINEL - 1, LONGEST)),
         skip: 0,
     }
 }
@@ -221,6 +226,54 @@ fn a_sequence_out_of_step_is_found_at_every_shift_and_goes_on_after_a_restart() 
         chip.run(&mut ring, 1);
         assert_eq!(read(&mut ring), Ok(Some((1, [mean_of(0)]))));
     }
+}
+
+/// Raw scans of a sequence whose transfer is `slip` values ahead, with a hammer that rests at `hammer` and
+/// sensors at half of the range; the last sensor axis has the codes of `last`.
+fn at_rest(slip: usize, hammer: u16, last: impl Iterator<Item = u16>) -> Vec<u16> {
+    let mut values: Vec<u16> = last
+        .flat_map(|last| {
+            let sensors = [2048; RANKS - 3];
+            [hammer].into_iter().chain(sensors).chain([last, REFERENCE])
+        })
+        .collect();
+    values.rotate_left(slip);
+    values
+}
+
+#[test]
+fn a_slip_by_any_number_of_ranks_is_found_whatever_the_rest_level_of_the_hammer() {
+    let rest = || core::iter::repeat_n(2048, 2 * usize::from(LONGEST));
+    // 1.296 V of 3.3 V, the middle of a divider for pulses downward with its resistors swapped, is 1609; the
+    // steps between are narrower than the range of the reference.
+    for hammer in (0..=4095).step_by(91).chain([1450, 1609]) {
+        let mut ring = Ring::new();
+        ring.start(settings(), 0);
+        ring.feed(&at_rest(0, hammer, rest()), |_, _| {});
+        assert_eq!(ring.fault(), None, "hammer {hammer}");
+        for slip in 1..RANKS {
+            let mut ring = Ring::new();
+            ring.start(settings(), 0);
+            ring.feed(&at_rest(slip, hammer, rest()), |_, _| {});
+            assert_eq!(ring.fault(), Some(Fault::Misaligned), "hammer {hammer}, slip {slip}");
+        }
+    }
+}
+
+#[test]
+fn a_sensor_that_passes_the_code_of_the_reference_in_a_hit_is_no_slip() {
+    // As long as allowed, again and again, with a code beside it in between.
+    let pulse = core::iter::repeat_n(REFERENCE, LONGEST.into()).chain([2048]);
+    let hits = pulse.cycle().take(20 * usize::from(LONGEST));
+    let mut ring = Ring::new();
+    ring.start(settings(), 0);
+    ring.feed(&at_rest(0, 1500, hits), |_, _| {});
+    assert_eq!(ring.fault(), None);
+    ring.feed(
+        &at_rest(0, 1500, core::iter::repeat_n(REFERENCE, usize::from(LONGEST) + 1)),
+        |_, _| {},
+    );
+    assert_eq!(ring.fault(), Some(Fault::Misaligned));
 }
 
 #[test]

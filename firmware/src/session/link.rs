@@ -6,8 +6,9 @@ use massline_protocol::{Frame, FrameError};
 
 use crate::rig::Rig;
 
-/// A frame that could not be sent within this time is given up: no host is reading.
-const WRITE_TIMEOUT: Duration = Duration::from_millis(500);
+/// A frame that could not be sent within this time is given up: no host is reading. The time is longer than an erase
+/// of a sector, 0.8 s on an STM32F411, during which nothing is sent.
+pub(crate) const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Counts received bytes and reconnections.
 #[derive(Default)]

@@ -25,6 +25,7 @@ use massline_protocol::{Deframer, Frame, MAX_FRAME, crc32};
 
 use crate::rig::Rig;
 use crate::store::Store;
+pub(crate) use link::WRITE_TIMEOUT;
 use link::{Intake, Sender};
 use news::EventSender;
 use requests::Reply;
@@ -32,13 +33,13 @@ use requests::Reply;
 /// Most events sent before the link is read again.
 const NEWS_AT_ONCE: usize = 8;
 /// Pause before a link that is disconnected, or reports that it is empty, is read again.
-const LINK_PAUSE: Duration = Duration::from_millis(10);
+pub(crate) const LINK_PAUSE: Duration = Duration::from_millis(10);
 
 /// State of the session between two frames.
 pub(crate) struct SessionMemory {
-    deframer: Deframer,
+    pub deframer: Deframer,
     /// The answer or the event that is being sent.
-    out: [u8; MAX_FRAME],
+    pub out: [u8; MAX_FRAME],
     done: Done,
 }
 

@@ -238,6 +238,7 @@ fn refusal_code(raw: u16) -> &'static str {
         Some(Reason::NothingToUndo) => "nothing_to_undo",
         Some(Reason::HitOverwritten) => "hit_overwritten",
         Some(Reason::BlockNeedsMassLines) => "block_needs_mass_lines",
+        Some(Reason::SafeMode) => "safe_mode",
         None => "refused",
     }
 }
@@ -277,6 +278,10 @@ fn explain(raw: u16, results_to_delete: u8) -> String {
         Some(Reason::BlockNeedsMassLines) => {
             "a block of known mass is weighed by mass lines, and its layout has the suspension profile; use a layout with the \
              profile mass-line"
+        }
+        Some(Reason::SafeMode) => {
+            "it is in safe mode, because its last three starts have failed; `massline device identify` shows how, reset lets \
+             it try again, and `massline device erase --yes` erases what it stores, which may be the cause"
         }
         None => return format!("reason {raw}, which this program does not know"),
     };

@@ -2,9 +2,9 @@
 
 use massline_protocol::Endpoint;
 use massline_protocol::message::{
-    Command, DeleteResult, GetCalibration, GetIdentity, GetLayout, GetLevels, GetMassLines,
-    GetObjectInfo, GetRestStatistics, GetStats, GetStatus, ListResults, PutCalibration, PutLayout,
-    ReadObject, SetStream, TakeReading,
+    Command, DeleteResult, EraseStore, GetCalibration, GetIdentity, GetLayout, GetLevels,
+    GetMassLines, GetObjectInfo, GetRestStatistics, GetStats, GetStatus, ListResults,
+    PutCalibration, PutLayout, ReadObject, SetStream, TakeReading,
 };
 
 /// What a request asks for, as in "the rig was asked to …".
@@ -27,6 +27,7 @@ pub(super) fn purpose(kind: u16) -> &'static str {
         GetRestStatistics::KIND => "send its reading at rest",
         GetLevels::KIND => "send the levels of its channels",
         GetMassLines::KIND => "send the mass lines of a DOF",
+        EraseStore::KIND => "erase its store",
         _ => UNKNOWN,
     }
 }

@@ -2,10 +2,10 @@
 
 use massline_protocol::PROTOCOL_MAJOR;
 use massline_protocol::message::{
-    CampaignCommand, Command, CommandRequest, DeleteResult, GetCalibration, GetIdentity, GetLayout,
-    GetLevels, GetMassLines, GetRestStatistics, GetStats, GetStatus, Identity, LayoutAnswer,
-    Levels, ListRequest, ListResults, PutCalibration, PutLayout, Reason, ResultEntry, SetStream,
-    Stats, Status, TakeReading,
+    CampaignCommand, Command, CommandRequest, DeleteResult, EraseStore, GetCalibration,
+    GetIdentity, GetLayout, GetLevels, GetMassLines, GetRestStatistics, GetStats, GetStatus,
+    Identity, LayoutAnswer, Levels, ListRequest, ListResults, PutCalibration, PutLayout, Reason,
+    ResultEntry, SetStream, Stats, Status, TakeReading,
 };
 use massline_protocol::object::DofResult;
 use massline_shared::calibration::CalibrationRecord;
@@ -132,6 +132,14 @@ impl Client {
             Err(e) if e.refusal() == Some(Reason::UnknownMessage) => Ok(None),
             Err(e) => Err(e),
         }
+    }
+
+    /// Erases all that a rig in safe mode stores.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn erase_store(&mut self) -> Result<(), ClientError> {
+        self.ask::<EraseStore>(&())
     }
 
     /// Statistics of the channels at the moment, without a hit.

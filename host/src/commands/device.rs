@@ -1,5 +1,7 @@
-//! `massline device`: finds rigs, shows their identity and counters, aborts campaigns.
+//! `massline device`: finds rigs, shows their identity and counters, aborts campaigns, erases the store of a rig in safe
+//! mode.
 
+mod erase;
 mod stats;
 
 use std::fmt::Write;
@@ -57,6 +59,8 @@ Examples:
   massline device abort
   massline device abort --port /dev/ttyACM0 --json")]
     Abort(PortArgs),
+    /// Erase results, layouts and calibration of a rig in safe mode.
+    Erase(erase::Args),
 }
 
 /// Runs the command.
@@ -71,9 +75,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         }
         Command::Identify(port) => {
             let (mut client, identity) = port.connect(output)?;
-            let status = client.status()?;
-            let value = identity_json(client.port(), &identity, &status);
-            output.answer(&value, |_| identity_text(client.port(), &identity, &status))
+            let doing = Doing::of(&mut client, &identity)?;
+            let value = identity_json(client.port(), &identity, doing);
+            output.answer(&value, |_| identity_text(client.port(), &identity, doing))
         }
         Command::Stats(port) => {
             let (mut client, identity) = port.connect(output)?;
@@ -84,8 +88,38 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             let (mut client, _) = port.connect(output)?;
             abort(&mut client, output)
         }
+        Command::Erase(args) => erase::run(args, output),
     }
 }
+
+/// What a rig is doing.
+#[derive(Clone, Copy, Debug)]
+struct Doing {
+    phase: &'static str,
+    layout_hash: u32,
+    result: u32,
+}
+
+impl Doing {
+    /// Asks the rig; in safe mode it does not answer that.
+    fn of(client: &mut Client, identity: &Identity) -> Result<Self> {
+        if is_in_safe_mode(identity) {
+            return Ok(Self { phase: "safe_mode", layout_hash: 0, result: 0 });
+        }
+        let Status { phase, layout_hash, result, .. } = client.status()?;
+        Ok(Self { phase: phase_name(phase), layout_hash, result })
+    }
+}
+
+/// True when the rig runs nothing but link and panel.
+fn is_in_safe_mode(identity: &Identity) -> bool {
+    BootReason::from(identity.boot_reason) == BootReason::SafeMode
+}
+
+const SAFE_MODE: &str = "
+Its last three starts ended in a panic or a hang, so it runs nothing but its link and its panel. Press its reset
+button or switch it off and on: it starts as usual. If it comes back to this, what it stores may be the cause:
+`massline device erase` erases that. If that does not help either, flash the newest firmware and report the last panic.";
 
 /// Aborts the campaign on the rig, if there is one.
 fn abort(client: &mut Client, output: &mut Output) -> Result<()> {
@@ -120,7 +154,7 @@ fn ports_text(ports: &[PortFacts]) -> String {
     lines.join("\n")
 }
 
-fn identity_json(port: &str, identity: &Identity, status: &Status) -> DeviceIdentity {
+fn identity_json(port: &str, identity: &Identity, doing: Doing) -> DeviceIdentity {
     DeviceIdentity {
         port: port.to_owned(),
         protocol: format!("{}.{}", identity.protocol_major, identity.protocol_minor),
@@ -140,13 +174,13 @@ fn identity_json(port: &str, identity: &Identity, status: &Status) -> DeviceIden
         streams: identity.streams,
         boot_reason: BootReason::from(identity.boot_reason).name(),
         last_panic: identity.last_panic.as_str().to_owned(),
-        phase: phase_name(status.phase),
-        layout_hash: hash_text(status.layout_hash),
-        result: (status.result != 0).then_some(status.result),
+        phase: doing.phase,
+        layout_hash: hash_text(doing.layout_hash),
+        result: (doing.result != 0).then_some(doing.result),
     }
 }
 
-fn identity_text(port: &str, identity: &Identity, status: &Status) -> String {
+fn identity_text(port: &str, identity: &Identity, doing: Doing) -> String {
     let dirty = if identity.git_dirty { ", changed" } else { "" };
     let mut text = format!(
         "{port}\n  board      {}\n  firmware   {} ({}{dirty}), protocol {}.{}\n  sampling   {} scans/s, \
@@ -169,13 +203,16 @@ fn identity_text(port: &str, identity: &Identity, status: &Status) -> String {
         identity.max_hits,
         if identity.streams { "yes" } else { "no, the link is too slow" },
         BootReason::from(identity.boot_reason).name(),
-        phase_name(status.phase),
-        hash_text(status.layout_hash).unwrap_or_else(|| "none".into()),
-        if status.result == 0 { "none".into() } else { status.result.to_string() },
+        doing.phase,
+        hash_text(doing.layout_hash).unwrap_or_else(|| "none".into()),
+        if doing.result == 0 { "none".into() } else { doing.result.to_string() },
     );
     if !identity.last_panic.is_empty() {
         // Writing to a String cannot fail.
         let _ = write!(text, "\n  last panic {}", identity.last_panic);
+    }
+    if is_in_safe_mode(identity) {
+        text.push_str(SAFE_MODE);
     }
     text
 }

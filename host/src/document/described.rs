@@ -5,11 +5,11 @@ use serde::Serialize;
 
 use super::{
     BlockCalibration, Calibration, CalibrationCheck, CalibrationDemo, Completions, DeletedResults,
-    Demo, DemoWheel, DemoWheelFiles, DeviceAbort, DeviceIdentity, DeviceList, DeviceStats, Doctor,
-    DrawnPictures, ExportedFile, Failure, Flashing, History, Hits, LayoutCheck, LayoutSuggestion,
-    LayoutTemplate, ManualPage, Measurement, Modes, RecordedTape, ResultsList, SchemaList,
-    ShownLayout, SimulatedRuns, Simulation, Solution, TumbleCalibration, VirtualPort, WrittenFile,
-    WrittenPages,
+    Demo, DemoWheel, DemoWheelFiles, DeviceAbort, DeviceErase, DeviceIdentity, DeviceList,
+    DeviceStats, Doctor, DrawnPictures, ExportedFile, Failure, Flashing, History, Hits,
+    LayoutCheck, LayoutSuggestion, LayoutTemplate, ManualPage, Measurement, Modes, RecordedTape,
+    ResultsList, SchemaList, ShownLayout, SimulatedRuns, Simulation, Solution, TumbleCalibration,
+    VirtualPort, WrittenFile, WrittenPages,
 };
 
 /// A document with the version of its schema, as it is printed.
@@ -34,7 +34,7 @@ pub struct Described {
 
 impl Described {
     /// Every document that has a schema.
-    pub const ALL: [Self; 37] = [
+    pub const ALL: [Self; 38] = [
         Self {
             name: "measurement",
             summary: "a result of a rig, and what the host finds from it",
@@ -118,6 +118,12 @@ impl Described {
             summary: "the end of a campaign on a rig",
             commands: &["device abort"],
             schema: of::<DeviceAbort>,
+        },
+        Self {
+            name: "device-erase",
+            summary: "what a rig in safe mode has erased",
+            commands: &["device erase"],
+            schema: of::<DeviceErase>,
         },
         Self {
             name: "doctor",

@@ -157,6 +157,14 @@ pub struct DeviceAbort {
     pub discarded_hits: u32,
 }
 
+/// What a rig in safe mode has erased.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "device_erase")]
+pub struct DeviceErase {
+    /// Whether its results, layouts and calibration are erased.
+    pub erased: bool,
+}
+
 /// What is plugged in, what may be opened, and what is missing on this computer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[schemars(rename = "doctor")]

@@ -18,6 +18,8 @@ pub enum BootReason {
     Watchdog = 3,
     /// The firmware panicked.
     Panic = 4,
+    /// The last starts all ended in a panic or a hang: the rig answers and erases its store, and does nothing else.
+    SafeMode = 5,
 }
 
 impl BootReason {
@@ -29,6 +31,7 @@ impl BootReason {
             Self::ResetPin => "reset pin",
             Self::Watchdog => "watchdog",
             Self::Panic => "panic",
+            Self::SafeMode => "safe mode",
         }
     }
 }
@@ -39,15 +42,13 @@ mod tests {
 
     #[test]
     fn the_numbers_are_those_of_the_wire() {
-        assert_eq!([Unknown, PowerOn, ResetPin, Watchdog, Panic].map(u8::from), [0, 1, 2, 3, 4]);
-        assert_eq!(
-            [0, 1, 2, 3, 4].map(BootReason::from),
-            [Unknown, PowerOn, ResetPin, Watchdog, Panic]
-        );
+        let reasons = [Unknown, PowerOn, ResetPin, Watchdog, Panic, SafeMode];
+        assert_eq!(reasons.map(u8::from), [0, 1, 2, 3, 4, 5]);
+        assert_eq!([0, 1, 2, 3, 4, 5].map(BootReason::from), reasons);
     }
 
     #[test]
     fn a_reason_of_a_newer_rig_is_unknown() {
-        assert!((5..=u8::MAX).all(|raw| BootReason::from(raw) == Unknown));
+        assert!((6..=u8::MAX).all(|raw| BootReason::from(raw) == Unknown));
     }
 }

@@ -88,6 +88,8 @@ endpoints! {
     GetMassLines = 16: u8 => crate::object::DofResult;
     /// Asks for the level of every channel while the rig waits for a hit, the hammer first.
     GetLevels = 17: () => Levels;
+    /// Erases all that a rig in safe mode stores; [`Reason::UnknownMessage`] in any other mode.
+    EraseStore = 18, changes: () => ();
 }
 
 /// Largest framed answer to a request that changes the rig, bytes.
@@ -386,6 +388,8 @@ pub enum Reason {
     HitOverwritten = 13,
     /// A block of known mass is weighed by mass lines, and the layout has the suspension profile.
     BlockNeedsMassLines = 14,
+    /// The rig is in safe mode, where it answers [`GetIdentity`] and [`EraseStore`] only.
+    SafeMode = 15,
 }
 
 impl From<StartError> for Reason {

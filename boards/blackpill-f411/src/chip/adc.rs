@@ -78,10 +78,12 @@ pub fn noted_code() -> u16 {
 
 /// Creates the sampler, halted.
 pub fn sampler(parts: Parts) -> AdcSampler {
+    let noted = FactoryReading::new(noted_code());
+    let reference = Sentinel::Reference { noted, before: SENTINEL - 1 };
     let plan = Plan {
         adc: properties(supply::REFERENCE),
         decimation: DECIMATION,
-        sentinel: (Sentinel::Reference(FactoryReading::new(noted_code())), SENTINEL),
+        sentinel: (reference, SENTINEL),
     };
     RingSampler::new(TimedAdc::new(parts), &SHARED, plan)
 }

@@ -4,6 +4,8 @@ pub mod adc;
 pub mod flash_interface;
 mod panel;
 pub mod registers;
+#[path = "../../../cortex-m/armv7m/stack_guard.rs"]
+mod stack_guard;
 mod usb;
 #[path = "../../../cortex-m/stm32/watchdog.rs"]
 mod watchdog;
@@ -15,6 +17,7 @@ use massline_cortex_m::boot::ResetFlags;
 use massline_cortex_m::flash::{Supervisor, Window};
 use massline_cortex_m::panel::{ActiveLow, Wiring};
 use massline_cortex_m::rig::{self, Rig};
+use massline_cortex_m::stack;
 use static_cell::StaticCell;
 use watchdog::Watchdog;
 
@@ -57,6 +60,7 @@ async fn run(parts: Parts) {
 
 /// Initialises the chip. To be called once.
 pub fn parts() -> Parts {
+    stack_guard::set();
     let info = rig::info(NAME, reset_flags());
     let p: Peripherals = embassy_stm32::init(clocks());
     flash_interface::enable_caches(pac::FLASH);

@@ -3,12 +3,20 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
+#[macro_use]
+#[path = "../../../cortex-m/src/hard_fault.rs"]
+mod hard_fault;
+#[cfg(target_os = "none")]
 #[path = "../chip/fault.rs"]
 mod fault;
 #[cfg(target_os = "none")]
 #[path = "../chip/registers.rs"]
 #[allow(dead_code, reason = "only the UART of the last words is used here")]
 mod registers;
+#[cfg(target_os = "none")]
+#[path = "../../../cortex-m/src/stack.rs"]
+#[allow(dead_code, reason = "only the place of the stack is used here")]
+mod stack;
 
 #[cfg(target_os = "none")]
 mod firmware {

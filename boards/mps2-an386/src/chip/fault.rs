@@ -5,8 +5,9 @@ use core::fmt::{self, Write};
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use cortex_m_rt::{ExceptionFrame, exception};
+use cortex_m_rt::exception;
 
+use super::hard_fault::HardFault;
 use super::registers::UART1;
 
 static SPOKEN: AtomicBool = AtomicBool::new(false);
@@ -18,15 +19,11 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     lock_up()
 }
 
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    // SAFETY: reading the fault status has no side effect.
-    let status = unsafe { (*cortex_m::peripheral::SCB::PTR).cfsr.read() };
-    print(format_args!(
-        "hard fault at {:#010x}, called from {:#010x}, fault status {status:#010x}",
-        frame.pc(),
-        frame.lr()
-    ));
+hard_fault_entry!();
+
+#[unsafe(no_mangle)]
+extern "C" fn __hard_fault(stack_pointer: usize) -> ! {
+    print(format_args!("{}", HardFault::read(stack_pointer)));
     lock_up()
 }
 

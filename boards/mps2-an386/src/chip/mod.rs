@@ -1,15 +1,20 @@
 //! The part of the board's code that runs on the emulated Cortex-M4F.
 
 mod executor;
+#[macro_use]
+#[path = "../../../cortex-m/src/hard_fault.rs"]
+mod hard_fault;
 mod fault;
 mod interrupts;
 mod link;
 mod panel;
 mod registers;
 mod sampler;
-// The only module that is shared unchanged with the boards that have a chip.
+// Shared unchanged with the boards that have a chip, as is `hard_fault`.
 #[path = "../../../cortex-m/src/stack.rs"]
 mod stack;
+#[path = "../../../cortex-m/armv7m/stack_guard.rs"]
+mod stack_guard;
 mod time;
 
 use cortex_m_rt::entry;
@@ -35,6 +40,7 @@ const INFO: BoardInfo = BoardInfo {
 
 #[entry]
 fn main() -> ! {
+    stack_guard::set();
     time::start();
     executor::run(|spawner: Spawner| match rig() {
         Ok(token) => spawner.spawn(token),

@@ -13,7 +13,7 @@ use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::pac::timer::vals::Mms;
 use embassy_stm32::pac::{ADC1, ADC2, ADC12_COMMON, DMA1, DMAMUX1, GPIOA, GPIOB, GPIOC, RCC, TIM6};
 use embassy_stm32::peripherals::{
-    self, DMA1_CH1, PA0, PA1, PA4, PA6, PB0, PB14, PC0, PC1, PC2, PC3,
+    self, DMA1_CH1, PA0, PA1, PA4, PA6, PA7, PB0, PB14, PC0, PC1, PC2, PC3,
 };
 use embassy_stm32::{Peri, bind_interrupts};
 use massline_cortex_m::sampler::{
@@ -61,6 +61,8 @@ pub struct Parts {
     pub timer: Peri<'static, peripherals::TIM6>,
     /// The inputs.
     pub channels: Channels,
+    /// The input that is converted beside the reference, at ground.
+    pub spare: Peri<'static, PA7>,
 }
 
 /// Hammer, sensor 1 x, y, z, sensor 2 x, …
@@ -85,10 +87,12 @@ pub fn noted_code() -> u16 {
 
 /// Creates the sampler, halted.
 pub fn sampler(parts: Parts) -> AdcSampler {
+    let noted = FactoryReading::new(noted_code());
+    let reference = Sentinel::Reference { noted, before: SENTINEL - PAIR };
     let plan = Plan {
         adc: properties(supply::REFERENCE),
         decimation: DECIMATION,
-        sentinel: (Sentinel::Reference(FactoryReading::new(noted_code())), SENTINEL),
+        sentinel: (reference, SENTINEL),
     };
     RingSampler::new(PairedAdcs::new(parts), &SHARED, plan)
 }
@@ -102,7 +106,7 @@ impl PairedAdcs {
     fn new(parts: Parts) -> Self {
         RCC.ahb2enr().modify(|w| w.set_adc12en(true));
         RCC.apb1enr1().modify(|w| w.set_tim6en(true));
-        analog(GPIOA, &[0, 1, 4, 6]);
+        analog(GPIOA, &[0, 1, 4, 6, 7]);
         analog(GPIOB, &[0, 14]);
         analog(GPIOC, &[0, 1, 2, 3]);
         ADC12_COMMON.ccr().write(|w| {

@@ -11,6 +11,9 @@ use massline_cortex_m::flash::Supervisor;
 use crate::STORE_IN_BANK_2;
 use crate::ecc::{FLAGS, NmiSource, nmi_source};
 
+/// The store is reading.
+static READING: AtomicBool = AtomicBool::new(false);
+/// The interrupt has occurred since the store began to read.
 static UNREADABLE: AtomicBool = AtomicBool::new(false);
 
 /// Error that the interrupt has found.
@@ -18,9 +21,16 @@ pub struct Ecc;
 
 impl Supervisor for Ecc {
     /// Clears the flags of corrected errors too, so that the register is free for the next address.
-    fn take_error(&mut self) -> bool {
+    fn before_read(&mut self) {
         clear();
-        UNREADABLE.swap(false, Ordering::Relaxed)
+        UNREADABLE.store(false, Ordering::SeqCst);
+        READING.store(true, Ordering::SeqCst);
+    }
+
+    fn read_failed(&mut self) -> bool {
+        READING.store(false, Ordering::SeqCst);
+        clear();
+        UNREADABLE.load(Ordering::SeqCst)
     }
 }
 
@@ -32,8 +42,9 @@ fn clear() {
 /// A torn word of the store is survived; anything else ends the run.
 #[exception]
 unsafe fn NonMaskableInt() {
-    match nmi_source(FLASH.eccr().read().0, &STORE_IN_BANK_2) {
-        NmiSource::Store => UNREADABLE.store(true, Ordering::Relaxed),
+    let reading = READING.load(Ordering::SeqCst);
+    match nmi_source(FLASH.eccr().read().0, reading, &STORE_IN_BANK_2) {
+        NmiSource::Store => UNREADABLE.store(true, Ordering::SeqCst),
         NmiSource::Elsewhere { bank, offset } => {
             panic!("bank {bank} of the flash decays at {offset:#x}")
         }

@@ -4,6 +4,8 @@ pub mod adc;
 mod ecc;
 mod panel;
 mod serial;
+#[path = "../../../cortex-m/armv7m/stack_guard.rs"]
+mod stack_guard;
 mod usb;
 #[path = "../../../cortex-m/stm32/watchdog.rs"]
 mod watchdog;
@@ -15,6 +17,7 @@ use massline_cortex_m::boot::ResetFlags;
 use massline_cortex_m::flash::Window;
 use massline_cortex_m::panel::Wiring;
 use massline_cortex_m::rig::{self, Rig};
+use massline_cortex_m::stack;
 use massline_cortex_m::twin::{ActiveLink, TwinLink};
 use static_cell::StaticCell;
 use watchdog::Watchdog;
@@ -58,6 +61,7 @@ async fn run(parts: Parts) {
 /// Initialises the chip. To be called once.
 pub fn parts() -> Parts {
     static USED: ActiveLink = ActiveLink::new();
+    stack_guard::set();
     let info = rig::info(NAME, reset_flags());
     let p = embassy_stm32::init(clocks());
     let serial = serial::open(serial::Parts {
@@ -74,6 +78,7 @@ pub fn parts() -> Parts {
         dma: p.DMA1_CH1,
         timer: p.TIM6,
         channels: (p.PA0, p.PA1, p.PC0, p.PC1, p.PC2, p.PC3, p.PB0, p.PA4, p.PB14, p.PA6),
+        spare: p.PA7,
     });
     let flash = Window::new(
         flash::Flash::new_blocking(p.FLASH).into_blocking_regions().bank2_region,

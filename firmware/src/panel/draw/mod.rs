@@ -8,6 +8,7 @@ mod lists;
 mod modes;
 mod precision;
 mod result;
+mod safe_mode;
 mod sketch;
 
 use massline_protocol::message::{ResultEntry, Stats};
@@ -15,6 +16,7 @@ use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::{RigLayout, TestProfile};
 
 use self::canvas::{Canvas, Screen as Pixels};
+pub use self::safe_mode::safe_mode;
 use super::PanelModel;
 use super::menu::{Menu, Screen};
 use super::summary::Summary;

@@ -1,0 +1,33 @@
+//! The screen of a rig in safe mode.
+
+use super::canvas::{Canvas, Screen, clipped};
+use crate::panel::words::WIDTH;
+use crate::safe_mode::StoreState;
+
+/// Draws what has become of the store, and the failure that ended the last run.
+pub fn safe_mode(screen: &mut impl Screen, state: StoreState, failure: &str) {
+    let mut canvas = Canvas(screen);
+    canvas.clear();
+    canvas.title("Safe mode", "");
+    let (first, text) = match state {
+        StoreState::Unread => {
+            canvas.line(0, "Three starts failed:");
+            let (line, rest) = wrapped(if failure.is_empty() { "it hung" } else { failure });
+            canvas.line(1, line);
+            canvas.line(2, &clipped(rest, WIDTH));
+            (3, "Reset: start again.\nOK: erase the store")
+        }
+        StoreState::Asked => {
+            (0, "Erase all results,\nlayouts, calibration?\n\nOK: erase\nBack: keep")
+        }
+        StoreState::Erasing => (1, "Erasing ..."),
+        StoreState::Erased => (1, "The store is empty.\n\nPress reset to start."),
+        StoreState::Failed => (1, "The flash could not\nbe erased.\nOK: try again"),
+    };
+    canvas.lines(first, text);
+}
+
+/// A text cut after as many characters as fit a line.
+fn wrapped(text: &str) -> (&str, &str) {
+    text.split_at(text.char_indices().nth(WIDTH).map_or(text.len(), |(at, _)| at))
+}
