@@ -219,7 +219,7 @@ impl<'a> HostSolution<'a> {
 
     /// What the hammer makes of the answer to use.
     pub fn hammer_text(&self) -> String {
-        let of_modes = |of: &Estimate<f64>| of.method.entry().observes == Observable::Suspension;
+        let of_modes = |of: &Estimate<f64>| of.method.entry().observes != Observable::MassLines;
         let answer = self.to_use().filter(of_modes);
         answer.map_or_else(String::new, |answer| hammer_text(&self.layout, &answer))
     }

@@ -170,7 +170,7 @@ impl FrfSolution {
         let count = self.identification.estimates.len();
         let whole = if count <= SHOWN_WHOLE { count } else { 1 };
         let mut text = self.identification.to_text(&self.layout, self.truth.as_ref(), whole);
-        let of_modes = |of: &&Estimate<f64>| of.method.entry().observes == Observable::Suspension;
+        let of_modes = |of: &&Estimate<f64>| of.method.entry().observes != Observable::MassLines;
         if let Some(answer) = self.answer().filter(of_modes) {
             text += &hammer_text(&self.layout, answer);
         }
