@@ -258,9 +258,8 @@ impl Archive {
     /// know, or holds what no test gives.
     pub fn read(path: &Path) -> Result<Self> {
         let name = path.display();
-        let bytes = embedded::read(path, MAX_BYTES).map_err(|e| {
-            Error::input("archive_not_readable", format!("{name}: cannot be read: {e}"))
-        })?;
+        let bytes = embedded::read(path, MAX_BYTES)
+            .map_err(|e| Error::input("archive_not_readable", file::unreadable(path, &e)))?;
         Self::parse(&bytes, &name.to_string())
     }
 

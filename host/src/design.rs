@@ -17,7 +17,7 @@ mod suspension;
 pub use assumptions::Assumptions;
 pub use candidates::Candidates;
 pub use criterion::LayoutCriterion;
-pub use findings::LayoutFindings;
+pub use findings::{LayoutFindings, gravity_to_be_stated};
 pub use forecast::{Forecast, forecast};
 pub use predicted::{Advice, DesignReport, Predicted};
 pub use suggest::{Options, Suggestion, Wanted, suggest};

@@ -53,6 +53,10 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let results = results(&page);
     let (count, name) = (results.len(), file.display());
     let found = match (count, number) {
+        (0, _) if !page.trim_end().ends_with("</html>") => Err(
+            "this page holds no result of massline: its end is missing, so copy or write it again"
+                .to_owned(),
+        ),
         (0, _) => Err("this page holds no result of massline".to_owned()),
         (1, None) => Ok(1),
         (_, None) => {

@@ -20,7 +20,7 @@ use massline_protocol::object::MeasurementResult;
 use massline_shared::body::scale;
 use massline_shared::diagnosis::{Diagnostic, Severity, Subject};
 use massline_shared::identify::global_fit::GlobalFitSolution;
-use massline_shared::identify::{Estimate, IdentifySettings, Method, Observations};
+use massline_shared::identify::{Estimate, IdentifySettings, Method, Observable, Observations};
 use massline_shared::layout::{HostLayout, TestProfile};
 use nalgebra::SVector;
 
@@ -30,13 +30,13 @@ use crate::identification::{
     Identification, MeasuredLines, Selection, contradicted, identify, layout_of, learned, lines_of,
 };
 use crate::report::{
-    cannot_see, comparison_json, comparison_text, diagnostics_json, estimates_of, global_fit_json,
-    global_fit_text, message_in, modes_json, modes_text, refusals_json, refusals_text, sentences,
-    table,
+    SolvedHere, cannot_see, comparison_json, comparison_text, diagnostics_json, estimates_of,
+    global_fit_json, global_fit_text, hammer_text, message_in, modes_json, modes_text,
+    refusals_json, refusals_text, sentences, table,
 };
 use crate::rig_lines::StoredTest;
 use crate::single_fault::{Examination, NominalTest};
-use crate::solve::no_modal_answer;
+use crate::solve::{band_of_modes, no_modal_answer};
 use crate::suspension::{
     Comparison, MassLineAnswers, SuspensionModes, compare, reciprocity_of_mass_lines,
     warn_of_flexible_mode,
@@ -46,8 +46,6 @@ use crate::suspension::{
 const HEADING: &str = "solved again here, in double precision";
 /// The same where the rig leaves all of it to the host.
 const HEADING_OF_ALL: &str = "solved here, in double precision; the rig has no answer of its own";
-/// Digits of a frequency that single precision keeps, Hz.
-const SINGLE: f64 = 1e4;
 
 /// The host's findings from what a rig has measured.
 #[derive(Clone, Debug)]
@@ -128,7 +126,7 @@ impl<'a> HostSolution<'a> {
                     identification.estimates.iter().find(|e| !e.method.entry().uses_priors);
                 let mut found = solved.modes.diagnostics.clone();
                 found.extend(without_priors.iter().flat_map(|e| contradicted(&layout.priors, e)));
-                let band = layout.test.expected_band().map(|end| (end * SINGLE).round() / SINGLE);
+                let band = band_of_modes(&layout.test);
                 Self {
                     found,
                     modes: Some((solved.modes, band)),
@@ -184,6 +182,46 @@ impl<'a> HostSolution<'a> {
     pub fn best(&self) -> Option<Estimate<f64>> {
         let of_rig = estimates_of(self.result).into_iter().next();
         of_rig.or_else(|| self.identification.estimates.first().cloned())
+    }
+
+    /// The answer to use, which reports and exports take: in the suspension profile the host's best, whose best method needs
+    /// more memory than a rig has; else as [`Self::best`].
+    pub fn to_use(&self) -> Option<Estimate<f64>> {
+        let of_host = self.identification.estimates.first();
+        of_host.filter(|_| self.profile == TestProfile::Suspension).cloned().or_else(|| self.best())
+    }
+
+    /// Which answer is the one to use, where rig and host answer by different methods, and what puts it in doubt; a line.
+    pub fn which_to_use(&self) -> String {
+        let Identification { estimates, not_applicable, .. } = &self.identification;
+        match (self.profile, estimates.first()) {
+            (TestProfile::Suspension, Some(best)) => format!(
+                "use this answer, by {}, solved here in double precision: report and export take it too\n",
+                best.method.name()
+            ),
+            (TestProfile::Suspension, None) if !not_applicable.is_empty() => {
+                "these answers of the rig are in doubt: solved here in double precision, the test has none\n".into()
+            }
+            _ => String::new(),
+        }
+    }
+
+    /// What is to be said of the host's findings before and instead of the rig's, in the suspension profile.
+    pub fn here(&self) -> SolvedHere {
+        let Identification { estimates, not_applicable, .. } = &self.identification;
+        let table_of = |best: &Estimate<f64>| table(best, None) + &hammer_text(&self.layout, best);
+        SolvedHere {
+            answer: self.which_to_use() + &estimates.first().map_or_else(String::new, table_of),
+            answered: estimates.iter().map(|of| of.method).collect(),
+            refused: not_applicable.iter().map(|(method, _)| *method).collect(),
+        }
+    }
+
+    /// What the hammer makes of the answer to use.
+    pub fn hammer_text(&self) -> String {
+        let of_modes = |of: &Estimate<f64>| of.method.entry().observes != Observable::MassLines;
+        let answer = self.to_use().filter(of_modes);
+        answer.map_or_else(String::new, |answer| hammer_text(&self.layout, &answer))
     }
 
     /// The ten properties by every method of the host, and what all of them say together, each with its name.
@@ -262,17 +300,16 @@ impl<'a> HostSolution<'a> {
         refusals_text(&missing, |d| message_in(d, &self.layout))
     }
 
-    /// The findings as text under a heading.
+    /// The findings as text under a heading. In the suspension profile, the answer to use has been printed before.
     pub fn to_text(&self) -> String {
         let of_rig = estimates_of(self.result);
         let is_alone = of_rig.is_empty() && self.profile == TestProfile::Suspension;
         let mut text = format!("{}\n", if is_alone { HEADING_OF_ALL } else { HEADING });
-        for (place, estimate) in self.identification.estimates.iter().enumerate() {
+        for estimate in &self.identification.estimates {
             match of_rig.iter().find(|rig| rig.method == estimate.method) {
                 Some(rig) => text += &self.comparison(estimate, rig),
-                // The many answers to the suspension modes are compared in one table, after the best.
-                None if self.profile == TestProfile::Suspension && place > 0 => {}
-                None if is_alone => text += &table(estimate, None),
+                // The many answers to the suspension modes are compared in one table.
+                None if self.profile == TestProfile::Suspension => {}
                 None => text += &format!("the rig has no such answer:\n{}", table(estimate, None)),
             }
         }

@@ -16,6 +16,7 @@ mod table;
 mod tone;
 mod wrap;
 
+use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 
 use indicatif::ProgressBar;
@@ -298,6 +299,13 @@ fn width(on_terminal: bool) -> usize {
     // A terminal that does not know its size reports zero.
     let known = on_terminal.then(columns).flatten().filter(|&columns| columns > 0);
     known.unwrap_or(WIDTH)
+}
+
+/// A number of things that are named by a noun with a regular plural: `1 run`, `2 runs`.
+pub fn counted(count: impl Display, noun: &str) -> String {
+    let count = count.to_string();
+    let ending = if count == "1" { "" } else { "s" };
+    format!("{count} {noun}{ending}")
 }
 
 /// An empty table in the style of this program, as wide as the terminal has room for.

@@ -11,6 +11,7 @@ mod details;
 mod digits;
 mod estimate;
 mod global_fit;
+mod hammer;
 mod hit;
 mod measurement;
 mod message;
@@ -31,8 +32,9 @@ pub use details::{details_json, details_text};
 pub use digits::{as_exact_as, deviation, two_digits, with_sigma};
 pub use estimate::estimate_json;
 pub use global_fit::{global_fit_json, global_fit_text};
+pub use hammer::{CALIBRATE_HAMMER, hammer_text};
 pub use hit::HitSaid;
-pub use measurement::{estimates_of, measurement_json, measurement_text};
+pub use measurement::{SolvedHere, estimates_of, measurement_json, measurement_text};
 pub use message::{by_code, channel_name, code_name, message, message_in, messages};
 pub use modes::{
     assurance_text, indicators_text, mode_json, modes_json, modes_text, orders_text, remedies_text,

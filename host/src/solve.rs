@@ -23,7 +23,7 @@ use std::path::Path;
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::inertia_restraint;
 use massline_shared::identify::{IdentifySettings, Method, Observable, Observations};
-use massline_shared::layout::{Dof, HostLayout, TestProfile};
+use massline_shared::layout::{Dof, HostLayout, TestProfile, TestSettings};
 use massline_shared::modes::LinesPerSide;
 
 use crate::archive::Archive;
@@ -83,8 +83,8 @@ pub struct Options {
     pub selection: Selection,
     /// σ of the exponential window that was applied to force and responses, 1/s; 0 for no window.
     pub decay: f64,
-    /// Band in which the suspension modes are looked for, Hz.
-    pub suspension_band_hz: [f64; 2],
+    /// Band in which the suspension modes are looked for, Hz; `None` for that of the literature, or of the test in an archive.
+    pub suspension_band_hz: Option<[f64; 2]>,
     /// The modes that the methods get which use them.
     pub mode_choice: ModeChoice,
     /// Lines about each mode for the direct methods.
@@ -98,11 +98,26 @@ impl Default for Options {
             quantity: None,
             selection: Selection::default(),
             decay: 0.0,
-            suspension_band_hz: SUSPENSION_BAND_HZ,
+            suspension_band_hz: None,
             mode_choice: ModeChoice::default(),
             lines: LinesPerSide::default(),
         }
     }
+}
+
+impl Options {
+    /// The band in which the suspension modes are looked for, Hz.
+    pub fn suspension_band(&self) -> [f64; 2] {
+        self.suspension_band_hz.unwrap_or(SUSPENSION_BAND_HZ)
+    }
+}
+
+/// The digits of a frequency that single precision keeps, Hz.
+const SINGLE: f64 = 1e4;
+
+/// The band of the suspension modes in a test of their profile, Hz.
+pub fn band_of_modes(test: &TestSettings<f64>) -> [f64; 2] {
+    test.expected_band().map(|end| (end * SINGLE).round() / SINGLE)
 }
 
 /// Solves a layout file with a universal file, with these hits of the layout, or all of them for none. `progress` is
@@ -258,7 +273,18 @@ struct Asked {
     of_modes: Vec<Method>,
 }
 
-/// The suspension modes of a universal file, with the layout.
+/// Suspension modes, with what they were found with.
+#[derive(Clone, Debug)]
+pub struct FoundModes {
+    /// The modes.
+    pub modes: SuspensionModes,
+    /// The layout.
+    pub layout: HostLayout,
+    /// The band, Hz.
+    pub band_hz: [f64; 2],
+}
+
+/// The suspension modes of a universal file.
 ///
 /// # Errors
 /// As [`solve_files`].
@@ -268,25 +294,24 @@ pub fn modes_of_files(
     hits: &[Dof],
     options: &Options,
     progress: impl FnMut(u32, u32) + Send,
-) -> Result<(SuspensionModes, HostLayout)> {
+) -> Result<FoundModes> {
     let layout = layout_with_hits(layout, hits)?.layout;
     let uff = UffFile::read(frfs)?;
-    let modes = modes_of(&layout, &uff, options, progress);
-    Ok((modes.map_err(|error| error.within(frfs.display()))?, layout))
+    modes_of(layout, &uff, options, progress).map_err(|error| error.within(frfs.display()))
 }
 
-/// The suspension modes of an archive whose spectra were kept, with its layout. The exponential window is that of the
-/// spectra.
+/// The suspension modes of an archive whose spectra were kept, with its layout or a corrected one; `path` is that of the
+/// archive. The exponential window is that of the spectra, and in the suspension profile the band that of the test.
 ///
 /// # Errors
 /// As [`solve_files`]; `no_spectra` for an archive without them.
 pub fn modes_of_archive(
-    path: &Path,
+    (archive, path): (&Archive, &Path),
+    mut layout: HostLayout,
     hits: &[Dof],
     options: &Options,
     progress: impl FnMut(u32, u32) + Send,
-) -> Result<(SuspensionModes, HostLayout)> {
-    let archive = Archive::read(path)?;
+) -> Result<FoundModes> {
     let frfs = archive.frfs()?;
     let Some(decay) = archive.decay_per_s().filter(|_| !frfs.is_empty()) else {
         let text = format!(
@@ -295,22 +320,27 @@ pub fn modes_of_archive(
         );
         return Err(Error::input("no_spectra", text));
     };
-    let mut layout = archive.layout.resolved;
     keep_hits(&mut layout, hits, path)?;
     let uff = UffFile::parse(&write(&frfs, Encoding::Binary))?;
-    let modes = modes_of(&layout, &uff, &Options { decay, ..*options }, progress);
-    Ok((modes.map_err(|error| error.within(path.display()))?, layout))
+    let of_test = match archive.result.profile() {
+        TestProfile::MassLine => None,
+        TestProfile::Suspension => Some(band_of_modes(&layout.test)),
+    };
+    let suspension_band_hz = options.suspension_band_hz.or(of_test);
+    let options = Options { decay, suspension_band_hz, ..*options };
+    modes_of(layout, &uff, &options, progress).map_err(|error| error.within(path.display()))
 }
 
 fn modes_of(
-    layout: &HostLayout,
+    layout: HostLayout,
     uff: &UffFile,
     options: &Options,
     progress: impl FnMut(u32, u32) + Send,
-) -> Result<SuspensionModes> {
-    let responses = LayoutResponses::of(layout, uff, options.quantity)?;
-    let modes = suspension::modes_alone(layout, &responses, options, progress);
-    modes.map_err(|error| blame_option(error, options))
+) -> Result<FoundModes> {
+    let responses = LayoutResponses::of(&layout, uff, options.quantity)?;
+    let modes = suspension::modes_alone(&layout, &responses, options, progress)
+        .map_err(|error| blame_option(error, options))?;
+    Ok(FoundModes { modes, layout, band_hz: options.suspension_band() })
 }
 
 /// The mass line begins this much above the highest suspension mode at least (theory, section 5).

@@ -5,7 +5,7 @@ use std::path::Path;
 use clap::ValueEnum;
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::layout::HostLayout;
+use massline_shared::layout::{HostLayout, TestProfile};
 use massline_shared::signal::{Calibration, ChannelCalibration};
 use massline_shared::units::{Hertz, Volts};
 use massline_virtual::bench::{Bench, BenchError, BenchSource, Bundled, ErrorsFrom, Fault};
@@ -88,6 +88,38 @@ pub fn open_bench(name_or_path: &str) -> Result<Bench> {
         return Ok(Bench::named(name_or_path)?);
     }
     Ok(Bench::parse(&toml_file::read(path, "cannot_read")?, name_or_path)?)
+}
+
+/// The scans of a test with this layout on a bench.
+///
+/// # Errors
+/// When the bench does not fit the layout; where it is that of another object, with what to do.
+pub fn source_on(bench: &Bench, layout: &HostLayout, seed: u64) -> Result<BenchSource> {
+    BenchSource::new(bench, layout, seed).map_err(|error| {
+        let is_of_another =
+            matches!(error, BenchError::NodeElsewhere { .. } | BenchError::NodeWithoutShape(_));
+        let error = Error::from(error);
+        if is_of_another { error.advising(fitting_benches(layout)) } else { error }
+    })
+}
+
+/// Which benches may be those of the object of a layout.
+fn fitting_benches(layout: &HostLayout) -> String {
+    let own = "a bench file of its object (boards/virtual/README.md)";
+    if layout.test.profile != TestProfile::Suspension {
+        return format!("give --bench {own}");
+    }
+    // Those whose mallet makes the modes swing as the layout asks for, and that have no nodes of their own.
+    let swings = |bench: Bench| {
+        bench.tap.force_n[1] * bench.tap.duration_s[1] > layout.test.impulse_ns[0]
+            && BenchSource::new(&bench, layout, 1).is_ok()
+    };
+    let hangs = |bundled: &&Bundled| Bench::named(bundled.name).is_ok_and(swings);
+    let names = Bench::BUNDLED.iter().filter(hangs).map(|of| format!("--bench {}", of.name));
+    format!(
+        "this layout is one of the suspension profile: give {}, or --bench {own}",
+        names.collect::<Vec<_>>().join(" or ")
+    )
 }
 
 impl From<BenchError> for Error {
@@ -175,7 +207,7 @@ impl BenchTest<'_> {
         wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
         run: impl FnOnce(&SimulatedCampaign<'_>, &mut SimulatedRig) -> Result<T>,
     ) -> Result<T> {
-        let source = BenchSource::new(self.bench, self.layout, self.seed)?;
+        let source = source_on(self.bench, self.layout, self.seed)?;
         let mut rig = SimulatedRig::start(self.rig, self.firmware, wrap(Box::new(source)))?;
         let layout = narrow(self.layout)?;
         run(&SimulatedCampaign { label: self.label, layout: &layout, calibration }, &mut rig)

@@ -69,7 +69,7 @@ impl ShownTest<'_> {
         let nominal = NominalTest::of_file(self.file);
         let again =
             HostSolution::examined(measured.test(), &nominal, Selection::All).without_details();
-        let answer = again.best();
+        let (answer, to_use) = (again.best(), again.to_use());
         if let Some(error) = again.error().filter(|_| answer.is_none()) {
             return Err(error);
         }
@@ -88,16 +88,19 @@ impl ShownTest<'_> {
             report: report.as_ref().ok().cloned().flatten(),
             tape,
         };
-        let (symbol, worst) = comparison.worst()?;
-        let table = comparison.table()?;
+        let used = Comparison { answer: to_use, ..comparison };
+        let (symbol, worst) = used.worst()?;
+        let table = used.table()?;
         let remark = match measured.test().profile() {
             TestProfile::MassLine => format!("{SIGMA_NOTE}\n"),
-            TestProfile::Suspension => comparison.of_methods(&again.answers()),
+            TestProfile::Suspension => used.of_methods(&again.answers()),
         };
         output.answer(&value, |output| {
             let heading = output.toned(&self.file.title, Tone::Strong);
             format!(
-                "{heading}\n{table}worst: {worst:+.3} % of scale at {symbol}\n{remark}\n{}",
+                "{heading}\n{}{table}{}worst: {worst:+.3} % of scale at {symbol}\n{remark}\n{}",
+                again.which_to_use(),
+                again.hammer_text(),
                 again.to_text().trim_end()
             )
         })?;

@@ -47,7 +47,11 @@ impl Comparison {
     }
 
     /// The answers of several methods beside the truth: for each the largest error and the root mean square.
+    /// Empty without answers.
     pub fn of_methods(&self, answers: &[(&str, SVector<f64, 10>)]) -> String {
+        if answers.is_empty() {
+            return String::new();
+        }
         let mut table = output::table();
         table.set_header(["method", "worst, % of scale", "at", "rms, % of scale"]);
         for (name, theta) in answers {

@@ -15,7 +15,7 @@ use crate::campaign::phase_name;
 use crate::client::{Client, PortFacts, list_ports};
 use crate::document::{DeviceAbort, DeviceIdentity, DeviceList, Port};
 use crate::error::Result;
-use crate::output::Output;
+use crate::output::{Output, counted};
 use crate::report::hash_text;
 use stats::Report;
 
@@ -131,7 +131,9 @@ fn abort(client: &mut Client, output: &mut Output) -> Result<()> {
     }
     let value = DeviceAbort { aborted: there, discarded_hits: if there { hits } else { 0 } };
     output.answer(&value, |_| match there {
-        true => format!("aborted; {hits} accepted hits are discarded, stored results stay"),
+        true => {
+            format!("aborted, stored results stay; discarded: {}", counted(hits, "accepted hit"))
+        }
         false => "there was no campaign to abort".into(),
     })
 }

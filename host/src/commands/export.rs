@@ -125,9 +125,13 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if let (true, Some(condition)) = (args.unphysical, exported.violated_condition()) {
         output.warn(format!("this is not a physical body: {condition}"));
     }
+    for doubt in &exported.doubts {
+        output.warn(format!("this answer is in doubt: {doubt}"));
+    }
     let answer = ExportedAnswer {
         method: exported.method.clone(),
         physically_consistent: exported.violated_condition().is_none(),
+        doubts: exported.doubts.clone(),
     };
     let what = format!("the answer by {}", exported.method);
     args.deliver(&bytes, &exported.test, Some(answer), &what, output)

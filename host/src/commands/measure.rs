@@ -29,9 +29,10 @@ use crate::campaign::phase_name;
 use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
 use crate::client::{Client, ClientError};
 use crate::clock;
+use crate::design::gravity_to_be_stated;
 use crate::error::{Error, Result};
 use crate::identification::Selection;
-use crate::output::Output;
+use crate::output::{Output, counted};
 use crate::precision::PrecisionMonitor;
 use crate::report;
 use crate::rig_lines::{RigLines, StoredTest};
@@ -334,14 +335,16 @@ pub fn judge_layout(
         return Err(error);
     }
     show::warn(&answer.diagnostics, message_of, output);
+    // What a rig finds after the last hit only.
+    show::warn(gravity_to_be_stated(layout).as_slice(), message_of, output);
     Ok(())
 }
 
 pub(super) fn paused(status: &Status) -> Error {
     let accepted: u32 = status.accepted.iter().map(|&n| u32::from(n)).sum();
     Error::interrupted(format!(
-        "the campaign is interrupted; the rig keeps the {accepted} accepted hits: the same command \
-         resumes it, --restart starts over"
+        "the campaign is interrupted; the rig keeps the {}: the same command resumes it, --restart starts over",
+        counted(accepted, "accepted hit")
     ))
 }
 

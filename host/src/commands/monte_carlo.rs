@@ -5,11 +5,13 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use massline_shared::layout::CALIBRATED_HAMMER_GAIN;
+use massline_virtual::bench::ErrorsFrom;
 
-use super::bench_test::{BenchArgs, nominal_calibration};
+use super::bench_test::{BenchArgs, nominal_calibration, source_on};
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::monte_carlo::measurement::TestLayout;
+use crate::monte_carlo::report::StudySettings;
 use crate::monte_carlo::{MonteCarlo, Study, apply_bench_budget, report};
 use crate::output::{Output, Tone};
 
@@ -95,6 +97,7 @@ pub fn run(
         apply_bench_budget(&mut layout, &bench);
     }
     let calibration = nominal_calibration(&bench);
+    source_on(&bench, &file.layout, seed)?;
     let monte_carlo = MonteCarlo {
         bench: &bench,
         layout: &layout,
@@ -106,7 +109,17 @@ pub fn run(
     let bar = output.bar(runs.get(), "runs");
     let study = monte_carlo.run(output.interrupt(), |done| bar.set_position(done))?;
     bar.finish_and_clear();
-    let value = report::to_json(&study, seed, &bench.title, args.budget.name());
+    let settings = StudySettings {
+        seed,
+        bench: &bench.title,
+        budget: args.budget.name(),
+        errors: match bench.errors {
+            ErrorsFrom::Bench => "bench",
+            ErrorsFrom::Layout => "layout",
+        },
+        calibrated_hammer: args.calibrated_hammer,
+    };
+    let value = report::to_json(&study, settings);
     let Some(error) = shortcoming(&study) else {
         return output.answer(&value, |output| to_text(&study, file, output));
     };

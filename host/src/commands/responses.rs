@@ -23,7 +23,7 @@ pub struct ResponseArgs {
     #[arg(long, value_name = "1/S", value_parser = number::not_negative)]
     decay: Option<f64>,
     /// Band in which the suspension modes are looked for, Hz: from below the lowest to above the highest of them
-    /// [default: 0.5:12.5].
+    /// [default: 0.5:12.5; of an archive of the suspension profile that of its test, 0.5:12.4].
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
     suspension_band: Option<Band>,
 }
@@ -35,9 +35,7 @@ impl ResponseArgs {
         Options {
             quantity: self.quantity.map(Quantity::from),
             decay: self.decay.unwrap_or(default.decay),
-            suspension_band_hz: self
-                .suspension_band
-                .map_or(default.suspension_band_hz, |band| band.0),
+            suspension_band_hz: self.suspension_band.map(|band| band.0),
             ..default
         }
     }

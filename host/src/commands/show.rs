@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::host_solution::HostSolution;
 use crate::identification::Selection;
 use crate::output::{Output, Tone};
-use crate::report;
+use crate::report::{self, SolvedHere};
 use crate::rig_lines::StoredTest;
 use crate::single_fault::NominalTest;
 pub(crate) use crate::solve::first_error;
@@ -75,8 +75,8 @@ pub fn document(
         }
         return Err(error);
     }
-    let mut shown =
-        Shown { value: report::measurement_json(&result), text: report::measurement_text(&result) };
+    let text = report::measurement_text(&result, &SolvedHere::default());
+    let mut shown = Shown { value: report::measurement_json(&result), text };
     if let Some(nominal) = nominal {
         let of_rig = StoredTest { result: &result, ..test };
         shown.add(&HostSolution::examined(of_rig, nominal, selection));
@@ -99,8 +99,8 @@ fn of_lines(
     } else if let Some(error) = again.error() {
         output.warn(error.to_string());
     }
-    let mut shown =
-        Shown { value: report::measurement_json(&result), text: report::measurement_text(&result) };
+    let text = report::measurement_text(&result, &again.here());
+    let mut shown = Shown { value: report::measurement_json(&result), text };
     shown.add(&again);
     Ok(shown)
 }

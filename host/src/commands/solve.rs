@@ -1,7 +1,7 @@
 //! `massline solve`: computes the ten properties offline, from the frequency responses in a universal file or from an
 //! archive.
 
-mod archive;
+pub(super) mod archive;
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -128,7 +128,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let (archive, layout) = match &args.frfs {
         None if is_archive(&args.layout) => (&args.layout, None),
         None => return Err(alone(&args.layout)),
-        Some(_) if is_archive(&args.layout) => return Err(swapped(&args.layout)),
+        Some(_) if is_archive(&args.layout) => return Err(swapped("solve", &args.layout)),
         Some(path) if is_archive(path) => (path, Some(args.layout.as_path())),
         Some(frfs) => return from_frequency_responses(args, frfs, output),
     };
@@ -180,10 +180,11 @@ fn alone(path: &Path) -> Error {
     Error::input("usage", message)
 }
 
-fn swapped(path: &Path) -> Error {
+/// The error of a command that was given an archive in the place of the layout.
+pub(super) fn swapped(command: &str, path: &Path) -> Error {
     let name = path.display();
     let message = format!(
-        "{name}: this is an archive; give the layout first: `massline solve LAYOUT.toml {name}`"
+        "{name}: this is an archive; give the layout first: `massline {command} LAYOUT.toml {name}`"
     );
     Error::input("usage", message)
 }

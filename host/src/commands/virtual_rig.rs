@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use massline_shared::layout::{Dof, HostLayout};
-use massline_virtual::bench::{Bench, BenchSource, TapHandle};
+use massline_virtual::bench::{Bench, TapHandle};
 use massline_virtual::flash::FlashBacking;
 use massline_virtual::pipe::HostEnd;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::sampler::Timing;
 use massline_virtual::tcp::TcpServer;
 
-use super::bench_test::BenchArgs;
+use super::bench_test::{BenchArgs, source_on};
 use super::demo::LAYOUTS;
 use super::files;
 use crate::document::VirtualPort;
@@ -69,7 +69,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let bench = args.bench.open()?;
     let layout = layout(args, output)?;
-    let mut source = BenchSource::new(&bench, &layout, args.bench.seed)?;
+    let mut source = source_on(&bench, &layout, args.bench.seed)?;
     let taps = args.manual.then(|| source.manual());
     let mut options = VirtualRigOptions::new(Box::new(source));
     options.timing = if args.fast { Timing::Simulated } else { Timing::RealTime };

@@ -1,11 +1,21 @@
 //! What a layout admits before its test: the methods of its profile, and the findings that concern it.
 
+use massline_shared::Real;
 use massline_shared::body::RigidBody;
-use massline_shared::diagnosis::{Code, Diagnostics};
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::{Applicability, Method};
-use massline_shared::layout::{HostLayout, TestProfile};
+use massline_shared::layout::{HostLayout, Layout, TestProfile};
 
 use super::methods_of;
+
+/// A warning of a layout in the suspension profile that does not state gravity, which its sensors sense: the tilt of the object
+/// is as large in their readings as its motion.
+pub fn gravity_to_be_stated<R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+) -> Option<Diagnostic> {
+    let lacks = layout.test.profile == TestProfile::Suspension && layout.lacks_gravity();
+    lacks.then(|| Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0))
+}
 
 /// What a layout admits.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,8 +35,13 @@ impl LayoutFindings {
         let methods = methods_of(profile);
         let applicability = Applicability::new(layout, body, &methods);
         let obstacles = |method| (method, applicability.obstacles(method).collect());
+        let mut diagnostics = applicability.findings(profile);
+        if let Some(finding) = gravity_to_be_stated(layout) {
+            // There is room for sixteen diagnostics; a layout with as many does not lack a warning.
+            let _ = diagnostics.push(finding);
+        }
         Self {
-            diagnostics: applicability.findings(profile),
+            diagnostics,
             equations: match profile {
                 TestProfile::MassLine => Some((applicability.rank, applicability.condition)),
                 TestProfile::Suspension => None,
@@ -48,5 +63,32 @@ impl LayoutFindings {
             }
         }
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout_file::LayoutFile;
+    use crate::solve::body_for_checks;
+
+    #[test]
+    fn the_suspension_profile_asks_for_gravity() {
+        let text = include_str!("../../examples/wheel.toml");
+        let found = |text: &str| {
+            let file = LayoutFile::parse(text, "wheel.toml").unwrap();
+            LayoutFindings::new(&file.layout, &body_for_checks(&file).0)
+        };
+        assert!(found(text).diagnostics.is_empty());
+        let gravity = "gravity = [0.0, 0.0, -9.80665]\n";
+        assert!(text.contains(gravity));
+        let without = found(&text.replacen(gravity, "", 1));
+        let warning = Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0);
+        assert_eq!(without.diagnostics.as_slice(), [warning]);
+        // It is no obstacle: the rig measures all the same.
+        assert!(without.admits_any());
+        // A mass line has a term for it.
+        let of_lines = text.replacen(gravity, "", 1).replacen("profile = \"suspension\"", "", 1);
+        assert!(found(&of_lines).diagnostics.is_empty());
     }
 }

@@ -80,6 +80,10 @@ pub struct SimulatedRuns {
     pub bench: String,
     /// The error budget that the methods assume: `layout` or `bench`.
     pub budget: &'static str,
+    /// What says how large the errors of the bench are: `layout` or `bench`.
+    pub errors: &'static str,
+    /// Whether the hammer was taken as calibrated.
+    pub calibrated_hammer: bool,
 }
 
 /// How runs came to the target of their layout.

@@ -48,6 +48,8 @@ pub struct ExportedAnswer {
     pub method: String,
     /// Whether a body can have these properties.
     pub physically_consistent: bool,
+    /// What puts it in doubt.
+    pub doubts: Vec<String>,
 }
 
 /// The manual pages of all commands.

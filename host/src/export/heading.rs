@@ -63,6 +63,7 @@ pub(super) fn lines(exported: &Exported, own: &str) -> Vec<String> {
         }
         None => "standard deviations: not known".into(),
     });
+    sentences.extend(exported.doubts.iter().map(|doubt| format!("IN DOUBT: {doubt}")));
     if let Some(condition) = exported.violated_condition() {
         sentences.push(format!("NOT A PHYSICAL BODY: {condition}"));
     }

@@ -16,6 +16,22 @@ pub fn best_entry(value: &Value) -> &Value {
     best.unwrap_or(&Value::Null)
 }
 
+/// Why the host has refused every method while the rig has an answer: the reasons, each once. Empty where the host has an
+/// answer, or has not solved the test again.
+pub fn refused_by_host(value: &Value) -> Vec<&str> {
+    let of_host = |key: &str| value["host"][key].as_array().map_or(&[][..], Vec::as_slice);
+    let mut reasons = Vec::new();
+    if of_host("results").is_empty() {
+        for refusal in of_host("not_applicable") {
+            let reason = refusal["message"].as_str().unwrap_or_default();
+            if !reasons.contains(&reason) {
+                reasons.push(reason);
+            }
+        }
+    }
+    reasons
+}
+
 /// The answers in a document, the best first: those of the host, then those of the rig by other methods.
 pub(super) struct Listed<'a> {
     pub(super) entries: Vec<Place<'a>>,

@@ -30,6 +30,8 @@ pub struct Exported {
     pub half_widths: Option<Vector10>,
     /// Whether the result itself says that a body with these properties exists.
     pub stated_consistent: bool,
+    /// What puts the answer in doubt, a sentence each.
+    pub doubts: Vec<String>,
     /// The frame of the properties.
     pub placement: Placement,
     /// The units of the properties and of the placement.

@@ -2,14 +2,17 @@
 
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
 use massline_shared::diagnosis::Code;
+use massline_shared::identify::Method;
 use massline_shared::identify::agreement::Outcome;
+use serde_json::Value;
 
 use super::limits::Limits;
 use super::values::{Sentence, list, words};
 use crate::error::Result;
-use crate::export::Exported;
+use crate::export::{Exported, refused_by_host};
 use crate::report::{as_exact_as, two_digits, with_sigma};
 use crate::result_file::ResultFile;
+use crate::suspension::Doubt;
 
 /// Whether a result can be used, and why.
 pub(super) struct Verdict {
@@ -63,8 +66,10 @@ impl Row {
     pub fn all(source: &ResultFile, answer: &Exported, limits: &Limits) -> Result<Vec<Self>> {
         let (theta, sigma, half) = (answer.theta(), answer.sigma(), answer.half_widths);
         let length = source.characteristic_length();
-        let scale = length.map(|_| source.scale(answer.body.mass)).transpose()?;
         let expected = source.expected();
+        // The scale of all commands that print errors.
+        let mass = expected[0].unwrap_or(answer.body.mass);
+        let scale = length.map(|_| source.scale(mass)).transpose()?;
         let row = |(k, parameter): (usize, &InertialParameter)| {
             let number = |si: f64| number(k, si, sigma.map(|sigma| sigma[k]));
             let of_half =
@@ -108,8 +113,9 @@ pub(super) fn number(k: usize, si: f64, sigma: Option<f64>) -> String {
 pub(super) fn scale_text(source: &ResultFile) -> String {
     source.characteristic_length().map_or(String::new(), |length| {
         format!(
-            "Scale: m for the mass, L for the centre of mass, m L² for the inertia, with L = {:.1} mm, the root mean square \
+            "Scale: m for the mass, L for the centre of mass, m L² for the inertia, with {}L = {:.1} mm, the root mean square \
              distance of the sensors from their centre.",
+            if source.expected()[0].is_some() { "m the expected mass and " } else { "" },
             1e3 * length
         )
     })
@@ -142,17 +148,28 @@ impl Verdict {
     /// The verdict on a result and its best answer.
     pub fn of(source: &ResultFile, answer: Option<&Exported>) -> Self {
         let Some(answer) = answer else { return Self::without_answer(source) };
-        let grave = grave(source);
+        let grave = grave_about(source, answer);
+        let refused = refused_by_host(source.document());
         if let Some(condition) = answer.violated_condition() {
             let mut reasons = vec![Sentence(condition)];
             reasons.extend(grave);
             return Self::bad("No real body has these properties", reasons);
         }
+        if !refused.is_empty() {
+            let solved = "solved again in double precision, the test has no answer by any method";
+            let mut reasons: Vec<_> =
+                refused.iter().map(|reason| Sentence(format!("{solved}: {reason}"))).collect();
+            let is_new = |said: &Sentence| !refused.iter().any(|reason| said.0.contains(reason));
+            reasons.extend(grave.into_iter().filter(is_new));
+            let headline = "The answer is in doubt: the rig has it, and no method here confirms it";
+            return Self { tone: "warning", headline: headline.into(), reasons };
+        }
         let agreement = &source.document()["agreement"];
         let verdict = agreement["verdict"].as_str().unwrap_or_default().to_owned();
+        let relies_on = relies_on(source, answer);
         let is_off = list(&agreement["off"]).iter().any(|method| *method == answer.method);
         let differ = agreement["outcome"] == Outcome::Differ.name();
-        if agreement["doubt"].is_string() || differ || is_off {
+        if (agreement["doubt"].is_string() && !relies_on) || differ || is_off {
             let mut reasons = vec![Sentence(verdict)];
             reasons.extend(grave);
             return Self { tone: "warning", headline: "The answer is in doubt".into(), reasons };
@@ -163,23 +180,13 @@ impl Verdict {
                 "The answer is in doubt: the data contradict the stated uncertainties".into();
             return Self { tone: "warning", headline, reasons: grave };
         }
-        match grave.len() {
-            0 => Self {
-                tone: "good",
-                headline: "Good: nothing was found that puts the answer in doubt".into(),
-                reasons: Vec::new(),
-            },
-            1 => Self {
-                tone: "warning",
-                headline: "Use with care: there is one warning".into(),
-                reasons: grave,
-            },
-            count => Self {
-                tone: "warning",
-                headline: format!("Use with care: there are {count} warnings"),
-                reasons: grave,
-            },
-        }
+        let (tone, headline) = match grave.len() {
+            0 => ("good", "Good: nothing was found that puts the answer in doubt".to_owned()),
+            1 => ("warning", "Use with care: there is one warning".into()),
+            count => ("warning", format!("Use with care: there are {count} warnings")),
+        };
+        let note = relies_on.then(|| Sentence(format!("note: {verdict}")));
+        Self { tone, headline, reasons: grave.into_iter().chain(note).collect() }
     }
 
     /// Every reason once: what is said of a method is not repeated as a finding.
@@ -216,10 +223,15 @@ pub(super) struct Refusal {
 }
 
 impl Refusal {
-    /// The refusals of a result; methods with the same reasons share one.
+    /// The refusals of a result; methods with the same reasons share one. Where rig and host refuse a method, the reason is
+    /// that of the host, as the answers are.
     pub fn all(source: &ResultFile) -> Vec<Self> {
+        let document = source.document();
+        let of_host = list(&document["host"]["not_applicable"]);
         let mut all: Vec<Self> = Vec::new();
-        for refusal in list(&source.document()["not_applicable"]) {
+        for refusal in list(&document["not_applicable"]) {
+            let again = of_host.iter().find(|of| of["method"] == refusal["method"]);
+            let refusal = again.unwrap_or(refusal);
             let (method, message) =
                 (words(&refusal["method"]), Sentence(words(&refusal["message"])));
             match all.iter_mut().find(|of| of.message == message) {
@@ -273,8 +285,43 @@ pub(super) fn findings(source: &ResultFile) -> Vec<Finding> {
     found
 }
 
-/// The sentences of warnings and errors about the answer.
+/// True where the methods are known to be off, and this answer is by the one method to rely on then.
+pub(super) fn relies_on(source: &ResultFile, answer: &Exported) -> bool {
+    source.document()["agreement"]["doubt"] == Doubt::FlexibleMode.name()
+        && answer.method == Method::GlobalFit.name()
+}
+
+/// The sentences of warnings and errors about an answer. Why another method has none is its own affair, unless that method
+/// would have been preferred.
+fn grave_about(source: &ResultFile, answer: &Exported) -> Vec<Sentence> {
+    let document = source.document();
+    let of_host = document["host"]["not_applicable"].as_array();
+    let refusals = of_host.map_or_else(|| list(&document["not_applicable"]), Vec::as_slice);
+    let place = |method: &str| Method::ALL.iter().position(|of| of.name() == method);
+    let is_better = |refusal: &&Value| place(&words(&refusal["method"])) < place(&answer.method);
+    let is_said_anyway =
+        |found: &Finding| relies_on(source, answer) && found.code == Code::FlexibleModeShows.name();
+    let about = |found: Finding| {
+        let is_reason = |refusal: &&Value| {
+            list(&refusal["codes"]).iter().any(|code| *code == found.code.as_str())
+                && words(&refusal["message"]).contains(&found.sentence.0)
+        };
+        let mut of = refusals.iter().filter(is_reason).peekable();
+        if of.peek().is_none() {
+            return Some(found.sentence);
+        }
+        let better = of.find(is_better)?;
+        let method = words(&better["method"]);
+        Some(Sentence(format!("no answer by {method}: {}", found.sentence.0)))
+    };
+    grave_findings(source).filter(|found| !is_said_anyway(found)).filter_map(about).collect()
+}
+
+/// The sentences of warnings and errors about the test.
 fn grave(source: &ResultFile) -> Vec<Sentence> {
-    let grave = findings(source).into_iter().filter(|of| !of.is_note() && !of.is_of_other_form());
-    grave.map(|of| of.sentence).collect()
+    grave_findings(source).map(|of| of.sentence).collect()
+}
+
+fn grave_findings(source: &ResultFile) -> impl Iterator<Item = Finding> {
+    findings(source).into_iter().filter(|of| !of.is_note() && !of.is_of_other_form())
 }

@@ -183,7 +183,17 @@ fn budget(layout: &HostLayout) -> Group {
         ));
     }
     rows.push(fact("hammer's gain", percent(layout.hammer_gain)));
-    let learned = if layout.learn_budget { "corrected from the data" } else { "used as stated" };
+    if layout.test.profile == TestProfile::Suspension {
+        rows.push(fact("force at one mark against another", percent(layout.hit_gain)));
+        rows.push(fact("converter's nonlinearity, as a gain", percent(layout.converter_gain)));
+        if layout.gravity.is_some() {
+            let direction = format!("{:.0} mrad", 1e3 * layout.gravity_direction);
+            rows.push(fact("direction of gravity", direction));
+        }
+    }
+    // The methods that use the suspension modes learn nothing about it.
+    let learns = layout.learn_budget && layout.test.profile == TestProfile::MassLine;
+    let learned = if learns { "corrected from the data" } else { "used as stated" };
     rows.push(fact("budget", learned));
     Group::new("Error budget of the answer (1 sd, first sensor and hit)", rows)
 }

@@ -16,7 +16,7 @@ use crate::design::{DesignReport, LayoutCriterion};
 use crate::document::Mode;
 use crate::error::Result;
 use crate::export::Exported;
-use crate::report::{hardly_shown, not_shown};
+use crate::report::{CALIBRATE_HAMMER, hardly_shown, not_shown};
 use crate::result_file::{ResultFile, ShownDof, ShownMassLine, ShownModes};
 
 /// Why there are no shares of the sources of error.
@@ -82,7 +82,7 @@ impl Limits {
             advice.extend(advice_text(found, layout).lines().map(str::to_owned));
         }
         let largest = design.parts.iter().max_by(|a, b| a.share.total_cmp(&b.share));
-        advice.extend(largest.map(|part| remedy(part.source, layout.test.profile).to_owned()));
+        advice.extend(largest.map(|part| remedy(part.source, layout.test.profile)));
         let sources = match shares.is_empty() {
             true => String::new(),
             false => format!(
@@ -247,8 +247,8 @@ fn least_shown(modes: &ShownModes) -> Option<String> {
 }
 
 /// What to do against a source of error.
-fn remedy(source: ErrorSource, profile: TestProfile) -> &'static str {
-    match source {
+fn remedy(source: ErrorSource, profile: TestProfile) -> String {
+    let text = match source {
         ErrorSource::Noise if profile == TestProfile::Suspension => {
             "Noise limits most: hit with a larger impulse, or more often."
         }
@@ -275,8 +275,7 @@ fn remedy(source: ErrorSource, profile: TestProfile) -> &'static str {
             "Where the sensors sit limits most: measure it, and state sensor_position_m."
         }
         ErrorSource::HammerGain => {
-            "The hammer's gain limits most: calibrate it with a block of known mass (`massline calibrate block`), or weigh \
-             the object and state the mass in [prior]."
+            return format!("The hammer's gain limits most: {CALIBRATE_HAMMER}.");
         }
         ErrorSource::Converter => {
             "The nonlinearity of the converter limits most: hit harder, so that responses pass over more of its codes."
@@ -291,7 +290,8 @@ fn remedy(source: ErrorSource, profile: TestProfile) -> &'static str {
         ErrorSource::Priors => {
             "What was known before limits most: state [prior] more precisely, or leave it out."
         }
-    }
+    };
+    text.to_owned()
 }
 
 /// What the test cannot see, in sentences.

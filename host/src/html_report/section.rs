@@ -2,7 +2,7 @@
 
 use askama::Template;
 
-use super::answer::{Finding, Refusal, Row, Verdict, findings, principal, scale_text};
+use super::answer::{Finding, Refusal, Row, Verdict, findings, principal, relies_on, scale_text};
 use super::facts::{Group, groups, simulated};
 use super::hits::HitTable;
 use super::limits::{Limits, cannot_see};
@@ -145,6 +145,10 @@ impl Agreement {
         let caption = "All answers from the same data, ± 95\u{a0}%";
         let groups = vec![RowGroup { heading: String::new(), rows }];
         let table = PropertyTable::new(caption, "method", groups);
+        let verdict = match relies_on(source, &answers[0]) {
+            true => "no: the note above says which one to rely on, and why".into(),
+            false => verdict,
+        };
         Ok(Some(Self { verdict: Sentence(verdict), table }))
     }
 }

@@ -1,5 +1,7 @@
 //! A study as JSON and as tables.
 
+use std::fmt::Display;
+
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Method;
@@ -8,15 +10,31 @@ use massline_shared::layout::TestProfile;
 use super::Study;
 use super::statistics::{MethodStatistics, PropertyStatistics, StoppingStatistics};
 use crate::document::{MethodOverRuns, PropertyOverRuns, RunsToTarget, SimulatedRuns};
-use crate::output;
+use crate::output::{self, counted};
 use crate::report::{as_exact_as, message, refusals_json, refusals_text};
 
 /// The note on a study of a single run.
 const ONE_RUN: &str = "one run has an error and no rms error, ratio or coverage; repeat the test, for \
                        example --runs 100";
 
-/// A study as JSON, with the seed and the title of its bench and the error budget that the methods assume.
-pub fn to_json(study: &Study, seed: u64, bench: &str, budget: &'static str) -> SimulatedRuns {
+/// How a study was made.
+#[derive(Clone, Copy, Debug)]
+pub struct StudySettings<'s> {
+    /// Seed of the bench.
+    pub seed: u64,
+    /// Title of the bench.
+    pub bench: &'s str,
+    /// The error budget that the methods assume: `layout` or `bench`.
+    pub budget: &'static str,
+    /// What says how large the errors of the bench are: `layout` or `bench`.
+    pub errors: &'static str,
+    /// Whether the hammer was taken as calibrated.
+    pub calibrated_hammer: bool,
+}
+
+/// A study as JSON, with how it was made.
+pub fn to_json(study: &Study, settings: StudySettings<'_>) -> SimulatedRuns {
+    let StudySettings { seed, bench, budget, errors, calibrated_hammer } = settings;
     SimulatedRuns {
         runs: study.runs,
         runs_wanted: study.wanted,
@@ -31,6 +49,8 @@ pub fn to_json(study: &Study, seed: u64, bench: &str, budget: &'static str) -> S
         seed,
         bench: bench.to_owned(),
         budget,
+        errors,
+        calibrated_hammer,
     }
 }
 
@@ -102,16 +122,18 @@ pub fn to_text(study: &Study) -> String {
     }
     text += &study.stopping.as_ref().map_or_else(String::new, stopping_text);
     text += &refusals_text(&never_answered(study), message);
-    text += &format!("{} {}", study.runs, if study.runs == 1 { "run" } else { "runs" });
-    if study.runs < study.wanted {
-        text += &format!(" of {}", study.wanted);
-    }
+    text += &match study.runs < study.wanted {
+        true => format!("{} of {}", study.runs, runs(study.wanted)),
+        false => runs(study.runs),
+    };
     text += &format!(
-        ", {} hits rejected and repeated; {} runs with a warning or a rejected hit, {} silently wrong\n",
-        study.rejected_hits, study.warned, study.silent
+        ", {} rejected and repeated; {} with a warning or a rejected hit, {} silently wrong\n",
+        counted(study.rejected_hits, "hit"),
+        runs(study.warned),
+        study.silent
     );
     if let Some((count, first)) = &study.unmeasured {
-        text += &format!("{count} runs have no answer, the first because: {first}\n");
+        text += &format!("{} without an answer, the first because: {first}\n", runs(count));
     }
     if study.is_single() {
         return text + "note: " + ONE_RUN;
@@ -128,6 +150,11 @@ pub fn to_text(study: &Study) -> String {
             width: mean width of the 95 % intervals over that which the bound permits\n\
             cover: share of the 95 % intervals that hold the truth\n\
             silently wrong: without a warning, a property off by more than three standard deviations"
+}
+
+/// A number of runs.
+fn runs(count: impl Display) -> String {
+    counted(count, "run")
 }
 
 fn table(method: &MethodStatistics) -> output::Table {
@@ -169,7 +196,7 @@ fn summary(method: &MethodStatistics) -> String {
         )
     };
     if method.unanswered > 0 {
-        text += &format!("; {} runs without an answer", method.unanswered);
+        text += &format!("; {} without an answer", runs(method.unanswered));
         let reasons = method.reasons.iter().map(|(code, runs)| format!("{} {runs}", code.name()));
         let reasons: Vec<_> = reasons.collect();
         if !reasons.is_empty() {

@@ -7,10 +7,10 @@
 //! | hits that all land on the same side of a mark | `node_position_m` and `node_direction_rad` |
 //! | lateral force and free moment of the tip | those of the marks, except for a moment about the hit |
 //! | mass of the sensors | `attached_mass_kg` or `[[attached]]`, if declared |
-//! | nonlinearity of the converter | none of its own: the gains of the sensors have to cover it |
+//! | nonlinearity of the converter | `converter_gain` in the suspension profile, as one gain of all channels; for mass lines none of its own: the gains of the sensors have to cover it |
 
 use massline_shared::body::RigidBody;
-use massline_shared::layout::{Attached, HostLayout, Sensor};
+use massline_shared::layout::{Attached, HostLayout, Sensor, TestProfile};
 use nalgebra::{Matrix3, SVector};
 
 use crate::document::Unseen;
@@ -113,12 +113,20 @@ fn sensor_mass(layout: &HostLayout, body: Option<&RigidBody<f64>>) -> Option<Str
 fn nonlinearity(layout: &HostLayout) -> Option<String> {
     let count = layout.sensors.len().max(1) as f64;
     let square: f64 = layout.sensors.iter().map(|s| s.uncertainty.gain.powi(2)).sum();
-    Some(format!(
-        "nonlinearity of the converter (INL): a wrong slope near the rest level of a channel is a wrong gain of that \
-         channel, which the stated {:.2} % (1 sd) has to cover; `massline calibrate block` shows what differs between \
-         pushes from two sides",
-        100.0 * (square / count).sqrt(),
-    ))
+    let gain = 100.0 * (square / count).sqrt();
+    Some(match layout.test.profile {
+        TestProfile::MassLine => format!(
+            "nonlinearity of the converter (INL): a wrong slope near the rest level of a channel is a wrong gain of that \
+             channel, which the stated {gain:.2} % (1 sd) has to cover; `massline calibrate block` shows what differs \
+             between pushes from two sides",
+        ),
+        TestProfile::Suspension => format!(
+            "nonlinearity of the converter (INL) that differs between channels: the budget has {:.2} % (1 sd, \
+             converter_gain) for a wrong slope that all of them share; what one channel has more or less than the others \
+             the {gain:.2} % of the sensors' gains have to cover",
+            100.0 * layout.converter_gain,
+        ),
+    })
 }
 
 /// Root mean square over the hits of the uncertainty of the marks: position, m, and direction, rad. Zero when it is
@@ -231,6 +239,19 @@ mod tests {
         let said = cannot_see(&layout(), Some(&body));
         let message = &said.iter().find(|of| of.source == "sensor_mass").unwrap().message;
         assert!(message.contains("adds 2.0 g to the mass (+0.10 %)"), "{message}");
+    }
+
+    #[test]
+    fn the_term_of_the_converter_is_that_of_the_profile() {
+        let mut layout = layout();
+        let said = |layout: &HostLayout| cannot_see_text(&cannot_see(layout, None));
+        assert!(said(&layout).contains("which the stated 1.00 % (1 sd) has to cover"));
+        layout.test.profile = TestProfile::Suspension;
+        layout.converter_gain = 0.003;
+        let text = said(&layout);
+        assert!(text.contains("the budget has 0.30 % (1 sd, converter_gain)"), "{text}");
+        assert!(text.contains("the 1.00 % of the sensors' gains"), "{text}");
+        assert!(!text.contains("calibrate block"), "{text}");
     }
 
     #[test]

@@ -39,7 +39,7 @@ pub fn comparison_text(
     let tables: String = [0..4, 4..7, 7..10].map(|columns| table_of(&rows, columns)).concat();
     let distances = distances_from_global_fit(estimates);
     let verdict = tone(comparison).mark(verdict(comparison, estimates, layout));
-    format!("all methods on the same data\n{tables}{verdict}\n{distances}")
+    format!("all methods on the same data, the best first\n{tables}{verdict}\n{distances}")
 }
 
 /// How far the other methods are from the global fit where they have been warned of it; empty otherwise.

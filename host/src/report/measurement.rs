@@ -164,7 +164,7 @@ fn not_applicable_json(result: &MeasurementResult) -> Option<Vec<Marked<Refusal>
 }
 
 /// The modes of a rig, how its methods agree, and which of them have no answer.
-fn modes_text(result: &MeasurementResult) -> String {
+fn modes_text(result: &MeasurementResult, here: &SolvedHere) -> String {
     let mut text = String::new();
     for (place, mode) in result.modes.iter().enumerate() {
         let spread = |value: f32, sigma: f32| {
@@ -185,11 +185,26 @@ fn modes_text(result: &MeasurementResult) -> String {
         let mass = as_exact_as(mass, Some(sigma));
         text += &format!("; the combined mass is {mass} ± {} kg\n", two_digits(sigma));
     }
-    text + &refusals_text(&refusals_of(result), |d| message_of_result(d, result))
+    let said_here =
+        |method: &Method| [&here.answered, &here.refused].iter().any(|of| of.contains(method));
+    let mut refused = refusals_of(result);
+    refused.retain(|(method, _)| !said_here(method));
+    text + &refusals_text(&refused, |d| message_of_result(d, result))
+}
+
+/// What the host has found of a result, for the text about the rig's.
+#[derive(Clone, Debug, Default)]
+pub struct SolvedHere {
+    /// The text about the answer to use, which stands before all others.
+    pub answer: String,
+    /// The methods with an answer here, whose answers by the rig are not shown.
+    pub answered: Vec<Method>,
+    /// The methods without one, whose reasons are given here.
+    pub refused: Vec<Method>,
 }
 
 /// A result of a rig as text.
-pub fn measurement_text(result: &MeasurementResult) -> String {
+pub fn measurement_text(result: &MeasurementResult, here: &SolvedHere) -> String {
     let head = &result.head;
     let hits: Vec<String> =
         result.measured().map(|(dof, _, hits)| format!("{dof} ({hits} hits)")).collect();
@@ -205,8 +220,11 @@ pub fn measurement_text(result: &MeasurementResult) -> String {
         head.firmware,
         hits.join(", ")
     );
+    text += &here.answer;
     for estimate in estimates_of(result) {
-        text += &table(&estimate, None);
+        if !here.answered.contains(&estimate.method) {
+            text += &table(&estimate, None);
+        }
     }
     let estimator = head.frf_estimator.name();
     text += &match result.profile() {
@@ -214,7 +232,7 @@ pub fn measurement_text(result: &MeasurementResult) -> String {
         TestProfile::Suspension => format!("frequency responses by {estimator}, "),
     };
     text += &bands_text(result);
-    text += &modes_text(result);
+    text += &modes_text(result, here);
     for note in notes(result) {
         text += &format!("note: {note}\n");
     }
@@ -382,13 +400,16 @@ mod tests {
         assert_eq!((&largest["property"], &largest["difference"]), (&json!("mass"), &json!(-1.5)));
         assert_eq!(json["agreement_of_rig"]["combined"]["value"]["mass"], 17.25);
         assert_eq!(json["not_applicable"][0]["method"], "dppim");
-        let text = measurement_text(&result);
+        let text = measurement_text(&result, &SolvedHere::default());
         assert!(text.contains("mode 1 of the rig: 2.875 ± 0.031 Hz, damping 1.562"), "{text}");
         let verdict = "off: conti-bretl; at most, m of conti-bretl and toivola-nuutila differ by 1.5 kg, 6.0 standard \
                        deviations of the difference; the combined mass is 17.25 ± 0.25 kg";
         assert!(text.contains(verdict), "{text}");
         assert!(json["agreement_of_rig"]["verdict"].as_str().is_some_and(|of| text.contains(of)));
         assert!(text.contains("dppim: not applicable: damping_not_viscous"), "{text}");
+        // The host's reason may differ, and is the one to read.
+        let here = SolvedHere { refused: vec![Method::Dppim], ..SolvedHere::default() };
+        assert!(!measurement_text(&result, &here).contains("not applicable"));
     }
 
     #[test]
@@ -397,14 +418,25 @@ mod tests {
         let json = json!(measurement_json(&result));
         assert_eq!(json["results"].as_array().unwrap().len(), 1);
         assert!(json["notes"][0].as_str().unwrap().contains("method 99"), "{json}");
-        assert!(measurement_text(&result).contains("note: the rig has an answer by method 99"));
+        assert!(
+            measurement_text(&result, &SolvedHere::default())
+                .contains("note: the rig has an answer by method 99")
+        );
     }
 
     #[test]
     fn the_text_names_the_result_and_what_its_sigma_covers() {
-        let text = measurement_text(&measurement(&[stored()]));
+        let text = measurement_text(&measurement(&[stored()]), &SolvedHere::default());
         let first = "Result 7: frame, 2026-11-18T11:06:40Z (layout 0000abcd, calibration 00000003, firmware";
         assert!(text.starts_with(first), "{text}");
+        // An answer that was found here stands before those of the rig, and in the place of the one by its method.
+        let result = measurement(&[stored()]);
+        let answered = vec![Method::InertiaRestraint];
+        let here = SolvedHere { answer: "the one to use\n".into(), answered, refused: Vec::new() };
+        let text = measurement_text(&result, &here);
+        assert_eq!(text.lines().nth(1), Some("the one to use"), "{text}");
+        assert!(!text.contains("J_xz"), "{text}");
+        let text = measurement_text(&result, &SolvedHere::default());
         assert!(text.contains("scatter between hits only"), "{text}");
         assert!(text.contains("J_xz"), "{text}");
     }

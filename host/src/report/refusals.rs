@@ -23,19 +23,24 @@ pub fn refusals_json<R: AsRef<[Diagnostic]>>(
     refused.iter().map(refusal).collect()
 }
 
-/// The refusals as lines: `maximum-likelihood: not applicable: <code>: <reason>`.
+/// The refusals as lines: `maximum-likelihood: not applicable: <code>: <reason>`. Methods with the same reasons share one.
 pub fn refusals_text<R: AsRef<[Diagnostic]>>(
     refused: &[(Method, R)],
     message_of: impl Fn(&Diagnostic) -> String,
 ) -> String {
-    let line = |(method, reasons): &(Method, R)| {
+    let coded = |d: &Diagnostic| format!("{}: {}", code_name(d), message_of(d));
+    let mut all: Vec<(String, String)> = Vec::new();
+    for (method, reasons) in refused {
         let reasons = reasons.as_ref();
         let failed = reasons.first().is_none_or(|d| is_failure(d.code));
         let what = if failed { "gave no answer" } else { "not applicable" };
-        let coded = |d: &Diagnostic| format!("{}: {}", code_name(d), message_of(d));
-        format!("{}: {what}: {}\n", method.name(), joined(reasons, coded))
-    };
-    refused.iter().map(line).collect()
+        let said = format!("{what}: {}", joined(reasons, coded));
+        match all.iter_mut().find(|(_, of)| *of == said) {
+            Some((methods, _)) => *methods += &format!(", {}", method.name()),
+            None => all.push((method.name().into(), said)),
+        }
+    }
+    all.iter().map(|(methods, said)| format!("{methods}: {said}\n")).collect()
 }
 
 /// True for a failure on the way to an answer, as opposed to a reason why the method is not applicable.
@@ -78,6 +83,20 @@ mod tests {
         );
         let text = refusals_text(&refused(Code::NotConverged), message);
         assert!(text.starts_with("maximum-likelihood: gave no answer: not_converged: "), "{text}");
+    }
+
+    #[test]
+    fn methods_with_one_reason_share_a_line() {
+        let [concurrent] = refused(Code::HitsConcurrent);
+        let (_, reasons) = concurrent;
+        let [other] = refused(Code::NotConverged);
+        let all = [concurrent, (Method::GlobalFit, other.1), (Method::Dppim, reasons)];
+        let text = refusals_text(&all, message);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 2, "{text}");
+        let both = "maximum-likelihood, dppim: not applicable: hits_concurrent: ";
+        assert!(lines[0].starts_with(both), "{text}");
+        assert!(lines[1].starts_with("global-fit: gave no answer: not_converged: "), "{text}");
     }
 
     #[test]

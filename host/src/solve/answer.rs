@@ -3,7 +3,7 @@
 use massline_shared::Responses;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::identify::global_fit::GlobalFitSolution;
-use massline_shared::identify::{DofMassLines, Estimate, MassLines, Method};
+use massline_shared::identify::{DofMassLines, Estimate, MassLines, Method, Observable};
 use massline_shared::layout::{HOST_SENSORS, Hit, HostLayout};
 
 use super::suspension::ModalPart;
@@ -11,8 +11,8 @@ use super::{MassLinePart, ReferencePoint};
 use crate::document::{MassLine, Refusal, Solution, Unseen};
 use crate::identification::Identification;
 use crate::report::{
-    self, Truth, comparison_json, comparison_text, global_fit_json, global_fit_text, message_in,
-    modes_json, modes_text,
+    self, Truth, comparison_json, comparison_text, global_fit_json, global_fit_text, hammer_text,
+    message_in, modes_json, modes_text,
 };
 use crate::single_fault::Examination;
 use crate::suspension::{Comparison, SuspensionModes, warn_of_flexible_mode};
@@ -170,6 +170,10 @@ impl FrfSolution {
         let count = self.identification.estimates.len();
         let whole = if count <= SHOWN_WHOLE { count } else { 1 };
         let mut text = self.identification.to_text(&self.layout, self.truth.as_ref(), whole);
+        let of_modes = |of: &&Estimate<f64>| of.method.entry().observes != Observable::MassLines;
+        if let Some(answer) = self.answer().filter(of_modes) {
+            text += &hammer_text(&self.layout, answer);
+        }
         if let Some((modes, band)) = &self.modes {
             text += &modes_text(modes, *band, &self.layout);
         }

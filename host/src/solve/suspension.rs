@@ -57,7 +57,7 @@ impl Looked {
 
 /// Looks for the suspension modes, which mass lines have to keep clear of.
 pub(super) fn look(layout: &HostLayout, responses: &LayoutResponses, options: &Options) -> Looked {
-    let band = options.suspension_band_hz;
+    let band = options.suspension_band();
     let all = match responses.spectrum_bins(layout, band, options.decay) {
         Ok(lines) => lines,
         Err(error) => return Looked::Seen(Err(error)),
@@ -117,7 +117,7 @@ pub(super) fn part(
     diagnostics.extend(without_priors.iter().flat_map(|e| contradicted(&layout.priors, e)));
     diagnostics.extend(look.first.diagnostics.iter().copied());
     diagnostics.extend(gap(look));
-    Ok(ModalPart { solution, band_hz: options.suspension_band_hz, diagnostics })
+    Ok(ModalPart { solution, band_hz: options.suspension_band(), diagnostics })
 }
 
 /// The modes without the methods that use them.

@@ -15,7 +15,7 @@ macro_rules! data {
 
 /// The options of the golden cases of the linear method.
 const ORIGIN: Options = Options {
-    suspension_band_hz: SUSPENSION_BAND_HZ,
+    suspension_band_hz: None,
     mode_choice: ModeChoice::All,
     lines: LinesPerSide::Width,
     reference_point: ReferencePoint::Origin,

@@ -22,12 +22,12 @@ pub struct UffError {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum UffFault {
     /// The file has no dataset.
-    #[error("the file holds no dataset; a universal file begins with a line \"    -1\"")]
+    #[error("the file holds no dataset; a universal file begins with a line of -1")]
     Empty,
     /// Something other than a dataset.
     #[error(
-        "a line \"    -1\" should begin a dataset here; the file is corrupt or not a universal file, \
-         export it again"
+        "a line of -1, in columns 5 and 6, should begin a dataset here; the file is corrupt or not a universal file, export it \
+         again"
     )]
     NoDelimiter,
     /// A dataset without a number.
@@ -63,7 +63,7 @@ pub enum UffFault {
     #[error("the file has more than {MOST_FUNCTIONS} functions; export fewer")]
     TooManyFunctions,
     /// Text where a number should be.
-    #[error("\"{text}\" is not a number; {field} should stand here, the file is corrupt")]
+    #[error("\"{}\" is not a number; {field} should stand here, the file is corrupt", .text.escape_debug())]
     NotANumber {
         /// What is expected here.
         field: &'static str,
@@ -82,7 +82,7 @@ pub enum UffFault {
     },
     /// The binary data are not followed by the end of the dataset.
     #[error(
-        "the data are corrupt: \"    -1\" should follow the {bytes} bytes that the header states; a \
+        "the data are corrupt: a line of -1 should follow the {bytes} bytes that the header states; a \
          transfer in text mode does this, copy the file in binary mode or export it as ASCII"
     )]
     BinaryLength {

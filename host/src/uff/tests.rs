@@ -175,7 +175,11 @@ fn corrupt_text_is_named_with_its_line() {
     assert!(error.to_string().starts_with("dataset 1, line 14 (byte "), "{error}");
     let corrupt = text[first..end].replacen("        12         1", "        1z         1", 1);
     assert_eq!(UffFile::parse(corrupt.as_bytes()).unwrap_err().line, 9);
+    // A line break within the fixed columns is no line break of the message.
+    let error = UffFault::NotANumber { field: "data values", text: "4.0\r\n5".into() };
+    assert!(error.to_string().starts_with(r#""4.0\r\n5" is not a number"#), "{error}");
     let error = UffFile::parse(b"hello\n").unwrap_err();
+    assert!(!error.to_string().contains("  "), "nothing that a wrapped line would tear: {error}");
     assert_eq!(error.fault, UffFault::NoDelimiter);
     assert_eq!(UffFile::parse(b"\n \n").unwrap_err().fault, UffFault::Empty);
 }

@@ -38,6 +38,7 @@ mod shell;
 mod simulate;
 mod suspension;
 mod suspension_rig;
+mod suspension_words;
 #[cfg(unix)]
 mod tape_files;
 mod tcp;

@@ -232,6 +232,13 @@ mod on_a_rig {
         }
         let modes = success(&["modes", &fetched_to]);
         assert_eq!(modes["modes"].as_array().unwrap().len(), 6, "{modes}");
+        // Over the band of the test, whichever command reads it.
+        assert_eq!(modes["band_hz"], measured["suspension"]["band_hz"]);
+        // With a layout that was corrected, as `solve` takes it.
+        assert_eq!(success(&["modes", &plain, &measured_to]), modes);
+        let (code, message) = refusal(2, &["modes", &measured_to, WHEEL]);
+        assert_eq!(code, "usage", "{message}");
+        assert!(message.contains("massline modes LAYOUT.toml"), "{message}");
         lines_that_are_missing(&measured_to, &path("cut.massline"));
 
         success(&[&["results", "delete", "1", "--yes"][..], &port].concat());

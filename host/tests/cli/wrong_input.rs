@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use crate::program::{run, run_json, success};
+use crate::program::{data, run, run_json, success, text};
 
 /// A folder with a valid layout and a few invalid ones.
 struct Files(TempDir);
@@ -498,5 +498,39 @@ fn advice_about_a_path_is_given_where_the_path_is_wrong() {
         assert!(of_folder.says("give the name of a file"), "{command:?}: {}", of_folder.stderr);
         assert!(!of_folder.says("check the path"), "{command:?}");
         assert!(!advice("/dev/zero").says("check the path"), "{command:?}");
+    }
+}
+
+#[test]
+fn a_file_that_is_missing_or_cut_short_is_said_to_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| text(&folder.path().join(name));
+    let whole = data("archive/version-1.massline");
+    let page = path("whole.html");
+    assert_eq!(run(&["report", &text(&whole), "-o", &page]).exit, 0);
+    let bytes = std::fs::read(&page).unwrap();
+    let half = path("half.html");
+    std::fs::write(&half, &bytes[..bytes.len() / 2]).unwrap();
+    let cut = run(&["solve", &half]);
+    assert!(
+        cut.exit == 2 && cut.says("its end is missing, so copy or write it again"),
+        "{}",
+        cut.stderr
+    );
+    for name in ["missing", "missing.massline"] {
+        let missing = run(&["report", &path(name)]);
+        assert!(missing.exit == 2 && missing.says("check the path"), "{}", missing.stderr);
+    }
+}
+
+#[test]
+fn each_number_out_of_range_is_told_its_own_range_with_the_unit() {
+    for (option, value, range) in [
+        ("--noise", "0", "--noise must lie between 1e-9 and 1 (m/s²)/N"),
+        ("--spacing", "9", "--spacing must lie between 0.1 and 0.4 Hz"),
+    ] {
+        let wrong = run(&["demo", "wheel", option, value]);
+        assert!(wrong.exit == 2 && wrong.says(range), "{}", wrong.stderr);
+        assert_eq!(wrong.stderr.matches("must lie").count(), 1, "{}", wrong.stderr);
     }
 }

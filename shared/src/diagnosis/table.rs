@@ -126,8 +126,9 @@ codes! {
     /// No gravity vector is given, so its effect on the sensors is left to the B/s² term.
     GravityNotGiven = 41, "gravity_not_given", Whole, None;
         "Layout gives no\ngravity: less exact\nbelow 20 Hz.";
-        "the layout gives no gravity vector; a mass line leaves its effect on the sensors to the B/s² term, but \
-         suspension modes need it; state gravity or mark the sensors as not sensing it";
+        "the layout gives no `gravity`, and accelerometers that measure down to 0 Hz feel it as the object tilts: a mass line \
+         leaves that to its B/s² term, the suspension profile needs the direction; state the vector, or that the sensors do \
+         not sense it";
     /// The flash did not store the result. Make room or try again, then resume.
     ResultNotStored = 42, "result_not_stored", Whole, None;
         "Result not stored:\ndelete an old one,\nthen resume.";

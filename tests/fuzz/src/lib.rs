@@ -69,7 +69,7 @@ pub fn fuzz_deframer(bytes: &[u8]) {
         }
         if let Ok(result) = postcard::from_bytes::<MeasurementResult>(&body) {
             let _ = massline::report::measurement_json(&result);
-            let _ = massline::report::measurement_text(&result);
+            let _ = massline::report::measurement_text(&result, &Default::default());
         }
     }
 }
@@ -153,7 +153,7 @@ pub fn fuzz_archive(bytes: &[u8]) {
     assert!(Archive::parse(&again, "fuzz.massline").unwrap() == archive);
     let _ = archive.frfs().unwrap();
     let _ = massline::report::Summary::of(&archive.result).to_json();
-    let _ = massline::report::measurement_text(&archive.result);
+    let _ = massline::report::measurement_text(&archive.result, &Default::default());
     let _ = archive.layout.nominal();
 }
 

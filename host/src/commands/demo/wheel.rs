@@ -94,10 +94,12 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if let Some(rig) = args.rig {
         return on_rig::run(args, rig, output);
     }
-    let in_range = |value: f64, low: f64, high: f64| (low..=high).contains(&value);
-    if !(in_range(args.noise, 1e-9, 1.0) && in_range(args.spacing, 0.1, 0.4)) {
-        let text = "--noise must lie between 1e-9 and 1, and --spacing between 0.1 and 0.4 Hz";
-        return Err(Error::input("number_out_of_range", text));
+    let out_of_range = |text: &str| Err(Error::input("number_out_of_range", text));
+    if !(1e-9..=1.0).contains(&args.noise) {
+        return out_of_range("--noise must lie between 1e-9 and 1 (m/s²)/N");
+    }
+    if !(0.1..=0.4).contains(&args.spacing) {
+        return out_of_range("--spacing must lie between 0.1 and 0.4 Hz");
     }
     let existing = args.replace.existing();
     args.report.check(existing)?;

@@ -14,7 +14,7 @@ use crate::commands::keyboard::{self, Keyboard, Pressed};
 use crate::commands::progress::{Progress, Prompts};
 use crate::error::{Error, Result};
 use crate::hit_log::HitLog;
-use crate::output::Output;
+use crate::output::{Output, counted};
 use crate::precision::PrecisionMonitor;
 use crate::screen::guide::Wanted;
 use crate::spectra::{Collecting, SpectraCollection};
@@ -151,7 +151,8 @@ impl Person<'_> {
             Pressed::QuitOnce => {
                 let hits: u32 = status.accepted.iter().map(|&hits| u32::from(hits)).sum();
                 self.presenter.line(&format!(
-                    "q again aborts the campaign and discards its {hits} accepted hits; p pauses it"
+                    "q again aborts the campaign and discards its {}; p pauses it",
+                    counted(hits, "accepted hit")
                 ));
                 None
             }

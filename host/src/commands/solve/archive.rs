@@ -38,7 +38,10 @@ pub(super) fn solve(
 }
 
 /// The test with the layout of a file; settings with which the archive was measured stay.
-fn with_layout(
+///
+/// # Errors
+/// When the file is bad, or its sensors or hits are those of another test.
+pub(in super::super) fn with_layout(
     layout: &Path,
     path: &Path,
     archive: &Archive,

@@ -1,6 +1,7 @@
 //! The rig, or what has stood in for one.
 
-use massline_shared::signal::RECORD_SCANS;
+use massline_shared::layout::TestProfile;
+use massline_shared::signal::{AdcProperties, PRE_TRIGGER_SCANS, RECORD_SCANS};
 
 use super::{Fact, Group, fact};
 use crate::archive::Archive;
@@ -48,18 +49,30 @@ fn of_archive(archive: &Archive) -> Vec<Fact> {
     ];
     if let Some(sampler) = rig.sampler {
         let rate = f64::from(sampler.adc.rate.0);
-        let seconds = RECORD_SCANS as f64 / rate;
-        let before = 1e3 * f64::from(sampler.pre_trigger_scans) / rate;
         rows.push(fact(
             "sampling",
             format!("{rate:.0} scans per second, {} bits", sampler.adc.bits),
         ));
         rows.push(fact(
             "record of a hit",
-            format!("{seconds:.3} s, {before:.0} ms of it before the hit"),
+            match archive.result.profile() {
+                TestProfile::MassLine => {
+                    let before = 1e3 * f64::from(sampler.pre_trigger_scans) / rate;
+                    let seconds = RECORD_SCANS as f64 / rate;
+                    format!("{seconds:.3} s, {before:.0} ms of it before the hit")
+                }
+                TestProfile::Suspension => long_record(&sampler.adc),
+            },
         ));
     }
     rows
+}
+
+/// The record of a hit in the suspension profile: the force in every scan about the hit, the responses filtered and decimated.
+fn long_record(adc: &AdcProperties) -> String {
+    let rate = f64::from(adc.of_rows().rate.0);
+    let [all, before] = [RECORD_SCANS, PRE_TRIGGER_SCANS].map(|rows| rows as f64 / rate);
+    format!("{all:.1} s, {before:.1} s of it before the hit; responses at {rate:.0} per second")
 }
 
 /// What a document says, which has no more than this.

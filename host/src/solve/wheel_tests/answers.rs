@@ -64,7 +64,7 @@ fn a_tyre_is_seen_by_the_global_fit_and_the_others_say_how_far_they_are_off() {
 fn four_modes_have_rank_nine_and_a_prior_of_two_properties_closes_it() {
     let lines: Vec<f64> = (0..200).map(|k| 0.5 + 0.031_25 * f64::from(k)).collect();
     let uff = unchanged(&lines, NOTHING);
-    let options = Options { suspension_band_hz: [0.5, 6.6], ..named(Method::ToivolaNuutila) };
+    let options = Options { suspension_band_hz: Some([0.5, 6.6]), ..named(Method::ToivolaNuutila) };
     let error = solved(&noise_alone(), &uff, &options).unwrap_err();
     assert_eq!((error.exit_code(), error.code()), (3, "toivola_nuutila_four_modes_rank_nine"));
     let truth = Bench::named("wheel").unwrap().truth();
@@ -131,7 +131,7 @@ fn hum_within_the_band_is_no_mode() {
 fn a_prior_counts_with_its_own_uncertainty() {
     let lines: Vec<f64> = (0..200).map(|k| 0.5 + 0.031_25 * f64::from(k)).collect();
     let uff = unchanged(&lines, NOTHING);
-    let options = Options { suspension_band_hz: [0.5, 6.6], ..named(Method::ToivolaNuutila) };
+    let options = Options { suspension_band_hz: Some([0.5, 6.6]), ..named(Method::ToivolaNuutila) };
     let truth = Bench::named("wheel").unwrap().truth();
     let [x, y, z]: [f64; 3] = truth.center_of_mass.into();
     let with = |x: f64, sigma: f64| {
@@ -194,7 +194,7 @@ fn a_method_that_is_asked_for_by_name_is_warned_of_a_tyre_as_well() {
     }
     // The modes alone say so as well.
     let layout = LayoutFile::parse(&noise_alone(), "wheel.toml").unwrap().layout;
-    let modes = modes_of(&layout, &uff, &Options::default(), |_, _| ()).unwrap();
+    let modes = modes_of(layout, &uff, &Options::default(), |_, _| ()).unwrap().modes;
     assert!(modes.diagnostics.iter().any(|d| d.code == Code::FlexibleModeShows));
 }
 

@@ -279,7 +279,7 @@ fn modes_within_a_bandwidth_and_at_the_end_of_the_band_are_named() {
     let solution = solved(&noise_alone(), &uff, &Options::default()).unwrap();
     let close = found(&solution, Code::ModesClose).expect("a warning");
     assert_eq!(close.subject, Subject::mode(0));
-    let options = Options { suspension_band_hz: [0.5, 7.8], ..Options::default() };
+    let options = Options { suspension_band_hz: Some([0.5, 7.8]), ..Options::default() };
     let solution = solved(&noise_alone(), &unchanged(&lines(), NOTHING), &options).unwrap();
     let edge = found(&solution, Code::ModeAtBandEdge).expect("a warning");
     assert_eq!(edge.subject, Subject::mode(5));

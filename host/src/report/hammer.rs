@@ -1,0 +1,65 @@
+//! How much of the uncertainty of the mass is the hammer's, and what to do about it.
+
+use massline_shared::identify::Estimate;
+use massline_shared::layout::HostLayout;
+
+/// What helps against an uncertain gain of the hammer.
+pub const CALIBRATE_HAMMER: &str = "calibrate it with a block of known mass (`massline calibrate block`), or weigh the object and state \
+                                    the mass in [prior]";
+/// Share of the variance of the mass from which the hammer is worth a word.
+const MOST: f64 = 0.5;
+
+/// What the hammer's gain makes of the variance of an answer's mass, and what to do, where that is most of it; empty
+/// otherwise, and where a prior knows the mass.
+pub fn hammer_text(layout: &HostLayout, estimate: &Estimate<f64>) -> String {
+    let is_known = layout.priors.iter().any(|prior| prior.property == 0);
+    let Some(sigma) = estimate.sigma().filter(|_| !is_known) else { return String::new() };
+    let share = (layout.hammer_gain * estimate.body.mass / sigma[0]).powi(2);
+    // A standard deviation without the hammer's part says nothing about it.
+    if !(MOST..=1.0).contains(&share) {
+        return String::new();
+    }
+    format!(
+        "the hammer's gain, uncertain by {:.1} % (1 sd), makes {:.0} % of the variance of the mass: {CALIBRATE_HAMMER}\n",
+        100.0 * layout.hammer_gain,
+        100.0 * share
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use massline_shared::body::RigidBody;
+    use massline_shared::diagnosis::Diagnostics;
+    use massline_shared::identify::Method;
+    use massline_shared::layout::Prior;
+    use nalgebra::SMatrix;
+
+    /// An answer of 10 kg with this standard deviation of the mass, kg.
+    fn answer(sigma: f64) -> Estimate<f64> {
+        let theta = [10.0, 0.0, 0.0, 0.0, 0.2, 0.2, 0.3, 0.0, 0.0, 0.0];
+        Estimate {
+            method: Method::GlobalFit,
+            body: RigidBody::from_theta(&theta.into()),
+            covariance: Some(SMatrix::identity() * sigma.powi(2)),
+            condition: 1.0,
+            consistency: None,
+            learned: None,
+            diagnostics: Diagnostics::new(),
+        }
+    }
+
+    #[test]
+    fn a_hammer_that_makes_most_of_the_variance_is_to_be_calibrated() {
+        let mut layout = HostLayout { hammer_gain: 0.02, ..HostLayout::default() };
+        // 2 % of 10 kg are 0.2 kg: 64 % of the variance that 0.25 kg are.
+        let text = hammer_text(&layout, &answer(0.25));
+        assert!(text.contains("uncertain by 2.0 % (1 sd), makes 64 % of the variance"), "{text}");
+        assert!(text.contains("`massline calibrate block`"), "{text}");
+        // A quarter of the variance, and a standard deviation that cannot contain the hammer's.
+        assert_eq!(hammer_text(&layout, &answer(0.4)), "");
+        assert_eq!(hammer_text(&layout, &answer(0.1)), "");
+        layout.priors.push(Prior { property: 0, value: 10.0, sigma: 0.01 }).unwrap();
+        assert_eq!(hammer_text(&layout, &answer(0.25)), "");
+    }
+}

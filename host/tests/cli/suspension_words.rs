@@ -1,0 +1,140 @@
+//! What is said about a test of the suspension profile: which answer to use, what puts it in doubt, and with what it was
+//! measured.
+
+use std::fs;
+use std::path::Path;
+
+use crate::program::{run, success, words};
+
+/// The layout of the wheel.
+const WHEEL: &str = "examples/wheel.toml";
+/// Its bench.
+const ON_BENCH: [&str; 2] = ["--bench", "wheel"];
+
+/// The words of a report without its markup.
+fn words_of(page: &str) -> String {
+    let text = fs::read_to_string(page).unwrap();
+    let text = text.split('<').filter_map(|part| Some(part.split_once('>')?.1)).collect::<Vec<_>>();
+    words(&text.join(" ").replace('\u{a0}', " "))
+}
+
+/// What stands between two headings of a report.
+#[track_caller]
+fn between<'a>(words: &'a str, from: &str, to: &str) -> &'a str {
+    let (_, after) = words.split_once(from).unwrap_or_else(|| panic!("{from}: {words:.2000}"));
+    after.split_once(to).unwrap_or_else(|| panic!("{to}: {after:.2000}")).0
+}
+
+#[test]
+fn the_global_fit_stands_first_everywhere_and_no_other_method_puts_it_in_doubt() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("wheel.html").display().to_string();
+    let shown = run(&[&["simulate", WHEEL][..], &ON_BENCH, &["--report", &page]].concat());
+    assert_eq!(shown.exit, 0, "{}", shown.stderr);
+    let again = run(&["solve", &page]);
+    for text in [&shown.stdout, &again.stdout] {
+        let text = words(text);
+        let first = text.find("use this answer, by global-fit").expect("which answer to use");
+        let second = text.find("toivola-nuutila").unwrap();
+        assert!(first < second, "{text}");
+        // 2 % of the mass against some 2.1 % of it in all.
+        assert!(text.contains("the hammer's gain, uncertain by 2.0 % (1 sd), makes"), "{text}");
+        assert!(text.contains("`massline calibrate block`"), "{text}");
+        assert_eq!(text.matches("modal-constant: not applicable").count(), 1, "{text}");
+    }
+    let report = words_of(&page);
+    assert!(
+        report.contains("Good: nothing was found that puts the answer in doubt"),
+        "{report:.3000}"
+    );
+    // The reason is that of the host, as in the text.
+    let without = between(&report, "Methods without an answer", "Sensors and hits");
+    let reason = between(without, "its standard deviation is", "of its scale");
+    assert!(words(&again.stdout).contains(reason), "{reason}");
+
+    let measured = between(&report, "record of a hit", "Calibration");
+    assert!(measured.contains("41.0 s, 1.6 s of it before the hit"), "{measured}");
+    let budget = between(&report, "Error budget of the answer", "Files and versions");
+    for said in [
+        "force at one mark against another 0.50 %",
+        "converter&#39;s nonlinearity, as a gain 0.50 %",
+        "direction of gravity 20 mrad",
+        "budget used as stated",
+    ] {
+        assert!(budget.contains(said), "{said}: {budget}");
+    }
+    let unseen = between(&report, "This test cannot see", "Do the methods agree?");
+    assert!(unseen.contains("the budget has 0.50 % (1 sd, converter_gain)"), "{unseen}");
+    // The scale of the errors is the reference's, as in the text.
+    assert!(report.contains("with m the expected mass and L ="), "{report:.6000}");
+    let row = |text: &str| text.lines().find(|line| line.contains(" J_xx ")).unwrap().to_owned();
+    let error = row(&shown.stdout).split_whitespace().last().unwrap().parse::<f64>().unwrap();
+    let of_report = between(&report, "moment of inertia about x", "moment of inertia about y");
+    assert!(of_report.contains(&format!(" {error:+.2} ")), "{error}: {of_report}");
+}
+
+#[test]
+fn without_gravity_it_warns_before_the_first_hit_and_the_answer_of_the_rig_is_in_doubt() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (layout, page) = (path("no-gravity.toml"), path("no-gravity.html"));
+    let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(WHEEL)).unwrap();
+    fs::write(&layout, text.replacen("gravity = [0.0, 0.0, -9.80665]\n", "", 1)).unwrap();
+    let needed = "the suspension profile needs the direction";
+    let shown = run(&[&["simulate", &layout][..], &ON_BENCH, &["--report", &page]].concat());
+    assert_eq!(shown.exit, 0, "{}", shown.stderr);
+    let (before, _) = shown.stderr.split_once("hit   1").expect("hits are shown");
+    assert!(words(before).contains(needed), "{}", shown.stderr);
+    let text = words(&shown.stdout);
+    assert!(text.contains("these answers of the rig are in doubt"), "{text}");
+    assert_eq!(text.matches("gravity_suspect").count(), 1, "{text}");
+    assert!(!text.contains("rms, % of scale"), "a table without rows: {text}");
+    let report = words_of(&page);
+    assert!(report.contains("The answer is in doubt: the rig has it"), "{report:.3000}");
+    let verdict = between(&report, "The answer is in doubt", "The ten properties");
+    assert_eq!(verdict.matches("gravity along -Z").count(), 1, "{verdict}");
+    for (format, has_comments) in [("urdf", true), ("csv", true), ("json", false)] {
+        let exported = run(&["export", &page, "--format", format]);
+        assert_eq!(exported.exit, 0, "{}", exported.stderr);
+        assert!(exported.says("warning: this answer is in doubt"), "{}", exported.stderr);
+        assert_eq!(exported.stdout.contains("IN DOUBT: "), has_comments, "{format}");
+    }
+    let file = path("doubt.csv");
+    let exported = success(&["export", &page, "--format", "csv", "-o", &file]);
+    assert!(exported["doubts"][0].as_str().unwrap().contains("gravity along -Z"), "{exported}");
+}
+
+#[test]
+fn a_flexible_mode_is_a_note_where_the_answer_is_that_of_the_global_fit() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("tyre.html").display().to_string();
+    success(&["demo", "wheel", "--tyre", "--rig", "virtual", "--report", &page]);
+    let report = words_of(&page);
+    assert!(report.contains("Method: global-fit"), "{report:.3000}");
+    assert!(!report.contains("The answer is in doubt"), "{report:.3000}");
+    let verdict = between(&report, "massline report", "The ten properties");
+    assert!(verdict.contains("Note: a flexible mode above the band"), "{verdict}");
+    assert_eq!(report.matches("rely on it").count(), 1, "{report:.3000}");
+}
+
+#[test]
+fn a_layout_of_the_wheel_on_the_bench_of_another_object_is_told_its_bench() {
+    for more in [&[][..], &["--runs", "2"]] {
+        let wrong = run(&[&["simulate", WHEEL][..], more].concat());
+        assert_eq!(wrong.exit, 2);
+        let benches = "give --bench wheel or --bench wheel-with-tyre, or --bench a bench file";
+        assert!(wrong.says(benches), "{}", wrong.stderr);
+    }
+}
+
+#[test]
+fn a_study_says_whose_errors_it_has_and_whether_its_hammer_is_calibrated() {
+    let study = |more: &[&str]| {
+        let layout = "examples/three-bar-test-1.toml";
+        let value = success(&[&["simulate", layout, "--runs", "1"], more].concat());
+        (value["errors"].clone(), value["calibrated_hammer"].clone())
+    };
+    assert_eq!(study(&[]), ("bench".into(), false.into()));
+    let both = ["--errors", "layout", "--calibrated-hammer"];
+    assert_eq!(study(&both), ("layout".into(), true.into()));
+}
