@@ -112,6 +112,7 @@ impl<F: NorFlash> SafeMode<F> {
             GetIdentity::KIND => {
                 return encode_frame(kind | ANSWER, sequence, identity, out).unwrap_or(0);
             }
+            EraseStore::KIND if !frame.body.is_empty() => Reason::Malformed,
             EraseStore::KIND if self.erase().await => {
                 return encode_frame(kind | ANSWER, sequence, &(), out).unwrap_or(0);
             }
@@ -143,6 +144,8 @@ impl<F: NorFlash> SafeMode<F> {
     async fn erase(&self) -> bool {
         let mut flash = self.flash.lock().await;
         if self.state.get() != StoreState::Erased {
+            self.state.set(StoreState::Erasing);
+            self.changed.signal(());
             let erased = erase_pages(&mut *flash).await;
             self.state.set(if erased { StoreState::Erased } else { StoreState::Failed });
             self.changed.signal(());

@@ -15,7 +15,8 @@
 //!   reference. A code outside these bounds shows that the buffer and the sequence are out of step, so that
 //!   every channel would be mistaken for another one. A channel at rest may have a code within these bounds: a
 //!   sequence that has slipped by one rank is found by the channel before the sentinel as well, which then has
-//!   a code of the sentinel for longer than any hit lasts.
+//!   a code of the sentinel for longer than any hit lasts. Until then, a tenth of a second, scans of wrong channels are
+//!   read; the fault ends the record that they are in, unless it has ended before.
 //! * *Overrun*: the writer has overwritten scans that were not read yet.
 //!
 //! Indices of scans count from power-on and do not wrap: 2⁶⁴ scans outlast the rig.
@@ -37,6 +38,10 @@ pub use halves::{Half, HalfFlags, Halves, Overrun};
 
 /// A converter counts as stopped after this many faults without a block read between them.
 pub const FAULTS_TO_STOP: u8 = 3;
+
+/// After so many slips in a run that only the rank before the sentinel shows, it is that channel which rests at the code
+/// of the sentinel, as a dead sensor may: a restart of the converter puts a sequence in step, and does not change that.
+const SLIPS_TO_BELIEVE: u8 = 3;
 
 /// How raw scans are checked and averaged.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -89,6 +94,8 @@ pub struct ScanRing<const RANKS: usize, const N: usize> {
     skip: u16,
     /// Raw scans in a row in which the rank before the sentinel has had a code of the sentinel.
     doubtful: u16,
+    /// Slips found by that rank in this run.
+    slips: u8,
     sums: Sums<RANKS>,
     scans: [Scan; N],
     /// Index of the next scan to be made.
@@ -122,6 +129,7 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
             faults: 0,
             skip: 0,
             doubtful: 0,
+            slips: 0,
             sums: Sums::ZERO,
             scans: [[0; CHANNELS]; N],
             written: 0,
@@ -136,6 +144,7 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
     /// converter is started. With unusable settings, [`Self::read`] returns [`SampleError::Stopped`].
     pub fn start(&mut self, settings: RingSettings, now: u64) {
         self.faults = 0;
+        self.slips = 0;
         self.lost = 0;
         self.read = self.written;
         self.begin(settings, now);
@@ -207,7 +216,9 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
         let Some((before, longest)) = *before_sentinel else { return false };
         let has_it = raw_scan.get(before).is_some_and(|code| sentinel_codes.contains(code));
         self.doubtful = if has_it { self.doubtful.saturating_add(1) } else { 0 };
-        self.doubtful > longest
+        let has_slipped = self.doubtful > longest && self.slips < SLIPS_TO_BELIEVE;
+        self.slips += u8::from(has_slipped);
+        has_slipped
     }
 
     fn push(&mut self, scan: Scan) {

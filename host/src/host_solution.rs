@@ -200,7 +200,7 @@ impl<'a> HostSolution<'a> {
                 best.method.name()
             ),
             (TestProfile::Suspension, None) if !not_applicable.is_empty() => {
-                "these answers of the rig are in doubt: solved here in double precision, the test has none\n".into()
+                "these answers of the rig are in doubt: solved here in double precision, the same data give none\n".into()
             }
             _ => String::new(),
         }

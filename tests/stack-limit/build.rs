@@ -1,4 +1,4 @@
-//! Links the program for QEMU's machine mps2-an505: its secure memory, and as much RAM as a Pico 2 has for the stack.
+//! Links the program for QEMU's machine mps2-an505, in its secure memory.
 
 use std::path::PathBuf;
 use std::{env, fs};

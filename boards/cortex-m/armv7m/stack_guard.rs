@@ -1,5 +1,5 @@
-//! The guard of the stack of an ARMv7-M: memory at its end that the MPU lets nobody access, so that an overflow is a fault
-//! before it changes a static. Each board with such a core includes this file.
+//! The guard of the stack of an ARMv7-M: memory at its end that the MPU lets nobody access, so that an overflow that
+//! meets it is a fault. Each board with such a core includes this file.
 
 use super::stack::{GUARD_BYTES, guard};
 use cortex_m::peripheral::MPU;

@@ -34,8 +34,8 @@ pub fn reason(flags: ResetFlags, panicked: bool) -> BootReason {
 /// Failed starts in a row after which a rig runs in safe mode.
 pub const FAILURES_TO_SAFE_MODE: u32 = 3;
 
-/// The reason of this start, and the number of starts in a row that have failed, this one's predecessor included:
-/// those that a panic or a hang has ended. `before` is that number at the last start.
+/// The reason of this start, and the number of runs in a row that a panic or a hang has ended. `before` is that number at
+/// the last start, or 0 if that run has lasted for a while: then its end is the first.
 pub fn after_failures(reason: BootReason, before: u32) -> (BootReason, u32) {
     match reason {
         BootReason::Panic | BootReason::Watchdog => {

@@ -18,7 +18,7 @@ use crate::supply::{FactoryReading, Supply};
 
 /// A converter without scans for this time has stopped: it is many times the time of half a buffer.
 const PATIENCE: Duration = Duration::from_millis(20);
-/// A sensor has the code of the reference at -5 to -8 g: for a few milliseconds of a hit, never for this long.
+/// A sensor has a code of the reference at about -5 to -9 g: for a few milliseconds of a hit, never for this long.
 const LONGEST_LEVEL: Seconds = Seconds(0.1);
 
 /// The circular transfer and the converter that feeds it.

@@ -6,7 +6,8 @@ use core::ptr::{addr_of, read_volatile};
 use cortex_m_rt::STACK_PAINT_VALUE;
 use massline_firmware::board::StackUse;
 
-/// Bytes of the guard at the end of the stack. A function whose locals are larger could step over it.
+/// Bytes of the guard at the end of the stack. A function whose locals are larger may step over it. An ARMv8-M needs no
+/// guard, because it has a limit of the stack pointer; there these bytes are left unused.
 pub const GUARD_BYTES: usize = 256;
 
 unsafe extern "C" {

@@ -280,8 +280,8 @@ fn explain(raw: u16, results_to_delete: u8) -> String {
              profile mass-line"
         }
         Some(Reason::SafeMode) => {
-            "it is in safe mode, because its last three starts have failed; `massline device identify` shows how, reset lets \
-             it try again, and `massline device erase --yes` erases what it stores, which may be the cause"
+            "it is in safe mode, because its last three starts have failed; `massline device identify` shows what went \
+             wrong, reset lets it try again, and `massline device erase` erases what it stores, which may be the cause"
         }
         None => return format!("reason {raw}, which this program does not know"),
     };

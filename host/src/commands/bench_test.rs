@@ -1,5 +1,6 @@
 //! One test on a simulated bench: starts a rig, configures it over its link, taps, and reads the result.
 
+use std::f64::consts::FRAC_2_PI;
 use std::path::Path;
 
 use clap::ValueEnum;
@@ -105,21 +106,20 @@ pub fn source_on(bench: &Bench, layout: &HostLayout, seed: u64) -> Result<BenchS
 
 /// Which benches may be those of the object of a layout.
 fn fitting_benches(layout: &HostLayout) -> String {
-    let own = "a bench file of its object (boards/virtual/README.md)";
+    let own = "--bench FILE with a bench file of its object (boards/virtual/README.md)";
     if layout.test.profile != TestProfile::Suspension {
-        return format!("give --bench {own}");
+        return format!("give {own}");
     }
     // Those whose mallet makes the modes swing as the layout asks for, and that have no nodes of their own.
     let swings = |bench: Bench| {
-        bench.tap.force_n[1] * bench.tap.duration_s[1] > layout.test.impulse_ns[0]
-            && BenchSource::new(&bench, layout, 1).is_ok()
+        // The impulse of half a period of a sine.
+        let impulse = bench.tap.force_n[1] * bench.tap.duration_s[1] * FRAC_2_PI;
+        impulse > layout.test.impulse_ns[0] && BenchSource::new(&bench, layout, 1).is_ok()
     };
     let hangs = |bundled: &&Bundled| Bench::named(bundled.name).is_ok_and(swings);
     let names = Bench::BUNDLED.iter().filter(hangs).map(|of| format!("--bench {}", of.name));
-    format!(
-        "this layout is one of the suspension profile: give {}, or --bench {own}",
-        names.collect::<Vec<_>>().join(" or ")
-    )
+    let ways: Vec<_> = names.chain([own.to_owned()]).collect();
+    format!("this layout is one of the suspension profile: give {}", ways.join(" or "))
 }
 
 impl From<BenchError> for Error {

@@ -96,6 +96,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 #[derive(Clone, Copy, Debug)]
 struct Doing {
     phase: &'static str,
+    /// 0 without one, and in safe mode, where the store is not read.
     layout_hash: u32,
     result: u32,
 }
@@ -119,7 +120,7 @@ fn is_in_safe_mode(identity: &Identity) -> bool {
 const SAFE_MODE: &str = "
 Its last three starts ended in a panic or a hang, so it runs nothing but its link and its panel. Press its reset
 button or switch it off and on: it starts as usual. If it comes back to this, what it stores may be the cause:
-`massline device erase` erases that. If that does not help either, flash the newest firmware and report the last panic.";
+`massline device erase` erases that. If that does not help either, flash the newest firmware and report what is said here.";
 
 /// Aborts the campaign on the rig, if there is one.
 fn abort(client: &mut Client, output: &mut Output) -> Result<()> {
@@ -184,6 +185,7 @@ fn identity_json(port: &str, identity: &Identity, doing: Doing) -> DeviceIdentit
 
 fn identity_text(port: &str, identity: &Identity, doing: Doing) -> String {
     let dirty = if identity.git_dirty { ", changed" } else { "" };
+    let none = if is_in_safe_mode(identity) { "not read" } else { "none" };
     let mut text = format!(
         "{port}\n  board      {}\n  firmware   {} ({}{dirty}), protocol {}.{}\n  sampling   {} scans/s, \
          {} channels, {} bits, {:.1} V, {:.1} µs between channels\n  record     {} scans, {} before \
@@ -206,9 +208,12 @@ fn identity_text(port: &str, identity: &Identity, doing: Doing) -> String {
         if identity.streams { "yes" } else { "no, the link is too slow" },
         BootReason::from(identity.boot_reason).name(),
         doing.phase,
-        hash_text(doing.layout_hash).unwrap_or_else(|| "none".into()),
-        if doing.result == 0 { "none".into() } else { doing.result.to_string() },
+        hash_text(doing.layout_hash).unwrap_or_else(|| none.into()),
+        if doing.result == 0 { none.into() } else { doing.result.to_string() },
     );
+    if identity.last_panic.is_empty() && is_in_safe_mode(identity) {
+        text.push_str("\n  last failure  it hung");
+    }
     if !identity.last_panic.is_empty() {
         // Writing to a String cannot fail.
         let _ = write!(text, "\n  last panic {}", identity.last_panic);

@@ -46,9 +46,9 @@ pub fn layout_in_profile(
 ) -> Result<LayoutFile> {
     let file = LayoutFile::read_in_profile(path, profile)?;
     if !file.set_aside.is_empty() {
-        let (other, keys) = (file.layout.test.profile.name(), file.set_aside.join(", "));
+        let (profile, keys) = (file.layout.test.profile.name(), file.set_aside.join(", "));
         output.note(format!(
-            "note: {keys} of {} are meant for the other profile; the defaults of the profile {other} are used",
+            "note: {} states {keys} for another profile; with --profile {profile} the defaults of that profile are used",
             path.display()
         ));
     }

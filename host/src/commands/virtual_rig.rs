@@ -4,6 +4,7 @@ use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 use std::time::Duration;
 
+use massline_protocol::BootReason;
 use massline_shared::layout::{Dof, HostLayout};
 use massline_virtual::bench::{Bench, TapHandle};
 use massline_virtual::flash::FlashBacking;
@@ -60,6 +61,9 @@ pub struct Args {
     /// Run as fast as possible instead of in real time.
     #[arg(long, conflicts_with = "manual")]
     fast: bool,
+    /// Start in safe mode, as after three failed starts.
+    #[arg(long)]
+    safe_mode: bool,
 }
 
 /// Serves the rig until Ctrl-C.
@@ -73,6 +77,10 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let taps = args.manual.then(|| source.manual());
     let mut options = VirtualRigOptions::new(Box::new(source));
     options.timing = if args.fast { Timing::Simulated } else { Timing::RealTime };
+    if args.safe_mode {
+        options.boot_reason = BootReason::SafeMode;
+        options.last_panic = "nothing has failed: this is --safe-mode";
+    }
     if let Some(path) = &args.flash {
         options.flash = FlashBacking::File(path.clone());
     }

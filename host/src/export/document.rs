@@ -13,7 +13,7 @@ use nalgebra::{Vector3, Vector6};
 use serde_json::Value;
 
 use super::frame::Placement;
-use super::listed::{Listed, chosen, refused_by_host};
+use super::listed::{Listed, NO_ANSWER_HERE, chosen, refused_by_host};
 use super::place::{ADVICE, Place};
 use super::subject::{Exported, Matrix10, Vector10};
 use super::test_data::{TestData, one_line};
@@ -129,9 +129,7 @@ pub fn of_value(value: &Value, source: &str, method: Option<Method>) -> Result<E
     let mut exported = answer_of(&answer, source)?;
     exported.test.layout_hash = hash_of(&value["layout_hash"]);
     exported.test.notes = notes;
-    let doubt = |reason| {
-        format!("solved again in double precision, the test has no answer by any method: {reason}")
-    };
+    let doubt = |reason| format!("{NO_ANSWER_HERE}: {reason}");
     exported.doubts = refused_by_host(value).into_iter().map(doubt).collect();
     let title = value["title"].as_str().unwrap_or_default();
     Ok(exported.with_test(|test| test.titled(title)))

@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::limits::Limits;
 use super::values::{Sentence, list, words};
 use crate::error::Result;
-use crate::export::{Exported, refused_by_host};
+use crate::export::{Exported, NO_ANSWER_HERE, refused_by_host};
 use crate::report::{as_exact_as, two_digits, with_sigma};
 use crate::result_file::ResultFile;
 use crate::suspension::Doubt;
@@ -156,9 +156,8 @@ impl Verdict {
             return Self::bad("No real body has these properties", reasons);
         }
         if !refused.is_empty() {
-            let solved = "solved again in double precision, the test has no answer by any method";
-            let mut reasons: Vec<_> =
-                refused.iter().map(|reason| Sentence(format!("{solved}: {reason}"))).collect();
+            let said = |reason: &&str| Sentence(format!("{NO_ANSWER_HERE}: {reason}"));
+            let mut reasons: Vec<_> = refused.iter().map(said).collect();
             let is_new = |said: &Sentence| !refused.iter().any(|reason| said.0.contains(reason));
             reasons.extend(grave.into_iter().filter(is_new));
             let headline = "The answer is in doubt: the rig has it, and no method here confirms it";

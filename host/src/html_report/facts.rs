@@ -184,7 +184,7 @@ fn budget(layout: &HostLayout) -> Group {
     }
     rows.push(fact("hammer's gain", percent(layout.hammer_gain)));
     if layout.test.profile == TestProfile::Suspension {
-        rows.push(fact("force at one mark against another", percent(layout.hit_gain)));
+        rows.push(fact("hammer's gain, from mark to mark", percent(layout.hit_gain)));
         rows.push(fact("converter's nonlinearity, as a gain", percent(layout.converter_gain)));
         if layout.gravity.is_some() {
             let direction = format!("{:.0} mrad", 1e3 * layout.gravity_direction);

@@ -47,5 +47,6 @@ fn out_of_range(setting: Setting, value: f32, profile: TestProfile, highest: f32
         }
         _ => String::new(),
     };
-    format!("{value} {unit} is out of the range of a rig{allowed}")
+    let space = if unit.is_empty() { "" } else { " " };
+    format!("{value}{space}{unit} is out of the range of a rig{allowed}")
 }

@@ -20,7 +20,7 @@ const OF_SUSPENSION: [(&str, &str); 5] = [
     (
         "band_hz = [10.0, 120.0]           # from 3 × the highest suspension mode to 0.4 × the first elastic;\n                                  \
          # \"auto\" finds it from the data",
-        "band_hz = [0.5, 12.4]             # with all six suspension modes, 12.5 at most",
+        "band_hz = [0.5, 12.4]             # with all six suspension modes, 12.4 at most",
     ),
     ("exponential_decay_per_s = 10.0 ", "exponential_decay_per_s = 0.1  "),
     ("force_window_s = 0.012 ", "force_window_s = 0.05  "),

@@ -8,21 +8,24 @@ pub const CALIBRATE_HAMMER: &str = "calibrate it with a block of known mass (`ma
                                     the mass in [prior]";
 /// Share of the variance of the mass from which the hammer is worth a word.
 const MOST: f64 = 0.5;
+/// Largest share that can be one: standard deviations are linearised and rounded.
+const LARGEST: f64 = 1.1;
 
-/// What the hammer's gain makes of the variance of an answer's mass, and what to do, where that is most of it; empty
+/// The hammer's share of the variance of an answer's mass, and what to do, where that is most of it; empty
 /// otherwise, and where a prior knows the mass.
 pub fn hammer_text(layout: &HostLayout, estimate: &Estimate<f64>) -> String {
     let is_known = layout.priors.iter().any(|prior| prior.property == 0);
     let Some(sigma) = estimate.sigma().filter(|_| !is_known) else { return String::new() };
     let share = (layout.hammer_gain * estimate.body.mass / sigma[0]).powi(2);
-    // A standard deviation without the hammer's part says nothing about it.
-    if !(MOST..=1.0).contains(&share) {
+    // A standard deviation without the hammer's part says nothing about it; one that is hardly anything else may be
+    // a little too small.
+    if !(MOST..=LARGEST).contains(&share) {
         return String::new();
     }
     format!(
-        "the hammer's gain, uncertain by {:.1} % (1 sd), makes {:.0} % of the variance of the mass: {CALIBRATE_HAMMER}\n",
+        "the hammer's gain, uncertain by {:.1} % (1 sd), accounts for {:.0} % of the variance of the mass: {CALIBRATE_HAMMER}\n",
         100.0 * layout.hammer_gain,
-        100.0 * share
+        100.0 * share.min(1.0)
     )
 }
 
@@ -54,7 +57,10 @@ mod tests {
         let mut layout = HostLayout { hammer_gain: 0.02, ..HostLayout::default() };
         // 2 % of 10 kg are 0.2 kg: 64 % of the variance that 0.25 kg are.
         let text = hammer_text(&layout, &answer(0.25));
-        assert!(text.contains("uncertain by 2.0 % (1 sd), makes 64 % of the variance"), "{text}");
+        assert!(
+            text.contains("uncertain by 2.0 % (1 sd), accounts for 64 % of the variance"),
+            "{text}"
+        );
         assert!(text.contains("`massline calibrate block`"), "{text}");
         // A quarter of the variance, and a standard deviation that cannot contain the hammer's.
         assert_eq!(hammer_text(&layout, &answer(0.4)), "");

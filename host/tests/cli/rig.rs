@@ -56,6 +56,11 @@ impl Rig {
             .unwrap()
     }
 
+    /// The port that it serves.
+    pub fn port(&self) -> &str {
+        &self.process.port
+    }
+
     /// Runs a command on this rig with `--json`: its exit code and what it printed.
     #[track_caller]
     pub fn run(&self, arguments: &[&str]) -> (i32, Value) {
@@ -174,6 +179,33 @@ fn the_rig_tells_who_it_is_and_what_it_has_counted() {
     assert_eq!(rig.run(&["measure", &rig.layout(3)]).0, 0);
     // A layout and a result went into empty flash: at least its first page was erased.
     assert!(rig.run(&["device", "stats"]).1["flash_erases"].as_u64().unwrap() > erases);
+}
+
+#[test]
+fn a_rig_in_safe_mode_says_so_measures_nothing_and_is_erased_when_it_is_told_to() {
+    let rig = Rig::start(&["--fast", "--safe-mode"]);
+    let (exit, identity) = rig.run(&["device", "identify"]);
+    assert_eq!((exit, &identity["boot_reason"]), (0, &"safe mode".into()));
+    assert_eq!(identity["phase"], "safe_mode");
+    assert_eq!(identity["last_panic"], "nothing has failed: this is --safe-mode");
+    let text = run(&["device", "identify", "--port", rig.port()]).stdout;
+    assert!(text.contains("layout     not read") && text.contains("device erase"), "{text}");
+    for command in [&["device", "stats"][..], &["results", "list"], &["measure", &rig.layout(3)]] {
+        let (exit, error) = rig.run(command);
+        assert_eq!((exit, &error["error"]["code"]), (4, &"safe_mode".into()), "{command:?}");
+    }
+    let (exit, error) = rig.run(&["device", "erase"]);
+    assert_eq!((exit, &error["error"]["code"]), (2, &"not_confirmed".into()));
+    let (exit, erased) = rig.run(&["device", "erase", "--yes"]);
+    assert_eq!((exit, &erased["erased"]), (0, &true.into()));
+}
+
+#[test]
+fn a_rig_that_runs_as_usual_is_not_erased_as_a_whole() {
+    let rig = Rig::start(&["--fast"]);
+    let (exit, error) = rig.run(&["device", "erase", "--yes"]);
+    assert_eq!((exit, &error["error"]["code"]), (2, &"not_in_safe_mode".into()));
+    assert_eq!(rig.run(&["device", "stats"]).0, 0);
 }
 
 #[test]

@@ -122,7 +122,8 @@ fn a_layout_of_the_wheel_on_the_bench_of_another_object_is_told_its_bench() {
     for more in [&[][..], &["--runs", "2"]] {
         let wrong = run(&[&["simulate", WHEEL][..], more].concat());
         assert_eq!(wrong.exit, 2);
-        let benches = "give --bench wheel or --bench wheel-with-tyre, or --bench a bench file";
+        let benches =
+            "give --bench wheel or --bench wheel-with-tyre or --bench FILE with a bench file";
         assert!(wrong.says(benches), "{}", wrong.stderr);
     }
 }

@@ -1,5 +1,5 @@
-//! Firmware that overflows its stack. Tests use it to verify that the guard of the stack turns that into a fault
-//! before a static is changed.
+//! Firmware that overflows its stack in small steps. Tests use it to verify that the guard of the stack turns that into a
+//! fault with a name.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

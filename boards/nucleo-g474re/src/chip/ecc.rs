@@ -28,6 +28,9 @@ impl Supervisor for Ecc {
     }
 
     fn read_failed(&mut self) -> bool {
+        // An error of the last read arrives before this.
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
         READING.store(false, Ordering::SeqCst);
         clear();
         UNREADABLE.load(Ordering::SeqCst)
