@@ -26,6 +26,7 @@ mod measure;
 mod outcome;
 mod own_frame;
 pub mod panel;
+mod pulse;
 mod rig;
 pub mod safe_mode;
 pub mod scan_ring;
@@ -35,7 +36,7 @@ pub mod store;
 use core::convert::Infallible;
 use core::pin::pin;
 
-use embassy_futures::join::join3;
+use embassy_futures::join::join4;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
@@ -89,7 +90,7 @@ where
     if board.info.boot_reason == BootReason::SafeMode {
         return poll_in_own_frame(pin!(safe_mode::run(board, &mut memory.session))).await;
     }
-    let Board { info, sampler, link, flash, panel } = board;
+    let Board { info, sampler, link, flash, panel, feed_watchdog } = board;
     let Memory { measurement, room, session: session_memory, panel: panel_memory } = memory;
     let rig = Rig::new(info, sampler.adc(), L::STREAMS, measurement);
     let store = Mutex::<NoopRawMutex, _>::new(Store::new(flash));
@@ -99,10 +100,11 @@ where
     let measuring = Measuring { sampler, rig: &rig, store: &store, checkpoint, room };
     let task = PanelTask { rig: &rig, store: &store, memory: panel_memory };
     let panel = panel::task::run(panel, task);
-    join3(
+    join4(
         poll_in_own_frame(pin!(measuring.run())),
         poll_in_own_frame(pin!(session.run(rx, tx, session_memory))),
         poll_in_own_frame(pin!(panel)),
+        rig.pulse.watch(feed_watchdog),
     )
     .await
     .0

@@ -18,6 +18,7 @@ use crate::checkpoint::{Checkpoint, CheckpointBuffer, fetch_lines};
 use crate::deadline::Deadline;
 use crate::levels::Levels;
 use crate::outcome::StoredResult;
+use crate::pulse::Part;
 use crate::rig::{Rig, mass_of};
 use crate::store::Store;
 
@@ -40,11 +41,15 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
     /// Runs the measuring loop; never returns.
     pub async fn run(mut self) -> ! {
         loop {
+            self.rig.pulse.works(Part::Measuring);
             self.checkpoint.update(self.rig, self.store, self.room).await;
             self.rig.wake.reset();
             let action = self.rig.measurement.borrow().next_action();
             match action {
-                NextAction::Wait => self.rig.wake.wait().await,
+                NextAction::Wait => {
+                    self.rig.pulse.waits(Part::Measuring);
+                    self.rig.wake.wait().await;
+                }
                 NextAction::Sample => self.sample().await,
                 NextAction::Compute => {
                     self.work();
@@ -97,6 +102,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
         let mut levels = Levels::new((rate * LEVEL_WINDOW_S) as u16);
         let mut block: [Scan; BLOCK] = [[0; CHANNELS]; BLOCK];
         loop {
+            rig.pulse.works(Part::Measuring);
             match self.sampler.read(&mut block).await {
                 Ok(first) => self.take(first, &block, &mut levels),
                 Err(SampleError::Overrun { lost }) => {

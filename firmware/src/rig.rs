@@ -18,6 +18,7 @@ use massline_shared::signal::{AdcProperties, CHANNELS, COMPACT_RESPONSE};
 
 use crate::deadline::Deadline;
 use crate::info::{BoardInfo, identity};
+use crate::pulse::Pulse;
 use crate::store::{CampaignSize, StoreError, decode_layout};
 
 /// The state that the parts share.
@@ -34,6 +35,8 @@ pub(crate) struct Rig<'m> {
     pub levels: Cell<[u8; CHANNELS]>,
     /// Mass according to the best estimate of the last result.
     pub last_mass: Cell<Option<EstimatedMass>>,
+    /// What measuring, session and panel do.
+    pub pulse: Pulse,
     /// Wakes the measuring loop when a command has arrived.
     pub wake: Signal<NoopRawMutex, ()>,
     /// Wakes the session when there is something to report to the host.
@@ -57,6 +60,7 @@ impl<'m> Rig<'m> {
             stats: RefCell::new(Stats::default()),
             levels: Cell::new([0; CHANNELS]),
             last_mass: Cell::new(None),
+            pulse: Pulse::new(),
             wake: Signal::new(),
             news: Signal::new(),
             show: Signal::new(),

@@ -4,7 +4,7 @@
 use core::cell::Cell;
 use core::convert::Infallible;
 
-use embassy_futures::join::join;
+use embassy_futures::join::join3;
 use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -22,6 +22,7 @@ use crate::board::{Board, Link, Panel, Sampler};
 use crate::info::{BoardInfo, identity};
 use crate::panel::draw::safe_mode;
 use crate::panel::{Button, Cue};
+use crate::pulse::Pulse;
 use crate::session::{LINK_PAUSE, SessionMemory, WRITE_TIMEOUT};
 
 /// What has become of the store.
@@ -50,12 +51,20 @@ where
     F: NorFlash,
     P: Panel,
 {
-    let Board { info, sampler, link, flash, panel } = board;
+    let Board { info, sampler, link, flash, panel, feed_watchdog } = board;
     let identity = identity(&info, sampler.adc(), L::STREAMS);
     let (rx, tx) = link.split();
     let state = Cell::new(StoreState::Unread);
     let safe = SafeMode { flash: Mutex::new(flash), state, changed: Signal::new() };
-    join(safe.serve(rx, tx, &identity, memory), safe.show(panel, &info)).await.0
+    // Nothing of it works longer than an erase, so that the executor alone is watched.
+    let watched = Pulse::new();
+    join3(
+        safe.serve(rx, tx, &identity, memory),
+        safe.show(panel, &info),
+        watched.watch(feed_watchdog),
+    )
+    .await
+    .0
 }
 
 struct SafeMode<F> {

@@ -16,9 +16,9 @@ pub fn rig_that_loses(
     fault: impl FnMut(&[Scan]) -> Option<SampleError> + Send + 'static,
 ) -> Result<VirtualRig, StartError> {
     VirtualRig::start_application(options, async move |board| {
-        let Board { info, sampler, link, flash, panel } = board;
+        let Board { info, sampler, link, flash, panel, feed_watchdog } = board;
         let sampler = Faulty { sampler, fault };
-        let board = Board { info, sampler, link, flash, panel };
+        let board = Board { info, sampler, link, flash, panel, feed_watchdog };
         let mut memory = Box::new(Memory::new());
         massline_firmware::run(board, &mut memory).await
     })

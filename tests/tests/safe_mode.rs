@@ -78,8 +78,9 @@ impl Failing {
         };
         let erased = self.erased.clone();
         VirtualRig::start_application(options, async |board| {
-            let Board { info, sampler, link, flash, panel } = board;
-            let board = Board { info, sampler, link, flash: Poisoned(flash, erased), panel };
+            let Board { info, sampler, link, flash, panel, feed_watchdog } = board;
+            let flash = Poisoned(flash, erased);
+            let board = Board { info, sampler, link, flash, panel, feed_watchdog };
             let mut memory = Box::new(Memory::new());
             massline_firmware::run(board, &mut memory).await
         })

@@ -129,10 +129,10 @@ fn compare(layout: &RigLayout, seed: u64) {
         let sigma = other.sigma().expect("the answers have intervals");
         let of_rig = estimate.sigma().expect("the answers have intervals");
         for k in 0..10 {
-            // The host has 200 draws of noise and the rig 100, whose sums of squares vary by 14 %; most of the variance is
-            // that of the layout's errors, of which both have the same.
             let ratio = f64::from(of_rig[k]) / sigma[k];
-            assert!((ratio - 1.0).abs() < 0.05, "seed {seed}, {:?} {k}: {ratio}", estimate.method);
+            let allowed = spread_of_draws(estimate.method);
+            let what = format!("seed {seed}, {:?} {k}: {ratio}", estimate.method);
+            assert!((ratio - 1.0).abs() < allowed, "{what}");
             let difference = f64::from(estimate.theta()[k]) - other.theta()[k];
             // The part of a standard deviation by which rig and host may differ.
             assert!(
@@ -144,6 +144,14 @@ fn compare(layout: &RigLayout, seed: u64) {
         }
     }
     assert!(compared >= 3, "{estimates:?}");
+}
+
+/// By how much the standard deviations of rig and host may differ, relative. The host has 200 draws of noise and the rig 100:
+/// what noise alone makes of a standard deviation differs by 9 % (1 sd). Most of the variance is that of the layout's errors,
+/// of which both have the same; where noise makes an eighth of it, 3.5 sd are 4 %. The modal constant has only the few lines
+/// beyond the highest mode; if noise makes half of its variance, 3.5 sd are 15 %.
+fn spread_of_draws(method: Method) -> f64 {
+    if method == Method::ModalConstant { 0.15 } else { 0.05 }
 }
 
 /// Campaigns whose errors are drawn from the default error budget, with a calibrated hammer: as in the study of the guide, whose

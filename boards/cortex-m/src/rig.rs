@@ -1,7 +1,7 @@
 //! The application and the tasks beside it, as one future, which the task of a board's program awaits.
 
 use embassy_futures::join::join4;
-use embassy_time::{Duration, Instant, Timer};
+use embassy_time::{Duration, Timer};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_firmware::Memory;
@@ -17,17 +17,16 @@ use crate::{last_words, stack};
 /// clock is half as fast again as stated. The longest is the erase of a sector of an STM32F411's store, 0.8
 /// s; the store yields between two erases.
 pub const WATCHDOG: Duration = Duration::from_secs(8);
-const WATCHDOG_FED: Duration = Duration::from_secs(1);
 /// A start has not failed when the rig runs for this time.
 const SUCCESS: Duration = Duration::from_secs(60);
 
 /// Resets the chip when it has not been fed for [`WATCHDOG`].
 pub trait Watchdog {
-    /// Starts the watchdog; from now on it must be fed.
+    /// Starts the watchdog; from now on it must be fed. It may be running already.
     fn start(&mut self);
 
     /// Restarts its period.
-    fn feed(&mut self);
+    fn feed();
 }
 
 /// Information about the board with this name, including the panic message of the previous run. To be
@@ -73,23 +72,19 @@ where
     O: OutputPin,
 {
     /// Runs the rig, and concurrently `beside`, which serves the link; never returns.
-    pub async fn run(self, watchdog: impl Watchdog, beside: impl Future) {
+    pub async fn run<D: Watchdog>(self, mut watchdog: D, beside: impl Future) {
         static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
         let Self { info, sampler, link, flash, panel } = self;
-        let board = Board { info, sampler, link, flash, panel: RigPanel::open() };
+        let feed_watchdog = D::feed;
+        let board = Board { info, sampler, link, flash, panel: RigPanel::open(), feed_watchdog };
+        watchdog.start();
         let application = massline_firmware::run(board, MEMORY.take());
-        join4(application, panel.run(), beside, guard(watchdog)).await;
+        join4(application, panel.run(), beside, note_success()).await;
     }
 }
 
-/// Feeds the watchdog; never returns. It runs only while the executor does.
-async fn guard(mut watchdog: impl Watchdog) -> ! {
-    watchdog.start();
-    loop {
-        watchdog.feed();
-        if Instant::now() >= Instant::MIN + SUCCESS {
-            last_words::note_failures(0);
-        }
-        Timer::after(WATCHDOG_FED).await;
-    }
+/// Notes that this start has not failed, once the rig has run for a while.
+async fn note_success() {
+    Timer::after(SUCCESS).await;
+    last_words::note_failures(0);
 }

@@ -1,6 +1,8 @@
 //! The independent watchdog. Each board with an STM32 includes this file.
 
 use embassy_stm32::Peri;
+use embassy_stm32::pac;
+use embassy_stm32::pac::iwdg::vals::Key;
 use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
 use massline_cortex_m::rig::{self, WATCHDOG};
@@ -9,7 +11,7 @@ use massline_cortex_m::rig::{self, WATCHDOG};
 pub struct Watchdog(IndependentWatchdog<'static, IWDG>);
 
 impl Watchdog {
-    /// A watchdog that is not started.
+    /// The watchdog, as it is.
     pub fn new(watchdog: Peri<'static, IWDG>) -> Self {
         Self(IndependentWatchdog::new(watchdog, WATCHDOG.as_micros() as u32))
     }
@@ -20,7 +22,7 @@ impl rig::Watchdog for Watchdog {
         self.0.unleash();
     }
 
-    fn feed(&mut self) {
-        self.0.pet();
+    fn feed() {
+        pac::IWDG.kr().write(|w| w.set_key(Key::RESET));
     }
 }

@@ -137,7 +137,7 @@ impl VirtualRig {
             let run = AssertUnwindSafe(|| {
                 // Made on this thread, because its clock is this thread's.
                 let sampler = SourceSampler::new(source, timing).waiting_for(link.backlog());
-                let board = Board { info, sampler, link, flash, panel };
+                let board = Board { info, sampler, link, flash, panel, feed_watchdog: || {} };
                 executor.run(application(board));
             });
             if let Err(payload) = catch_unwind(run) {

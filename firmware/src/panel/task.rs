@@ -29,6 +29,7 @@ use super::summary::{self, PIECE, Page};
 use super::{Button, Cue, Panel, PanelModel, cues};
 use crate::deadline::Deadline;
 use crate::encoded::{self, Bytes};
+use crate::pulse::Part;
 use crate::rig::Rig;
 use crate::store::{LAYOUTS, LayoutHandle, RESULTS, ResultHandle, Shortage, Source, Store};
 
@@ -58,6 +59,7 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
     let PanelTask { rig, store, memory: PanelMemory { modal, piece } } = task;
     let (menu, pace, before) = (Menu::new(), TimeEstimator::new(Instant::now()), PanelModel::START);
     let mut controller = PanelController { rig, store, menu, modal, pace, before };
+    rig.pulse.works(Part::Panel);
     loop {
         for cue in controller.follow() {
             panel.cue(cue);
@@ -65,7 +67,10 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
         panel.report(&controller.before);
         controller.draw(&*store.lock().await, panel.screen());
         panel.flush().await;
-        if let Either::Second(button) = select(rig.show.wait(), panel.button()).await
+        rig.pulse.waits(Part::Panel);
+        let event = select(rig.show.wait(), panel.button()).await;
+        rig.pulse.works(Part::Panel);
+        if let Either::Second(button) = event
             && let Some(pending) = controller.press(button)
         {
             let done = match pending {

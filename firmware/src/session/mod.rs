@@ -23,6 +23,7 @@ use heapless::Vec;
 use massline_protocol::message::{MAX_CHANGE_ANSWER, changes};
 use massline_protocol::{Deframer, Frame, MAX_FRAME, crc32};
 
+use crate::pulse::Part;
 use crate::rig::Rig;
 use crate::store::Store;
 pub(crate) use link::WRITE_TIMEOUT;
@@ -76,7 +77,10 @@ impl<F: NorFlash> Session<'_, '_, F> {
         let mut bytes = [0; 64];
         let mut intake = Intake::default();
         loop {
-            match select(rx.read(&mut bytes), self.rig.news.wait()).await {
+            self.rig.pulse.waits(Part::Session);
+            let event = select(rx.read(&mut bytes), self.rig.news.wait()).await;
+            self.rig.pulse.works(Part::Session);
+            match event {
                 // The link is disconnected.
                 Either::First(Ok(0) | Err(_)) => {
                     sender.listened = false;
@@ -87,6 +91,7 @@ impl<F: NorFlash> Session<'_, '_, F> {
                     let mut rest = bytes.get(..n).unwrap_or_default();
                     intake.heard(self.rig);
                     while !rest.is_empty() {
+                        self.rig.pulse.works(Part::Session);
                         let (taken, frame) = deframer.push(rest);
                         intake.took(self.rig, rest.get(..taken), &frame);
                         rest = rest.get(taken..).unwrap_or_default();
@@ -119,6 +124,7 @@ impl<F: NorFlash> Session<'_, '_, F> {
             if !sender.listened {
                 return;
             }
+            self.rig.pulse.works(Part::Session);
             match news.next(self.rig, out) {
                 0 => return,
                 length => sender.send(out.get(..length)).await,

@@ -63,6 +63,8 @@ async fn rig() {
         link: link::start(),
         flash,
         panel: panel::NoPanel::default(),
+        // The machine has none.
+        feed_watchdog: || {},
     };
     massline_firmware::run(board, MEMORY.take()).await;
 }

@@ -44,8 +44,9 @@ impl rig::Watchdog for WholeWatchdog {
         watchdog_resets_all();
     }
 
-    fn feed(&mut self) {
-        self.0.feed(WATCHDOG);
+    fn feed() {
+        // In microseconds, as `start` has set it.
+        pac::WATCHDOG.load().write(|w| w.set_load(WATCHDOG.as_micros() as u32));
     }
 }
 
