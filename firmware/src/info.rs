@@ -1,11 +1,6 @@
 //! What a board reports about itself.
 
-use massline_protocol::message::Identity;
-use massline_protocol::{BootReason, PROTOCOL_MAJOR, PROTOCOL_MINOR};
-use massline_shared::layout::{RIG_HITS, RIG_SENSORS};
-use massline_shared::signal::{AdcProperties, PRE_TRIGGER_SCANS, RECORD_SCANS};
-
-use crate::rig::cut;
+use massline_protocol::BootReason;
 
 /// What a board reports about itself.
 #[derive(Clone, Copy, Debug)]
@@ -33,24 +28,4 @@ pub struct StackUse {
     pub high_water: u32,
     /// Size.
     pub size: u32,
-}
-
-/// Identity of a rig with this converter, whose link carries all scans if `streams` is true.
-pub(crate) fn identity(info: &BoardInfo, adc: AdcProperties, streams: bool) -> Identity {
-    Identity {
-        protocol_major: PROTOCOL_MAJOR,
-        protocol_minor: PROTOCOL_MINOR,
-        firmware: cut(info.firmware),
-        git_hash: cut(info.git_hash),
-        git_dirty: info.git_dirty,
-        board: cut(info.name),
-        adc,
-        record_scans: RECORD_SCANS as u16,
-        pre_trigger_scans: PRE_TRIGGER_SCANS as u16,
-        max_sensors: RIG_SENSORS as u8,
-        max_hits: RIG_HITS as u8,
-        streams,
-        boot_reason: info.boot_reason.into(),
-        last_panic: cut(info.last_panic),
-    }
 }

@@ -28,7 +28,7 @@ mod own_frame;
 pub mod panel;
 mod pulse;
 mod rig;
-pub mod safe_mode;
+mod safe_mode;
 pub mod scan_ring;
 mod session;
 pub mod store;
@@ -79,7 +79,7 @@ impl Memory {
     }
 }
 
-/// Runs the rig on a board; never returns. A rig that starts for the reason [`BootReason::SafeMode`] runs [`safe_mode`].
+/// Runs the rig on a board; never returns. A rig that starts for the reason [`BootReason::SafeMode`] runs in safe mode.
 pub async fn run<S, L, F, P>(board: Board<S, L, F, P>, memory: &mut Memory) -> Infallible
 where
     S: Sampler,

@@ -8,16 +8,18 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 use heapless::{String, Vec};
-use massline_protocol::crc32;
 use massline_protocol::message::{EstimatedMass, Identity, Stats, Status};
+use massline_protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR, crc32};
 use massline_shared::identify::Estimate;
-use massline_shared::layout::{RIG_HITS, RigLayout, TestProfile};
+use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout, TestProfile};
 use massline_shared::measurement::campaign::{Command, CommandError, Start};
 use massline_shared::measurement::{Measurement, Memory, StartError};
-use massline_shared::signal::{AdcProperties, CHANNELS, COMPACT_RESPONSE};
+use massline_shared::signal::{
+    AdcProperties, CHANNELS, COMPACT_RESPONSE, PRE_TRIGGER_SCANS, RECORD_SCANS,
+};
 
 use crate::deadline::Deadline;
-use crate::info::{BoardInfo, identity};
+use crate::info::BoardInfo;
 use crate::pulse::Pulse;
 use crate::store::{CampaignSize, StoreError, decode_layout};
 
@@ -193,6 +195,26 @@ impl<'m> Rig<'m> {
 /// Percentage of the computation of the suspension modes that is done; `None` unless it runs.
 pub(crate) fn computed(measurement: &Measurement<'_, f32>) -> Option<u8> {
     measurement.computed().map(|part| (100.0 * part) as u8)
+}
+
+/// Identity of a rig with this converter, whose link carries all scans if `streams` is true.
+pub(crate) fn identity(info: &BoardInfo, adc: AdcProperties, streams: bool) -> Identity {
+    Identity {
+        protocol_major: PROTOCOL_MAJOR,
+        protocol_minor: PROTOCOL_MINOR,
+        firmware: cut(info.firmware),
+        git_hash: cut(info.git_hash),
+        git_dirty: info.git_dirty,
+        board: cut(info.name),
+        adc,
+        record_scans: RECORD_SCANS as u16,
+        pre_trigger_scans: PRE_TRIGGER_SCANS as u16,
+        max_sensors: RIG_SENSORS as u8,
+        max_hits: RIG_HITS as u8,
+        streams,
+        boot_reason: info.boot_reason.into(),
+        last_panic: cut(info.last_panic),
+    }
 }
 
 /// The mass of an estimate.

@@ -19,26 +19,12 @@ use massline_protocol::message::{
 use massline_protocol::{Endpoint, Frame, MAX_FRAME, encode_frame};
 
 use crate::board::{Board, Link, Panel, Sampler};
-use crate::info::{BoardInfo, identity};
-use crate::panel::draw::safe_mode;
+use crate::info::BoardInfo;
+use crate::panel::draw::{StoreState, safe_mode};
 use crate::panel::{Button, Cue};
 use crate::pulse::Pulse;
+use crate::rig::identity;
 use crate::session::{LINK_PAUSE, SessionMemory, WRITE_TIMEOUT};
-
-/// What has become of the store.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StoreState {
-    /// Nobody has asked for it to be erased.
-    Unread,
-    /// The operator is asked whether it is to be erased.
-    Asked,
-    /// It is being erased.
-    Erasing,
-    /// It is empty.
-    Erased,
-    /// The flash could not be erased.
-    Failed,
-}
 
 /// Runs safe mode; never returns.
 pub(crate) async fn run<S, L, F, P>(

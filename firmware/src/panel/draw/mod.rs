@@ -16,7 +16,7 @@ use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::{RigLayout, TestProfile};
 
 use self::canvas::{Canvas, Screen as Pixels};
-pub use self::safe_mode::safe_mode;
+pub use self::safe_mode::{StoreState, safe_mode};
 use super::PanelModel;
 use super::menu::{Menu, Screen};
 use super::summary::Summary;

@@ -2,7 +2,21 @@
 
 use super::canvas::{Canvas, Screen, clipped};
 use crate::panel::words::WIDTH;
-use crate::safe_mode::StoreState;
+
+/// What has become of the store.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StoreState {
+    /// Nobody has asked for it to be erased.
+    Unread,
+    /// The operator is asked whether it is to be erased.
+    Asked,
+    /// It is being erased.
+    Erasing,
+    /// It is empty.
+    Erased,
+    /// The flash could not be erased.
+    Failed,
+}
 
 /// Draws what has become of the store, and the failure that ended the last run.
 pub fn safe_mode(screen: &mut impl Screen, state: StoreState, failure: &str) {
