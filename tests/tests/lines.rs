@@ -238,7 +238,7 @@ fn capacity<C: Chip>(board: &str) -> (usize, usize) {
 #[test]
 fn every_board_has_room_for_a_campaign_of_five_dofs_with_lines() {
     // 5 DOFs of 5003 bytes, the result, the progress, layout and calibration, and the headers of their records need
-    // about 31 KiB; 32, 54 and 60 KiB are left of the flash beside the page that is opened next and what is lost at the
+    // about 31 KiB; 32, 48 and 60 KiB are left of the flash beside the page that is opened next and what is lost at the
     // ends of pages.
     let (f411, g474, pico2) =
         (capacity::<F411>("F411"), capacity::<G474>("G474"), capacity::<W25q>("Pico 2"));

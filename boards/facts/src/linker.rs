@@ -6,7 +6,21 @@ use crate::board::Board;
 pub fn memory_map(board: &Board, sections: &str) -> String {
     let (flash, ram) = (board.image_flash(), board.image_ram());
     let code = match board.hole() {
-        Some(store) => format!("\n/* Behind the store. */\n_stext = {:#010x};\n", store.end),
+        Some(store) => format!(
+            "\n/* Behind the store. */\n\
+             _stext = {:#010x};\n\
+             \n/* Before it, beside the vectors: what is small enough, and the same in every image. */\n\
+             SECTIONS\n\
+             {{\n  \
+               .text_before_store :\n  \
+               {{\n    \
+                 *(.text.*4libm*);\n    \
+                 ASSERT(. <= {:#010x}, \"the code before the store reaches into it\");\n  \
+               }} > FLASH\n\
+             }}\n\
+             INSERT AFTER .vector_table;\n",
+            store.end, store.start
+        ),
         None => String::new(),
     };
     format!(
@@ -34,7 +48,9 @@ mod tests {
         let map = memory_map(&board(), "");
         assert!(map.contains("FLASH : ORIGIN = 0x08000000, LENGTH = 0x64000\n"), "{map}");
         assert!(map.contains("RAM   : ORIGIN = 0x20000000, LENGTH = 0x20000\n"), "{map}");
-        assert!(map.ends_with("_stext = 0x08010000;\n"), "{map}");
+        assert!(map.contains("_stext = 0x08010000;\n"), "{map}");
+        assert!(map.contains("ASSERT(. <= 0x08004000,"), "{map}");
+        assert!(map.ends_with("INSERT AFTER .vector_table;\n"), "{map}");
     }
 
     #[test]

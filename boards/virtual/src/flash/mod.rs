@@ -62,7 +62,7 @@ impl Chip for F411 {
 pub enum G474 {}
 
 impl Chip for G474 {
-    const BYTES: usize = 56 * 1024;
+    const BYTES: usize = 50 * 1024;
     const PAGE: usize = 2 * 1024;
     const WORD: usize = 8;
     const ECC: bool = true;
