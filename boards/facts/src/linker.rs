@@ -16,7 +16,9 @@ pub fn memory_map(board: &Board, sections: &str) -> String {
                {{\n    \
                  *(.text.*4libm*);\n    \
                  ASSERT(. <= {:#010x}, \"the code before the store reaches into it\");\n  \
-               }} > FLASH\n\
+               }} > FLASH\n  \
+               /* No code, so that the segment of the code behind the store begins there. */\n  \
+               .before_store_end : {{ *(.text_before_store_end); LONG(0); }} > FLASH\n\
              }}\n\
              INSERT AFTER .vector_table;\n",
             store.end, store.start
