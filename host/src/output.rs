@@ -234,6 +234,19 @@ impl Output {
         self.notes.clone()
     }
 
+    /// Makes sure, before anything is done, that a question can be asked, or that `yes` has answered it. `doing` is what
+    /// the command does, such as `deleting`.
+    ///
+    /// # Errors
+    /// When nobody could confirm.
+    pub fn can_confirm(&self, yes: bool, doing: &str) -> Result<()> {
+        if yes || self.keyboard {
+            return Ok(());
+        }
+        let text = format!("{doing} asks for a confirmation, and there is no keyboard; add --yes");
+        Err(Error::input("not_confirmed", text))
+    }
+
     /// Asks a question at the keyboard; anything but y or yes is a no.
     ///
     /// # Errors

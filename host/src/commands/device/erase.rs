@@ -29,12 +29,7 @@ pub struct Args {
 /// # Errors
 /// When the rig cannot be reached, is not in safe mode, or cannot erase its flash, and when nobody confirms.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    if !args.yes && !output.has_keyboard() {
-        return Err(Error::input(
-            "not_confirmed",
-            "erasing asks for a confirmation, and there is no keyboard; add --yes",
-        ));
-    }
+    output.can_confirm(args.yes, "erasing")?;
     let (mut client, identity) = args.port.connect(output)?;
     if !is_in_safe_mode(&identity) {
         return Err(Error::input(

@@ -34,12 +34,7 @@ pub struct Args {
 /// # Errors
 /// When the rig cannot be reached or has no such result, and when nobody confirms.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    if !args.yes && !output.has_keyboard() {
-        return Err(Error::input(
-            "not_confirmed",
-            "deleting asks for a confirmation, and there is no keyboard; add --yes",
-        ));
-    }
+    output.can_confirm(args.yes, "deleting")?;
     let (mut client, _) = args.port.connect(output)?;
     let stored: Vec<u32> = client.results()?.iter().map(|entry| entry.number).collect();
     let chosen = chosen(args, &stored)?;
