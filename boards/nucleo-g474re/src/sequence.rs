@@ -81,9 +81,13 @@ mod tests {
             times: [3 << 3 | 3 << 15 | 3 << 18 | 3 << 24, 3 << 15 | 6 << 24],
         };
         assert_eq!(sequence(&ADC1, &LAYOUT), first);
-        // ADC2: 2, 7, 9, 17, 3, 3. SQR1: 5 | 2 << 6 | 7 << 12 | 9 << 18 | 17 << 24, SQR2: 3 | 3 << 6.
-        let second = sequence(&ADC2, &LAYOUT);
-        assert_eq!(second.ranks, [0x1124_7085, 0x0000_00C3, 0, 0]);
+        // ADC2: 2, 7, 9, 17, 3, 4. SQR1: 5 | 2 << 6 | 7 << 12 | 9 << 18 | 17 << 24, SQR2: 3 | 4 << 6;
+        // SMPR1: 3 for 2, 3, 7, 9 and 6 for 4, which is converted beside the reference; SMPR2: 3 for 17.
+        let second = Registers {
+            ranks: [0x1124_7085, 0x0000_0103, 0, 0],
+            times: [3 << 6 | 3 << 9 | 6 << 12 | 3 << 21 | 3 << 27, 3 << 21],
+        };
+        assert_eq!(sequence(&ADC2, &LAYOUT), second);
     }
 
     #[test]
