@@ -5,8 +5,10 @@ use std::{env, fs};
 
 const MEMORY: &str = "MEMORY {
     FLASH : ORIGIN = 0x10000000, LENGTH = 1M
-    RAM : ORIGIN = 0x38000000, LENGTH = 128K
+    RAM : ORIGIN = 0x38006000, LENGTH = 104K
 }
+_stack_end = 0x38000000;
+_stack_start = 0x38006000;
 ";
 
 fn main() {

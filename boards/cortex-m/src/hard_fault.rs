@@ -50,9 +50,9 @@ impl HardFault {
     pub fn read(stack_pointer: usize) -> Self {
         // SAFETY: reading the fault status has no side effect.
         let status = unsafe { (*cortex_m::peripheral::SCB::PTR).cfsr.read() };
-        let usable = stack::usable();
+        let stack = stack::addresses();
         let frame = stack_pointer..stack_pointer.saturating_add(FRAME_WORDS * size_of::<u32>());
-        let is_whole = usable.start <= frame.start && frame.end <= usable.end;
+        let is_whole = stack.start <= frame.start && frame.end <= stack.end;
         let word = |index: usize| {
             // SAFETY: the frame lies in the stack, and everything that used the stack has ended.
             unsafe { (stack_pointer as *const u32).add(index).read_volatile() }

@@ -97,8 +97,10 @@ pub struct Image {
     /// Bytes of flash. A store within this range is left out: the vector table comes before it, the code
     /// after it.
     pub flash_bytes: u32,
-    /// Bytes of RAM, for statics and stack.
+    /// Bytes of RAM, for stack and statics.
     pub ram_bytes: u32,
+    /// Those of them that are the stack, below the statics.
+    pub stack_bytes: u32,
     /// A linker script in the board's folder that is added to the memory map.
     pub sections: Option<String>,
 }
@@ -109,7 +111,7 @@ pub struct Image {
 pub struct Budget {
     /// All loaded sections, bytes.
     pub flash_bytes: u64,
-    /// Statics, plus 1.25 times the stack measured on the emulated board, plus 2 KiB for interrupts.
+    /// Stack and statics.
     pub ram_bytes: u64,
 }
 
@@ -154,9 +156,14 @@ impl Board {
         self.flash.origin..self.flash.origin + self.image.flash_bytes
     }
 
-    /// The RAM that the linker may fill.
-    pub fn image_ram(&self) -> Range<u32> {
-        self.ram.origin..self.ram.origin + self.image.ram_bytes
+    /// The RAM of the stack.
+    pub fn stack(&self) -> Range<u32> {
+        self.ram.origin..self.ram.origin + self.image.stack_bytes
+    }
+
+    /// The RAM that the linker may fill with statics.
+    pub fn statics(&self) -> Range<u32> {
+        self.stack().end..self.ram.origin + self.image.ram_bytes
     }
 
     /// The store, if it lies within the flash that the linker may fill.

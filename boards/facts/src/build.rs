@@ -48,6 +48,7 @@ pub fn whole_machine(folder: &Path, scripts: &[&str]) {
         let mut board = Board::read(folder)?;
         board.image.flash_bytes = board.flash.bytes();
         board.image.ram_bytes = board.ram.bytes;
+        board.image.stack_bytes = board.ram.bytes / 2;
         if bare_metal() {
             write_memory_map(&board, "")?;
             link(Program::Firmware, scripts);

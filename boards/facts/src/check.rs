@@ -51,6 +51,7 @@ fn image(board: &Board) -> Result<(), Error> {
     let (flash, ram) = (board.flash.bytes(), board.ram.bytes);
     within("image.flash_bytes", board.image.flash_bytes.into(), "the flash", flash.into())?;
     within("image.ram_bytes", board.image.ram_bytes.into(), "the RAM", ram.into())?;
+    stack(board)?;
     let mut room = u64::from(board.image.flash_bytes);
     if let Some(hole) = board.hole() {
         if hole.start == board.flash.origin || hole.end >= board.image_flash().end {
@@ -66,6 +67,17 @@ fn image(board: &Board) -> Result<(), Error> {
     within("budget.flash_bytes", board.budget.flash_bytes, "what the linker may fill", room)?;
     let room = board.image.ram_bytes.into();
     within("budget.ram_bytes", board.budget.ram_bytes, "what the linker may fill", room)
+}
+
+/// Checks that the stack pointer starts within the image's RAM at a multiple of eight, as the core's calls require.
+fn stack(board: &Board) -> Result<(), Error> {
+    let (ram, stack) = (board.image.ram_bytes, board.image.stack_bytes);
+    within("image.stack_bytes", stack.into(), "what the linker may fill", ram.into())?;
+    if stack == 0 || !board.stack().end.is_multiple_of(8) {
+        let why = format!("a stack of {stack} bytes does not end at a multiple of eight");
+        return Err(Error::contradiction("image.stack_bytes", why));
+    }
+    Ok(())
 }
 
 fn within(key: &'static str, value: u64, whole: &str, limit: u64) -> Result<(), Error> {
@@ -97,7 +109,7 @@ pub mod tests {
         target = "thumbv7em-none-eabihf"
         chip = { name = "STM32F411CE", probe_rs = "STM32F411CEUx" }
         ram = { origin = 0x2000_0000, bytes = 0x2_0000 }
-        image = { flash_bytes = 0x6_4000, ram_bytes = 0x2_0000 }
+        image = { flash_bytes = 0x6_4000, ram_bytes = 0x2_0000, stack_bytes = 0x6000 }
         budget = { flash_bytes = 360_448, ram_bytes = 118_784 }
 
         [flash]
@@ -182,6 +194,9 @@ pub mod tests {
     fn the_image_fits_its_memories_and_its_budget_the_image() {
         refused(|board| board.image.flash_bytes = 0x8_0001, "image.flash_bytes");
         refused(|board| board.image.ram_bytes = 0x2_0001, "image.ram_bytes");
+        refused(|board| board.image.stack_bytes = 0x2_0008, "image.stack_bytes");
+        refused(|board| board.image.stack_bytes = 0x6004, "image.stack_bytes");
+        refused(|board| board.image.stack_bytes = 0, "image.stack_bytes");
         // 0x6_4000 less the store's 0xC000 is 360 448.
         refused(|board| board.budget.flash_bytes = 360_449, "budget.flash_bytes");
         refused(|board| board.budget.ram_bytes = 0x2_0001, "budget.ram_bytes");

@@ -3,27 +3,20 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
+mod overflow;
+
+#[cfg(target_os = "none")]
 massline_cortex_m::last_words!(firmware::finish);
 
 #[cfg(target_os = "none")]
 mod firmware {
-    use core::hint::black_box;
-
     use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
     use cortex_m_semihosting::hprintln;
     use massline_cortex_m::last_words;
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        panic!("{} calls and no end", deeper(0))
-    }
-
-    /// Calls itself for ever, with locals that are in use until it returns.
-    #[allow(unconditional_recursion, reason = "it is to overflow the stack")]
-    fn deeper(calls: u32) -> u32 {
-        let locals = black_box([calls; 16]);
-        let deepest = deeper(calls + 1);
-        black_box(locals).iter().fold(deepest, |sum, local| sum.wrapping_add(*local))
+        crate::overflow::overflow()
     }
 
     /// Ends the emulator; it has succeeded when the overflow was noticed.

@@ -1,5 +1,5 @@
-//! Firmware that overflows its stack in small steps. Tests use it to verify that the guard of the stack turns that into a
-//! fault with a name.
+//! Firmware that overflows its stack. Tests use it to verify that the guard of the stack turns that into a fault with a
+//! name before any static has changed.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
@@ -9,6 +9,9 @@ mod hard_fault;
 #[cfg(target_os = "none")]
 #[path = "../chip/fault.rs"]
 mod fault;
+#[cfg(target_os = "none")]
+#[path = "../../../../tests/stack-limit/src/overflow.rs"]
+mod overflow;
 #[cfg(target_os = "none")]
 #[path = "../chip/registers.rs"]
 #[allow(dead_code, reason = "only the UART of the last words is used here")]
@@ -24,20 +27,10 @@ mod stack_guard;
 
 #[cfg(target_os = "none")]
 mod firmware {
-    use core::hint::black_box;
-
     #[cortex_m_rt::entry]
     fn main() -> ! {
         super::stack_guard::set();
-        panic!("{} calls and no end", deeper(0))
-    }
-
-    /// Calls itself for ever, with locals that are in use until it returns.
-    #[allow(unconditional_recursion, reason = "it is to overflow the stack")]
-    fn deeper(calls: u32) -> u32 {
-        let locals = black_box([calls; 16]);
-        let deepest = deeper(calls + 1);
-        black_box(locals).iter().fold(deepest, |sum, local| sum.wrapping_add(*local))
+        super::overflow::overflow()
     }
 
     // The linker script requires the table, although no interrupt is ever enabled.
