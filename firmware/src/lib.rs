@@ -93,7 +93,7 @@ where
     let Board { info, sampler, link, flash, panel, feed_watchdog } = board;
     let Memory { measurement, room, session: session_memory, panel: panel_memory } = memory;
     let rig = Rig::new(info, sampler.adc(), L::STREAMS, measurement);
-    let store = Mutex::<NoopRawMutex, _>::new(Store::new(flash));
+    let store = Mutex::<NoopRawMutex, _>::new(Store::new(flash, board.info.supply.is_low));
     let checkpoint = poll_in_own_frame(pin!(recall(&rig, &store, room))).await;
     let (rx, tx) = link.split();
     let session = Session { rig: &rig, store: &store };

@@ -82,6 +82,7 @@ pub mod result_file;
 pub mod rig;
 pub mod rig_lines;
 mod screen;
+pub mod self_test;
 pub mod single_fault;
 pub mod solve;
 pub mod spectra;

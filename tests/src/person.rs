@@ -15,7 +15,7 @@ use crate::campaign::LATE;
 /// Flash in which these layouts were stored before a power cut; the last one is in use.
 pub fn provisioned_with(layouts: &[&RigLayout]) -> FlashBacking {
     let backing = FlashBacking::default();
-    let mut store = Store::new(Flash::open(&backing).expect("memory"));
+    let mut store = Store::new(Flash::open(&backing).expect("memory"), || false);
     block_on(store.open());
     for layout in layouts {
         let layout = postcard::to_stdvec(layout).expect("a layout is encoded");

@@ -28,7 +28,7 @@ use massline_virtual::{VirtualRig, VirtualRigOptions};
 type ChipStore<C> = Store<ChipFlash<C>>;
 
 fn open<C: Chip>(memory: &FlashMemory) -> ChipStore<C> {
-    let mut store = Store::new(ChipFlash::<C>::over(memory));
+    let mut store = Store::new(ChipFlash::<C>::over(memory), || false);
     block_on(store.open());
     store
 }

@@ -185,7 +185,7 @@ fn tumble(flash: &FlashBacking, bench: &Bench, seed: u64) -> (Framebuffer, Calib
 
 /// The calibration in the flash of a rig that is switched off.
 fn kept(flash: &FlashBacking) -> Option<CalibrationRecord> {
-    let mut store = Store::new(Flash::open(flash).unwrap());
+    let mut store = Store::new(Flash::open(flash).unwrap(), || false);
     block_on(store.open());
     block_on(store.calibration())
 }

@@ -224,7 +224,7 @@ impl Model {
 }
 
 fn open<C: Chip>(memory: &FlashMemory) -> Store<ChipFlash<C>> {
-    let mut store = Store::new(ChipFlash::<C>::over(memory));
+    let mut store = Store::new(ChipFlash::<C>::over(memory), || false);
     block_on(store.open());
     store
 }

@@ -3,10 +3,12 @@
 mod pictures;
 
 use massline::layout_file::LayoutFile;
-use massline_firmware::board::{BoardInfo, BootReason, StackUse};
+use massline_firmware::board::{
+    BoardInfo, BootReason, BrownOut, Clock, NO_CONVERTER_FAULT, StackUse, Supply,
+};
 use massline_firmware::panel::calibration_wizard::{CalibrationWizard, Proposal, WizardProblem};
 use massline_firmware::panel::draw::{LayoutLine, View, draw};
-use massline_firmware::panel::menu::{Menu, Question, Screen};
+use massline_firmware::panel::menu::{ABOUT_PAGES, Menu, Question, Screen};
 use massline_firmware::panel::refused::Refused;
 use massline_firmware::panel::summary::{Detail, Page, Summary};
 use massline_firmware::panel::{Button, FurtherPlace, HitVerdict, PanelModel, PrecisionModel};
@@ -78,6 +80,9 @@ impl Rig {
                 git_dirty: true,
                 boot_reason: BootReason::PowerOn,
                 last_panic: "",
+                clock: Clock::Crystal,
+                supply: Supply::STEADY,
+                converter_fault: NO_CONVERTER_FAULT,
                 stack: StackUse::default,
             },
             stats: Stats {
@@ -570,12 +575,26 @@ fn the_pages_about_the_rig_and_its_store_look_as_their_pictures() {
     Rig { results: full, ..Rig::new() }.show("storage-full", Screen::Storage, 0);
     let last_panic =
         "index out of bounds: the len is 3 but the index is 7, firmware/src/store.rs:123";
-    for page in 0..3 {
+    for page in 0..usize::from(ABOUT_PAGES) {
         let mut rig = Rig::new();
         rig.info.last_panic = last_panic;
         rig.info.boot_reason = BootReason::Panic;
         rig.show(&format!("about-{}", page + 1), Screen::About, page);
     }
+}
+
+#[test]
+fn a_dead_crystal_and_a_low_supply_are_said() {
+    let brown_out = Some(BrownOut { read: || 2700, raise: || {} });
+    let show = |name, is_low: fn() -> bool| {
+        let mut rig = Rig::new();
+        rig.info.clock = Clock::Internal;
+        rig.info.supply = Supply { is_low, brown_out };
+        rig.show(name, Screen::About, 2);
+    };
+    show("about-3-no-crystal", || false);
+    show("about-3-supply-low", || true);
+    Rig::new().show("refused-supply-low", Screen::Refused(Refused::SupplyLow), 0);
 }
 
 #[test]

@@ -21,7 +21,7 @@ fn open(backing: &FlashBacking) -> Store<Flash> {
 }
 
 fn open_over<F: NorFlash>(flash: F) -> Store<F> {
-    let mut store = Store::new(flash);
+    let mut store = Store::new(flash, || false);
     block_on(store.open());
     store
 }

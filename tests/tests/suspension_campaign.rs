@@ -100,7 +100,8 @@ fn layout() -> RigLayout {
 /// Flash in which every page has been in use: the campaign opens pages, and moves what is stored in them.
 fn used_flash(layout: &RigLayout, calibration: &CalibrationRecord) -> FlashMemory {
     let memory = FlashMemory::default();
-    let mut store = Store::new(Flash::open(&FlashBacking::Memory(memory.clone())).unwrap());
+    let mut store =
+        Store::new(Flash::open(&FlashBacking::Memory(memory.clone())).unwrap(), || false);
     let calibration = postcard::to_stdvec(calibration).unwrap();
     block_on(async {
         store.open().await;

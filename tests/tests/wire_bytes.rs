@@ -108,6 +108,10 @@ fn identity() -> Identity {
     }
 }
 
+fn hardware() -> Hardware {
+    Hardware { clock: 2, brown_out_mv: Some(2700), supply_is_low: true, converter: 4, wrong_tag: 7 }
+}
+
 fn status(dofs: usize) -> Status {
     Status {
         phase: u8::from(Phase::Armed),
@@ -253,6 +257,10 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("TakeReading answer", answer::<TakeReading>(())),
         ("EraseStore request", request::<EraseStore>(())),
         ("EraseStore answer", answer::<EraseStore>(())),
+        ("GetHardware request", request::<GetHardware>(())),
+        ("GetHardware answer", answer::<GetHardware>(hardware())),
+        ("SetBrownOut request", request::<SetBrownOut>(())),
+        ("SetBrownOut answer", answer::<SetBrownOut>(())),
         ("GetRestStatistics request", request::<GetRestStatistics>(())),
         ("GetRestStatistics answer", answer::<GetRestStatistics>(reading())),
         ("GetLevels request", request::<GetLevels>(())),
@@ -373,6 +381,7 @@ fn the_largest_answer_to_a_change_is_kept_for_a_repetition() {
         answer::<SetStream>(()),
         answer::<TakeReading>(()),
         answer::<EraseStore>(()),
+        answer::<SetBrownOut>(()),
         frame(REFUSED, &Refusal { reason: u16::MAX, results_to_delete: u8::MAX }),
     ];
     let longest = largest.iter().map(|bytes| bytes.len()).max();

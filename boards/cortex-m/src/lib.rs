@@ -8,6 +8,7 @@ pub mod flash;
 pub mod frame;
 mod hardware_tests;
 pub mod kept;
+pub mod light;
 pub mod screen;
 pub mod sequence;
 pub mod supply;

@@ -8,18 +8,21 @@ use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Instant, Ticker, Timer};
+use embassy_time::{Duration, Instant, Ticker, Timer, with_timeout};
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
-use massline_firmware::board::Panel;
+use massline_firmware::board::{BoardInfo, Panel};
 use massline_firmware::panel::{Button, Cue};
 use static_cell::StaticCell;
 
 use crate::debounce::Debounce;
 use crate::frame::{Frame, Page};
+use crate::light::flashes;
 use crate::screen::{self, Pages, ScreenBus};
 
 /// Time after which contacts have settled.
 const SETTLE: Duration = Duration::from_millis(20);
+/// Time between two groups of flashes.
+const BETWEEN_FLASHES: Duration = Duration::from_secs(2);
 /// Interval at which the buttons are polled.
 const LOOK: Duration = Duration::from_millis(5);
 
@@ -60,7 +63,7 @@ pub struct Wiring<I, P, T, L> {
     pub buttons: [P; 3],
     /// The buzzer.
     pub tone: T,
-    /// The light that is on while the buzzer sounds.
+    /// The light that is on while the buzzer sounds, and flashes in between: see [`light`](crate::light).
     pub light: L,
 }
 
@@ -89,11 +92,11 @@ pub trait Tone {
 
 impl<I: ScreenBus, P: InputPin, T: Tone, L: OutputPin> Wiring<I, P, T, L> {
     /// Serves the screen, the buttons and the buzzer; never returns.
-    pub async fn run(self) {
+    pub async fn run(self, info: BoardInfo) {
         join3(
             screen::drive(self.bus, &WIRES),
             watch_buttons(self.buttons),
-            play_cues(self.tone, self.light),
+            play_cues(self.tone, self.light, info),
         )
         .await;
     }
@@ -162,19 +165,35 @@ async fn watch_buttons<P: InputPin>(mut contacts: [P; 3]) -> ! {
     }
 }
 
-/// Plays cues; never returns.
-async fn play_cues(mut buzzer: impl Tone, mut light: impl OutputPin) -> ! {
+/// Plays cues, and flashes the light without one; never returns.
+async fn play_cues(mut buzzer: impl Tone, mut light: impl OutputPin, info: BoardInfo) -> ! {
     loop {
-        for &(hertz, milliseconds) in score(WIRES.cues.receive().await) {
-            buzzer.sound(Some(hertz));
-            // An error of the light is harmless.
-            let _ = light.set_high();
-            Timer::after_millis(milliseconds).await;
-            buzzer.sound(None);
-            let _ = light.set_low();
-            Timer::after_millis(40).await;
+        // The light is on since the start. An error of the light is harmless.
+        let _ = light.set_low();
+        match with_timeout(BETWEEN_FLASHES, WIRES.cues.receive()).await {
+            Ok(cue) => {
+                for &(hertz, milliseconds) in score(cue) {
+                    buzzer.sound(Some(hertz));
+                    flash(&mut light, milliseconds).await;
+                    buzzer.sound(None);
+                    Timer::after_millis(40).await;
+                }
+            }
+            Err(_) => {
+                for _ in 0..flashes(&info) {
+                    flash(&mut light, 150).await;
+                    Timer::after_millis(250).await;
+                }
+            }
         }
     }
+}
+
+/// Switches the light on for a time.
+async fn flash(light: &mut impl OutputPin, milliseconds: u64) {
+    let _ = light.set_high();
+    Timer::after_millis(milliseconds).await;
+    let _ = light.set_low();
 }
 
 /// Frequencies and durations of the tones of a cue: rising for success, falling for failure.

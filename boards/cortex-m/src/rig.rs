@@ -5,7 +5,9 @@ use embassy_time::{Duration, Timer};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_firmware::Memory;
-use massline_firmware::board::{Board, BoardInfo, Link, Sampler};
+use massline_firmware::board::{
+    Board, BoardInfo, Clock, Link, NO_CONVERTER_FAULT, Sampler, Supply,
+};
 use static_cell::ConstStaticCell;
 
 use crate::boot::{ResetFlags, after_failures, reason};
@@ -22,16 +24,16 @@ const SUCCESS: Duration = Duration::from_secs(60);
 
 /// Resets the chip when it has not been fed for [`WATCHDOG`].
 pub trait Watchdog {
-    /// Starts the watchdog; from now on it must be fed. It may be running already.
-    fn start(&mut self);
+    /// Starts the watchdog; from now on it must be fed. To be called before the clocks, which may hang.
+    fn start();
 
     /// Restarts its period.
     fn feed();
 }
 
 /// Information about the board with this name, including the panic message of the previous run. To be
-/// called once, before anything else.
-pub fn info(name: &'static str, flags: ResetFlags) -> BoardInfo {
+/// called once, before anything else but the clock, on which it does not depend.
+pub fn info(name: &'static str, flags: ResetFlags, clock: Clock, supply: Supply) -> BoardInfo {
     let last_panic = last_words::take();
     let reason = reason(flags, !last_panic.is_empty());
     let (boot_reason, failures) = after_failures(reason, last_words::failures());
@@ -42,6 +44,9 @@ pub fn info(name: &'static str, flags: ResetFlags) -> BoardInfo {
         git_hash: env!("MASSLINE_GIT_HASH"),
         git_dirty: matches!(env!("MASSLINE_GIT_DIRTY").as_bytes(), b"true"),
         boot_reason,
+        clock,
+        supply,
+        converter_fault: NO_CONVERTER_FAULT,
         last_panic,
         stack: stack::measure,
     }
@@ -71,15 +76,14 @@ where
     T: Tone,
     O: OutputPin,
 {
-    /// Runs the rig, and concurrently `beside`, which serves the link; never returns.
-    pub async fn run<D: Watchdog>(self, mut watchdog: D, beside: impl Future) {
+    /// Runs the rig, which feeds the watchdog `D`, and concurrently `beside`, which serves the link; never returns.
+    pub async fn run<D: Watchdog>(self, beside: impl Future) {
         static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
         let Self { info, sampler, link, flash, panel } = self;
         let feed_watchdog = D::feed;
         let board = Board { info, sampler, link, flash, panel: RigPanel::open(), feed_watchdog };
-        watchdog.start();
         let application = massline_firmware::run(board, MEMORY.take());
-        join4(application, panel.run(), beside, note_success()).await;
+        join4(application, panel.run(info), beside, note_success()).await;
     }
 }
 

@@ -53,6 +53,9 @@ pub struct Chip {
     pub name: String,
     /// Name of the chip in probe-rs.
     pub probe_rs: String,
+    /// True when it has a level of the supply to set, below which it resets itself.
+    #[serde(default)]
+    pub brown_out: bool,
 }
 
 /// Flash.

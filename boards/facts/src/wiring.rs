@@ -22,6 +22,8 @@ pub struct Wiring {
     pub buzzer: String,
     /// Pin of the light on the board.
     pub light: String,
+    /// The input to which some of these boards connect the select pin of a flash chip.
+    pub flash_select: Option<String>,
     /// Sockets and headers.
     pub plug: Vec<Plug>,
     /// External converter.

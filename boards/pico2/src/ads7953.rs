@@ -5,6 +5,7 @@
 //! mode *Auto-2* the chip cycles from channel 0 to the last without further commands. SLAS605, "Device
 //! functional modes".
 
+use massline_firmware::board::ConverterFault;
 use massline_shared::signal::CHANNELS;
 
 use crate::plan::{IN_STEP, OUT_OF_STEP, RANKS, SENTINEL};
@@ -32,27 +33,82 @@ const fn tag(frame: u16) -> u16 {
     frame >> CODE_BITS
 }
 
+/// Frames after the commands that are still of the chip's previous mode.
+const PREVIOUS: u16 = COMMANDS.len() as u16 + 2;
+
 /// Finds the end of a pass in the first frames, so that the frame after it is of channel 0.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Start {
     /// Number of consecutive frames in order so far.
     in_order: u16,
+    /// Number of frames so far.
+    frames: u16,
+    /// All bits that were set in any frame, and those that were set in all.
+    any: u16,
+    all: u16,
+    /// The tag of the frame before.
+    last_tag: u16,
+    /// True while all tags are the same.
+    is_same: bool,
+    /// The first tag that does not follow the one before.
+    wrong_tag: Option<u16>,
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Start {
     /// A search before the first frame.
     pub const fn new() -> Self {
-        Self { in_order: 0 }
+        Self {
+            in_order: 0,
+            frames: 0,
+            any: 0,
+            all: u16::MAX,
+            last_tag: 0,
+            is_same: true,
+            wrong_tag: None,
+        }
     }
 
     /// Adds a frame; returns true when it was the last of a whole pass.
     pub fn ends_with(&mut self, frame: u16) -> bool {
+        self.note(frame);
         self.in_order = match tag(frame) {
             tag if tag == self.in_order => tag + 1,
             0 => 1,
             _ => 0,
         };
         self.in_order > LAST
+    }
+
+    fn note(&mut self, frame: u16) {
+        let tag = tag(frame);
+        self.any |= frame;
+        self.all &= frame;
+        if self.frames > 0 {
+            self.is_same &= tag == self.last_tag;
+        }
+        let due = if self.last_tag >= LAST { 0 } else { self.last_tag + 1 };
+        if self.frames > PREVIOUS && tag != due && self.wrong_tag.is_none() {
+            self.wrong_tag = Some(tag);
+        }
+        self.frames += 1;
+        self.last_tag = tag;
+    }
+
+    /// What was wrong with the frames when no pass has ended, and the first wrong tag.
+    pub fn fault(&self) -> (ConverterFault, u8) {
+        match self.wrong_tag {
+            _ if self.all == u16::MAX => (ConverterFault::LineHigh, 0),
+            _ if self.any == 0 => (ConverterFault::LineLow, 0),
+            _ if self.is_same => (ConverterFault::NoCommands, 0),
+            Some(tag) => (ConverterFault::WrongTag, tag as u8),
+            None => (ConverterFault::None, 0),
+        }
     }
 }
 
@@ -181,6 +237,42 @@ mod tests {
         // Frames on a line that is stuck at zero always have the tag of channel 0.
         let mut begin = Start::new();
         assert!((0..FRAMES_TO_START).all(|_| !begin.ends_with(0)));
+    }
+
+    /// The fault that a start ends with, when the wires turn a frame and the command into others.
+    fn fault(
+        command: impl Fn(u16) -> u16,
+        frame: impl Fn(usize, u16) -> u16,
+    ) -> (ConverterFault, u8) {
+        let (mut chip, mut start) = (Chip::new(), Start::new());
+        let commands = COMMANDS.into_iter().chain([0; FRAMES_TO_START]);
+        for (k, sent) in commands.enumerate() {
+            let received = chip.frame(command(sent));
+            assert!(!start.ends_with(frame(k, received)), "no pass ends");
+        }
+        start.fault()
+    }
+
+    #[test]
+    fn a_wiring_fault_is_named_with_the_first_wrong_tag() {
+        use ConverterFault::*;
+        let sent = |command| command;
+        assert_eq!(fault(sent, |_, _| 0xFFFF), (LineHigh, 0), "SDO or CS is not connected");
+        assert_eq!(fault(sent, |_, _| 0), (LineLow, 0), "SDO is shorted to ground");
+        assert_eq!(fault(|_| 0, |_, frame| frame), (NoCommands, 0), "SDI is not connected");
+        // SDI on ground, or the commands one bit late: the converter does not enter the mode.
+        assert_eq!(fault(|command| command >> 1, |_, frame| frame), (NoCommands, 0));
+        let doubled = |k, frame| if k % 7 == 6 { 5 << 12 | code(5) } else { frame };
+        assert_eq!(fault(sent, doubled), (WrongTag, 5));
+        assert_eq!(fault(sent, |_, frame| frame << 1).0, WrongTag, "a clock too many");
+    }
+
+    #[test]
+    fn a_start_that_succeeds_has_no_fault() {
+        let (mut chip, mut start) = (Chip::new(), Start::new());
+        let mut commands = COMMANDS.into_iter().chain([0; FRAMES_TO_START]);
+        assert!(commands.any(|command| start.ends_with(chip.frame(command))));
+        assert_eq!(start.fault(), (ConverterFault::None, 0));
     }
 
     #[test]

@@ -5,8 +5,9 @@ use pio::{Program, RP2040_MAX_PROGRAM_SIZE, pio_asm};
 /// The program. It sends the converter the upper half of a word from the FIFO, or zeros, and returns the
 /// received frame as the lower half of a word.
 pub fn program() -> Program<RP2040_MAX_PROGRAM_SIZE> {
-    // A gap of 8 + 8 + 8 + 4 + 1 cycles, then sixteen clocks of 3 cycles low and 3 high; a bit is sampled
-    // at the rising edge of its clock.
+    // A gap of 8 + 8 + 8 + 2 + 1 cycles, then sixteen clocks of 3 cycles low and 3 high, and 2 cycles low before CS rises, so
+    // that the converter sees the sixteenth falling edge. A bit is sampled at the rising edge of its clock. While `push` waits
+    // for room the converter is not selected.
     pio_asm!(
         ".side_set 2", // The clock, and above it CS, which selects when it is low.
         "    set x, 0        side 0b10",
@@ -14,11 +15,12 @@ pub fn program() -> Program<RP2040_MAX_PROGRAM_SIZE> {
         "    pull noblock    side 0b10 [7]", // A command, or X: continue.
         "    set y, 15       side 0b10 [7]",
         "    nop             side 0b10 [7]",
-        "    nop             side 0b10 [3]",
+        "    nop             side 0b10 [1]",
         "bit:",
         "    out pins, 1     side 0b00 [2]",
         "    in pins, 1      side 0b01 [1]",
         "    jmp y-- bit     side 0b01",
+        "    nop             side 0b00 [1]",
         "    push block      side 0b10",
         ".wrap",
     )
@@ -35,7 +37,7 @@ mod tests {
     };
 
     use super::*;
-    use crate::plan::{CORE_HZ, DIVIDER, FRAME_BITS, GAP, HIGH, LOW, RATE_HZ, RATIO};
+    use crate::plan::{CORE_HZ, DIVIDER, FRAME_BITS, GAP, HIGH, HOLD, LOW, RATE_HZ, RATIO};
 
     /// State of the pins in one cycle.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,7 +117,7 @@ mod tests {
     fn clocks_and_gaps_are_those_of_the_plan_and_the_rate_is_exact() {
         let machine = run(&[], 3, |_| false);
         // `set x` runs in one cycle per frame.
-        let frame = (GAP + FRAME_BITS * (LOW + HIGH)) as usize;
+        let frame = (GAP + FRAME_BITS * (LOW + HIGH) + HOLD) as usize;
         let cycles = &machine.cycles[1..];
         assert_eq!(cycles.len(), 3 * frame);
         let per_second = u64::from(RATE_HZ * RATIO) * 10 * frame as u64 * u64::from(DIVIDER);
@@ -124,6 +126,8 @@ mod tests {
             // `push`, the last instruction, belongs to the gap before the next frame.
             let (gap, rest) = frame.split_at(GAP as usize - 1);
             let (clocks, push) = rest.split_at(rest.len() - 1);
+            let (clocks, hold) = clocks.split_at(clocks.len() - HOLD as usize);
+            assert!(hold.iter().all(|pins| pins.select && !pins.clock), "a falling edge, then CS");
             assert!(gap.iter().chain(push).all(|pins| !pins.select && !pins.clock));
             for clock in clocks.chunks((LOW + HIGH) as usize) {
                 let (low, high) = clock.split_at(LOW as usize);
@@ -131,6 +135,22 @@ mod tests {
                 assert!(high.iter().all(|pins| pins.select && pins.clock));
             }
         }
+    }
+
+    #[test]
+    fn the_converter_is_not_selected_while_the_machine_waits_for_room() {
+        let program = program();
+        let waits = program.code.iter().map(|word| Instruction::decode(*word, program.side_set));
+        let waits = waits.map(Option::unwrap).filter(|instruction| {
+            matches!(
+                instruction.operands,
+                InstructionOperands::PUSH { block: true, .. }
+                    | InstructionOperands::PULL { block: true, .. }
+                    | InstructionOperands::WAIT { .. }
+            )
+        });
+        let sides: Vec<_> = waits.map(|instruction| instruction.side_set).collect();
+        assert_eq!(sides, [Some(0b10)], "one instruction waits, with CS high");
     }
 
     #[test]

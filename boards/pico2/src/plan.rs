@@ -23,11 +23,13 @@ pub const FRAME_BITS: u32 = 16;
 pub const LOW: u32 = 3;
 /// Cycles for which a clock is high: see [`LOW`].
 pub const HIGH: u32 = 3;
-/// Cycles before the first clock of a frame, in which the converter is not selected: 0.97 µs. The converter
+/// Cycles before the first clock of a frame, in which the converter is not selected: 0.9 µs. The converter
 /// needs 0.325 µs of these to sample.
-pub const GAP: u32 = 29;
+pub const GAP: u32 = 27;
+/// Cycles from the last falling edge of the clock until the converter is not selected any more: 0.07 µs.
+pub const HOLD: u32 = 2;
 /// Cycles per frame.
-const FRAME: u32 = FRAME_BITS * (LOW + HIGH) + GAP;
+const FRAME: u32 = FRAME_BITS * (LOW + HIGH) + HOLD + GAP;
 
 const PASS_CYCLES: u32 = FRAME * CHANNELS as u32 * DIVIDER;
 const _: () = assert!(PASS_CYCLES * RATIO * RATE_HZ == CORE_HZ, "the rate is exact");

@@ -9,7 +9,9 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use massline_firmware::Memory;
-use massline_firmware::board::{Board, BoardInfo, BootReason, StackUse};
+use massline_firmware::board::{
+    Board, BoardInfo, BootReason, Clock, ConverterFault, NO_CONVERTER_FAULT, StackUse, Supply,
+};
 use massline_firmware::panel::{Button, PanelModel};
 
 use crate::clock::Executor;
@@ -39,6 +41,12 @@ pub struct VirtualRigOptions {
     pub boot_reason: BootReason,
     /// Text of the panic before this start.
     pub last_panic: &'static str,
+    /// What its clocks are derived from.
+    pub clock: Clock,
+    /// Its supply.
+    pub supply: Supply,
+    /// What is wrong with its external converter.
+    pub converter_fault: fn() -> (ConverterFault, u8),
 }
 
 impl VirtualRigOptions {
@@ -51,6 +59,9 @@ impl VirtualRigOptions {
             link_capacity: DEFAULT_CAPACITY,
             boot_reason: BootReason::PowerOn,
             last_panic: "",
+            clock: Clock::Unknown,
+            supply: Supply::STEADY,
+            converter_fault: NO_CONVERTER_FAULT,
         }
     }
 }
@@ -118,6 +129,7 @@ impl VirtualRig {
         A: AsyncFnOnce(VirtualBoard) -> Infallible + Send + 'static,
     {
         let flash = Flash::open(&options.flash)?;
+        let info = board_info(&options);
         let source = SharedSource::new(options.source);
         let (link, host_end) = pipe(options.link_capacity);
         let panel = OperatorPanel::new(source.clone());
@@ -130,7 +142,6 @@ impl VirtualRig {
             last_words: last_words.clone(),
             thread: None,
         };
-        let info = board_info(options.boot_reason, options.last_panic);
         let timing = options.timing;
         let body = move || {
             // Whatever a panic leaves half-done is dropped together with the rig.
@@ -222,14 +233,17 @@ impl Drop for VirtualRig {
     }
 }
 
-fn board_info(boot_reason: BootReason, last_panic: &'static str) -> BoardInfo {
+fn board_info(options: &VirtualRigOptions) -> BoardInfo {
     BoardInfo {
         name: crate::BOARD,
         firmware: env!("CARGO_PKG_VERSION"),
         git_hash: env!("MASSLINE_GIT_HASH"),
         git_dirty: env!("MASSLINE_GIT_DIRTY") == "true",
-        boot_reason,
-        last_panic,
+        boot_reason: options.boot_reason,
+        last_panic: options.last_panic,
+        clock: options.clock,
+        supply: options.supply,
+        converter_fault: options.converter_fault,
         stack: StackUse::default,
     }
 }

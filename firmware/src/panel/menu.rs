@@ -509,7 +509,7 @@ impl Menu {
 }
 
 /// Number of pages about the rig.
-pub const ABOUT_PAGES: u8 = 3;
+pub const ABOUT_PAGES: u8 = 4;
 
 /// True when no hit is wanted any more.
 fn is_complete(model: &PanelModel) -> bool {

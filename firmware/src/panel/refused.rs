@@ -24,6 +24,8 @@ pub enum Refused {
     BlockNeedsMassLines,
     /// Writing or reading the flash failed.
     StoreFailed,
+    /// The supply is too low to write flash.
+    SupplyLow,
     /// The flash is being written.
     Busy,
     /// The converter does not answer.
@@ -36,7 +38,7 @@ pub enum Refused {
 
 impl Refused {
     /// Every reason.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::NotFound,
         Self::WrongPhase,
         Self::NoLayout,
@@ -45,6 +47,7 @@ impl Refused {
         Self::TooLittleRoom(1),
         Self::BlockNeedsMassLines,
         Self::StoreFailed,
+        Self::SupplyLow,
         Self::Busy,
         Self::SamplerStopped,
         Self::NothingToUndo,
@@ -82,6 +85,7 @@ impl From<StoreError> for Refused {
             StoreError::NotFound => Self::NotFound,
             StoreError::Full => Self::StoreFull,
             StoreError::Malformed | StoreError::Failed => Self::StoreFailed,
+            StoreError::SupplyLow => Self::SupplyLow,
         }
     }
 }

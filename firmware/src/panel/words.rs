@@ -106,6 +106,7 @@ pub fn of_reason(reason: Refused) -> &'static str {
         Refused::BlockNeedsMassLines => {
             "A block is weighed by\nmass lines: choose\nthem under Measure."
         }
+        Refused::SupplyLow => "Supply too low to\nwrite: charge, or try\nanother cable.",
         Refused::StoreFailed => "Writing the flash\nfailed: try again.",
         Refused::Busy => "The flash is busy:\ntry again.",
         Refused::SamplerStopped => Code::SamplerStopped.words(),

@@ -3,10 +3,10 @@
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
 use massline_protocol::message::{
-    ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, GetCalibration, GetIdentity,
-    GetLayout, GetLevels, GetMassLines, GetObjectInfo, GetRestStatistics, GetStats, GetStatus,
-    LayoutAnswer, ListRequest, ListResults, PutCalibration, PutLayout, REFUSED, ReadObject, Reason,
-    Refusal, ResultPage, SetStream, TakeReading,
+    ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, GetCalibration, GetHardware,
+    GetIdentity, GetLayout, GetLevels, GetMassLines, GetObjectInfo, GetRestStatistics, GetStats,
+    GetStatus, LayoutAnswer, ListRequest, ListResults, PutCalibration, PutLayout, REFUSED,
+    ReadObject, Reason, Refusal, ResultPage, SetBrownOut, SetStream, TakeReading,
 };
 use massline_protocol::object::{ChunkRef, ChunkRequest, DofResult};
 use massline_protocol::{Endpoint, Frame, MAX_FRAME, PlainFrame, crc32, encode_frame};
@@ -99,6 +99,18 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
                 reply.with::<GetMassLines>(&dof)
             }
             GetLevels::KIND => reply.with::<GetLevels>(&rig.levels.get()),
+            GetHardware::KIND => reply.with::<GetHardware>(&rig.info.hardware()),
+            SetBrownOut::KIND => {
+                let level = rig.info.supply.brown_out.ok_or(Reason::UnknownMessage)?;
+                if (rig.info.supply.is_low)() {
+                    return Err(Reason::SupplyLow);
+                }
+                if !rig.measurement.borrow().rests() {
+                    return Err(Reason::WrongPhase);
+                }
+                (level.raise)();
+                reply.with::<SetBrownOut>(&())
+            }
             SetStream::KIND => {
                 self.set_stream(reply.request::<SetStream>()?)?;
                 reply.with::<SetStream>(&())
@@ -272,6 +284,7 @@ impl From<StoreError> for Reason {
             StoreError::Malformed => Self::Malformed,
             StoreError::Full => Self::StoreFull,
             StoreError::Failed => Self::StoreFailed,
+            StoreError::SupplyLow => Self::SupplyLow,
         }
     }
 }

@@ -13,6 +13,8 @@ pub enum StoreError {
     Full,
     /// Writing or reading the flash failed.
     Failed,
+    /// The supply is too low to write flash.
+    SupplyLow,
 }
 
 impl fmt::Display for StoreError {
@@ -22,6 +24,7 @@ impl fmt::Display for StoreError {
             Self::Malformed => "the data cannot be decoded",
             Self::Full => "the store is full",
             Self::Failed => "writing or reading the flash failed",
+            Self::SupplyLow => "the supply is too low to write flash",
         })
     }
 }

@@ -74,14 +74,16 @@ pub struct Store<F: NorFlash> {
     writing: u32,
     usable: bool,
     failures: u32,
+    supply_is_low: fn() -> bool,
 }
 
 impl<F: NorFlash> Store<F> {
     /// A store over the whole of `flash`. Every write returns [`StoreError::Failed`] until
-    /// [`Store::open`] has succeeded, and always if the region is unusable for a store.
+    /// [`Store::open`] has succeeded, and always if the region is unusable for a store. A write returns
+    /// [`StoreError::SupplyLow`], and changes nothing, while `supply_is_low`.
     // Always inlined, so that it is built in place: this saves 1.1 KB of the firmware's deepest stack.
     #[inline(always)]
-    pub fn new(flash: F) -> Self {
+    pub fn new(flash: F, supply_is_low: fn() -> bool) -> Self {
         Self {
             log: Log::new(flash),
             contents: Contents::default(),
@@ -89,6 +91,7 @@ impl<F: NorFlash> Store<F> {
             writing: 0,
             usable: false,
             failures: 0,
+            supply_is_low,
         }
     }
 

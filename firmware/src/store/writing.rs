@@ -43,6 +43,9 @@ impl<F: NorFlash> Store<F> {
         if !self.usable {
             return Err(StoreError::Failed);
         }
+        if (self.supply_is_low)() {
+            return Err(StoreError::SupplyLow);
+        }
         let mut written = Err(StoreError::Failed);
         for _ in 0..ATTEMPTS {
             // Each attempt has a new serial, so that the pieces of a failed one belong to no object.

@@ -13,7 +13,7 @@ use super::cutoffs::{FoundCutoff, RcCutoff};
 use crate::error::Error;
 
 /// A cutoff below this, Hz, does not come from the rig's own filter: the tolerance of the 32 kΩ leaves 432 Hz.
-const LEAST_HZ: f64 = 300.0;
+pub const LEAST_CUTOFF_HZ: f64 = 300.0;
 
 /// An axis whose cutoff is too low.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +40,7 @@ pub fn extra_capacitors(cutoffs: &[RcCutoff]) -> Vec<ExtraCapacitor> {
     let low = |cutoff: &RcCutoff| {
         let FoundCutoff { cutoff_hz, changed, .. } = cutoff.found.ok()?;
         let RcCutoff { sensor, axis, .. } = *cutoff;
-        (cutoff_hz < LEAST_HZ).then_some(ExtraCapacitor {
+        (cutoff_hz < LEAST_CUTOFF_HZ).then_some(ExtraCapacitor {
             sensor,
             axis,
             cutoff_hz,

@@ -239,6 +239,7 @@ fn refusal_code(raw: u16) -> &'static str {
         Some(Reason::HitOverwritten) => "hit_overwritten",
         Some(Reason::BlockNeedsMassLines) => "block_needs_mass_lines",
         Some(Reason::SafeMode) => "safe_mode",
+        Some(Reason::SupplyLow) => "supply_low",
         None => "refused",
     }
 }
@@ -282,6 +283,9 @@ fn explain(raw: u16, results_to_delete: u8) -> String {
         Some(Reason::SafeMode) => {
             "it is in safe mode, because its last three starts have failed; `massline device identify` shows what went \
              wrong, reset lets it try again, and `massline device erase` erases what it stores, which may be the cause"
+        }
+        Some(Reason::SupplyLow) => {
+            "its supply is too low to write its flash; charge its battery, or try another cable or USB port"
         }
         None => return format!("reason {raw}, which this program does not know"),
     };

@@ -2,9 +2,9 @@
 
 use massline_protocol::Endpoint;
 use massline_protocol::message::{
-    Command, DeleteResult, EraseStore, GetCalibration, GetIdentity, GetLayout, GetLevels,
-    GetMassLines, GetObjectInfo, GetRestStatistics, GetStats, GetStatus, ListResults,
-    PutCalibration, PutLayout, ReadObject, SetStream, TakeReading,
+    Command, DeleteResult, EraseStore, GetCalibration, GetHardware, GetIdentity, GetLayout,
+    GetLevels, GetMassLines, GetObjectInfo, GetRestStatistics, GetStats, GetStatus, ListResults,
+    PutCalibration, PutLayout, ReadObject, SetBrownOut, SetStream, TakeReading,
 };
 
 /// What a request asks for, as in "the rig was asked to …".
@@ -28,6 +28,8 @@ pub(super) fn purpose(kind: u16) -> &'static str {
         GetLevels::KIND => "send the levels of its channels",
         GetMassLines::KIND => "send the mass lines of a DOF",
         EraseStore::KIND => "erase its store",
+        GetHardware::KIND => "say how its clock and supply are",
+        SetBrownOut::KIND => "raise the level at which it resets itself",
         _ => UNKNOWN,
     }
 }

@@ -3,9 +3,9 @@
 use massline_protocol::PROTOCOL_MAJOR;
 use massline_protocol::message::{
     CampaignCommand, Command, CommandRequest, DeleteResult, EraseStore, GetCalibration,
-    GetIdentity, GetLayout, GetLevels, GetMassLines, GetRestStatistics, GetStats, GetStatus,
-    Identity, LayoutAnswer, Levels, ListRequest, ListResults, PutCalibration, PutLayout, Reason,
-    ResultEntry, SetStream, Stats, Status, TakeReading,
+    GetHardware, GetIdentity, GetLayout, GetLevels, GetMassLines, GetRestStatistics, GetStats,
+    GetStatus, Hardware, Identity, LayoutAnswer, Levels, ListRequest, ListResults, PutCalibration,
+    PutLayout, Reason, ResultEntry, SetBrownOut, SetStream, Stats, Status, TakeReading,
 };
 use massline_protocol::object::DofResult;
 use massline_shared::calibration::CalibrationRecord;
@@ -140,6 +140,29 @@ impl Client {
     /// As [`Client::ask`].
     pub fn erase_store(&mut self) -> Result<(), ClientError> {
         self.ask::<EraseStore>(&())
+    }
+
+    /// State of clock and supply; `None` from a rig whose firmware is older than this message, or in safe mode.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn hardware(&mut self) -> Result<Option<Hardware>, ClientError> {
+        match self.ask::<GetHardware>(&()) {
+            Ok(hardware) => Ok(Some(hardware)),
+            Err(e) if matches!(e.refusal(), Some(Reason::UnknownMessage | Reason::SafeMode)) => {
+                Ok(None)
+            }
+            Err(e) => Err(e),
+        }
+    }
+
+    /// Sets the level at which the chip resets itself to its highest.
+    ///
+    /// # Errors
+    /// As [`Client::ask`]; refused with `UnknownMessage` by a board without such a level and by older firmware, and with
+    /// `SupplyLow`.
+    pub fn raise_brown_out(&mut self) -> Result<(), ClientError> {
+        self.ask::<SetBrownOut>(&())
     }
 
     /// Statistics of the channels at the moment, without a hit.

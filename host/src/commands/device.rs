@@ -1,6 +1,8 @@
-//! `massline device`: finds rigs, shows their identity and counters, aborts campaigns, erases the store of a rig in safe
-//! mode.
+//! `massline device`: finds rigs, shows their identity and counters, tests them at rest, aborts campaigns, raises the level at which a chip
+//! resets itself, erases the store of a rig in safe mode.
 
+pub mod brown_out;
+mod check;
 mod erase;
 mod stats;
 
@@ -59,6 +61,10 @@ Examples:
   massline device abort
   massline device abort --port /dev/ttyACM0 --json")]
     Abort(PortArgs),
+    /// Test the rig at rest: level, noise and hum of every channel, and what they say about wiring and parts.
+    Check(check::Args),
+    /// Have the rig's chip reset itself before its supply is too low to work.
+    BrownOut(brown_out::Args),
     /// Erase results, layouts and calibration of a rig in safe mode.
     Erase(erase::Args),
 }
@@ -81,13 +87,16 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         }
         Command::Stats(port) => {
             let (mut client, identity) = port.connect(output)?;
-            let report = Report { identity: &identity, stats: client.stats()? };
+            let (stats, hardware) = (client.stats()?, client.hardware()?.unwrap_or_default());
+            let report = Report { identity: &identity, stats, hardware };
             output.answer(&report.json(), |_| report.text())
         }
         Command::Abort(port) => {
             let (mut client, _) = port.connect(output)?;
             abort(&mut client, output)
         }
+        Command::Check(args) => check::run(args, output),
+        Command::BrownOut(args) => brown_out::run(args, output),
         Command::Erase(args) => erase::run(args, output),
     }
 }

@@ -6,6 +6,7 @@ use clap::builder::PossibleValuesParser;
 use indicatif::ProgressBar;
 use massline_boards::BootLoader;
 
+use crate::commands::device::brown_out;
 use crate::document::{AddressRange, Flashing};
 use crate::error::{Error, Result};
 use crate::firmware;
@@ -65,7 +66,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let plan = Plan::new(board, Image::read(&path, board)?)
         .map_err(|error| error.within(path.display()))?;
     let done = if args.dry_run { None } else { Some(flash(way, args, &plan, output)?) };
-    let facts = Facts { way, plan: &plan, path: path.display().to_string(), done };
+    let level = match done {
+        Some(_) if board.brown_out => brown_out::raise_after_start(&board.name, output),
+        _ => None,
+    };
+    let facts = Facts { way, plan: &plan, path: path.display().to_string(), done, level };
     output.answer(&facts.json(), |_| facts.text())
 }
 
@@ -215,6 +220,10 @@ impl Drop for Bar {
     }
 }
 
+/// Said when the rig did not answer after it was flashed.
+const NOT_RAISED: &str = "the rig has not answered yet, so the level at which its chip resets itself was left as it is: \
+                          `massline device brown-out` raises it";
+
 /// The answer of the command.
 struct Facts<'p> {
     way: FlashMethod,
@@ -222,6 +231,8 @@ struct Facts<'p> {
     path: String,
     /// `None` after a dry run.
     done: Option<Done>,
+    /// Supply below which the chip resets itself, mV, if it was raised.
+    level: Option<u16>,
 }
 
 impl Facts<'_> {
@@ -238,6 +249,7 @@ impl Facts<'_> {
             store: range(board.store.start, board.store.end.into()),
             flashed: self.done.is_some(),
             verified: self.done.map(|done| done != Done::Unverified),
+            resets_below_mv: self.level,
         }
     }
 
@@ -261,6 +273,11 @@ impl Facts<'_> {
             self.store_is()
         ));
         lines.push(self.outcome().into());
+        match self.level {
+            Some(level) => lines.push(brown_out::text(level)),
+            None if self.done.is_some() && board.brown_out => lines.push(NOT_RAISED.into()),
+            None => {}
+        }
         lines.join("\n")
     }
 

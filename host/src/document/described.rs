@@ -5,11 +5,11 @@ use serde::Serialize;
 
 use super::{
     BlockCalibration, Calibration, CalibrationCheck, CalibrationDemo, Completions, DeletedResults,
-    Demo, DemoWheel, DemoWheelFiles, DeviceAbort, DeviceErase, DeviceIdentity, DeviceList,
-    DeviceStats, Doctor, DrawnPictures, ExportedFile, Failure, Flashing, History, Hits,
-    LayoutCheck, LayoutSuggestion, LayoutTemplate, ManualPage, Measurement, Modes, RecordedTape,
-    ResultsList, SchemaList, ShownLayout, SimulatedRuns, Simulation, Solution, TumbleCalibration,
-    VirtualPort, WrittenFile, WrittenPages,
+    Demo, DemoWheel, DemoWheelFiles, DeviceAbort, DeviceBrownOut, DeviceCheck, DeviceErase,
+    DeviceIdentity, DeviceList, DeviceStats, Doctor, DrawnPictures, ExportedFile, Failure,
+    Flashing, History, Hits, LayoutCheck, LayoutSuggestion, LayoutTemplate, ManualPage,
+    Measurement, Modes, RecordedTape, ResultsList, SchemaList, ShownLayout, SimulatedRuns,
+    Simulation, Solution, TumbleCalibration, VirtualPort, WrittenFile, WrittenPages,
 };
 
 /// A document with the version of its schema, as it is printed.
@@ -34,7 +34,7 @@ pub struct Described {
 
 impl Described {
     /// Every document that has a schema.
-    pub const ALL: [Self; 38] = [
+    pub const ALL: [Self; 40] = [
         Self {
             name: "measurement",
             summary: "a result of a rig, and what the host finds from it",
@@ -118,6 +118,18 @@ impl Described {
             summary: "the end of a campaign on a rig",
             commands: &["device abort"],
             schema: of::<DeviceAbort>,
+        },
+        Self {
+            name: "device-check",
+            summary: "what a rig reads at rest, and faults of wiring and parts",
+            commands: &["device check"],
+            schema: of::<DeviceCheck>,
+        },
+        Self {
+            name: "device-brown-out",
+            summary: "the level at which a rig's chip resets itself",
+            commands: &["device brown-out"],
+            schema: of::<DeviceBrownOut>,
         },
         Self {
             name: "device-erase",

@@ -83,6 +83,12 @@ pub struct DeviceStats {
     pub boot_reason: &'static str,
     /// Message of the panic that caused the last restart; empty when there was none.
     pub last_panic: String,
+    /// What its clocks are derived from: `crystal`, `internal` or `unknown`.
+    pub clock: &'static str,
+    /// Supply below which its chip resets itself; `null` when the board has no such level to set.
+    pub resets_below_mv: Option<u16>,
+    /// Whether its supply is too low to write flash.
+    pub supply_is_low: bool,
     /// Time since power-on.
     pub uptime_ms: u64,
     /// Scans taken.
@@ -185,4 +191,42 @@ pub struct Looked {
     pub found: String,
     /// What to do, where something is to be done.
     pub advice: Option<String>,
+}
+
+/// The level at which a rig's chip resets itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "device_brown_out")]
+pub struct DeviceBrownOut {
+    /// Supply below which it does, from the next time that it is switched on.
+    pub resets_below_mv: u16,
+}
+
+/// What a rig reads at rest, and the faults of wiring and parts that this shows.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "device_check")]
+pub struct DeviceCheck {
+    /// The channels, the hammer first.
+    pub channels: Vec<ChannelCheck>,
+    /// The faults, those that explain others first; empty when nothing is wrong.
+    pub findings: Vec<super::Finding>,
+}
+
+/// What a channel reads at rest. Amplitudes are those of a sine.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "channel_check")]
+pub struct ChannelCheck {
+    /// Name of the channel, as in `sensor 2 x`.
+    pub channel: String,
+    /// Mean.
+    pub level_v: f64,
+    /// Standard deviation without the tones below.
+    pub noise_v: f64,
+    /// The same, by the nominal sensitivity of a sensor; `null` for the hammer.
+    pub noise_g: Option<f64>,
+    /// Amplitude at 50 Hz, or at 100 Hz where it is larger.
+    pub hum_50_hz_v: f64,
+    /// Amplitude at 60 Hz, or at 120 Hz where it is larger.
+    pub hum_60_hz_v: f64,
+    /// Amplitude at the refresh rate of the screen.
+    pub screen_v: f64,
 }

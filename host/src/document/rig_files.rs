@@ -39,6 +39,9 @@ pub struct Flashing {
     pub flashed: bool,
     /// Whether the board is known to hold it; `null` after a dry run.
     pub verified: Option<bool>,
+    /// Supply below which the chip resets itself, raised after flashing; `null` after a dry run, when the rig did not answer, and
+    /// for a board without such a level.
+    pub resets_below_mv: Option<u16>,
 }
 
 /// Addresses in a board's memory.

@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 
 use massline_boards::BootLoader;
 use massline_boards::board::Flash;
+use massline_shared::signal::self_test::Circuit;
 
 include!(concat!(env!("OUT_DIR"), "/boards.rs"));
 
@@ -17,6 +18,8 @@ pub struct Board {
     pub name: String,
     /// The chip, by its name in probe-rs.
     pub chip: String,
+    /// True when its chip has a level of the supply to set, below which it resets itself.
+    pub brown_out: bool,
     /// The package of its firmware.
     pub package: String,
     /// The target of the Rust compiler.
@@ -69,13 +72,26 @@ pub fn conversion_order(name: &str) -> Option<Vec<Vec<u8>>> {
     facts().find(|facts| facts.name == name)?.conversion.map(|conversion| conversion.order)
 }
 
+/// What is special about the inputs of a board; nothing of a board that this program does not know.
+pub fn circuit_of(name: &str) -> Circuit {
+    let select = facts().find(|facts| facts.name == name).and_then(|facts| {
+        let wiring = facts.wiring?;
+        let select = wiring.flash_select?;
+        wiring.channels.iter().position(|channel| *channel == select)
+    });
+    Circuit { flash_select: select.and_then(|channel| u8::try_from(channel).ok()) }
+}
+
 impl Board {
     /// `None` when the board is emulated.
     fn with_chip(facts: massline_boards::Board) -> Option<Self> {
+        let package = facts.package();
+        let chip = facts.chip?;
         Some(Self {
-            package: facts.package(),
+            package,
             name: facts.name,
-            chip: facts.chip?.probe_rs,
+            chip: chip.probe_rs,
+            brown_out: chip.brown_out,
             target: facts.target,
             store: facts.flash.store?.range(),
             flash: facts.flash,

@@ -195,6 +195,8 @@ fn value(d: &Diagnostic) -> String {
         | ValueUnit::Times => {
             format!("{value:.1}")
         }
+        ValueUnit::Volts if value.abs() < 0.1 => return format!("{:.2} mV", 1e3 * value),
+        ValueUnit::Volts => format!("{value:.2}"),
         ValueUnit::NewtonSeconds => format!("{value:.2}"),
         ValueUnit::Kilograms | ValueUnit::Factor => format!("{value:.3}"),
         ValueUnit::SignedKilograms | ValueUnit::Accelerance => format!("{value:+.3}"),

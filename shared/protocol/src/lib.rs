@@ -18,6 +18,8 @@ extern crate std;
 
 mod boot_reason;
 pub mod checksum;
+mod clock;
+mod converter_fault;
 pub mod diagnostic;
 pub mod event;
 pub mod frame;
@@ -30,6 +32,8 @@ pub mod object;
 
 pub use boot_reason::BootReason;
 pub use checksum::{calibration_checksum, crc32, crc32_of_chunks};
+pub use clock::Clock;
+pub use converter_fault::ConverterFault;
 pub use frame::{
     Deframer, Frame, FrameError, MAX_BODY, MAX_FRAME, PlainFrame, decode_frame, encode_frame,
 };

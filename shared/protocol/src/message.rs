@@ -90,6 +90,12 @@ endpoints! {
     GetLevels = 17: () => Levels;
     /// Erases all that a rig in safe mode stores; [`Reason::UnknownMessage`] in any other mode.
     EraseStore = 18, changes: () => ();
+    /// Asks for the state of clock and supply.
+    GetHardware = 19: () => Hardware;
+    /// Sets [`Hardware::brown_out_mv`] to the chip's highest level that is below its supply. It is in force after the next
+    /// power-on at the latest. Refused with [`Reason::SupplyLow`] while the supply is too low to write flash, and with
+    /// [`Reason::UnknownMessage`] by a board whose chip has no such level.
+    SetBrownOut = 20, changes: () => ();
 }
 
 /// Largest framed answer to a request that changes the rig, bytes.
@@ -220,6 +226,21 @@ pub struct Stats {
     pub read_back_failures: u32,
     /// Size of the stack, bytes; 0 when the board does not report it.
     pub stack_size: u32,
+}
+
+/// State of clock and supply.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Hardware {
+    /// What the clocks are derived from: raw [`Clock`](crate::Clock).
+    pub clock: u8,
+    /// Supply voltage below which the chip holds itself in reset, mV; `None` when the chip has no such level to set.
+    pub brown_out_mv: Option<u16>,
+    /// True while the supply is too low to write flash.
+    pub supply_is_low: bool,
+    /// What is wrong with an external converter: raw [`ConverterFault`](crate::ConverterFault).
+    pub converter: u8,
+    /// With [`ConverterFault::WrongTag`](crate::ConverterFault::WrongTag) the channel in the first wrong frame.
+    pub wrong_tag: u8,
 }
 
 /// Longest time that a rig may compute without serving scans, link and panel, ms: every board buffers the
@@ -390,6 +411,8 @@ pub enum Reason {
     BlockNeedsMassLines = 14,
     /// The rig is in safe mode, where it answers [`GetIdentity`] and [`EraseStore`] only.
     SafeMode = 15,
+    /// The supply is too low to write flash.
+    SupplyLow = 16,
 }
 
 impl From<StartError> for Reason {

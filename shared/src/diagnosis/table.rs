@@ -556,6 +556,120 @@ codes! {
         "Its stored lines\ncannot be read.";
         "the stored lines of {subject} cannot be read, so it has no part in the result; measure it again";
 
+    // Codes of the self-test.
+
+    /// All outputs of a sensor are at 0 V. Subject: the sensor. Value: the highest of them.
+    SensorSilent = 140, "sensor_silent", Sensor, Volts;
+        "Sensor is silent:\nplug it in, check its\n3V3 and ground.";
+        "{subject} gives no signal ({value} on all axes): its cable is not plugged in, or its supply wire is broken";
+    /// All outputs of a sensor are far below what any acceleration gives, but not at 0 V. Value: the highest of them.
+    SensorReversed = 141, "sensor_reversed", Sensor, Volts;
+        "Supply swapped?\nSwitch off; check 3V3\nand ground.";
+        "all outputs of {subject} are at most {value}, which no acceleration gives: 3V3 and ground are probably swapped; \
+         switch the rig off and check its connector";
+    /// All outputs of a sensor are at the supply. Value: the lowest of them.
+    SensorGroundOpen = 142, "sensor_ground_open", Sensor, Volts;
+        "Sensor at supply:\nits ground wire is\nbroken.";
+        "all outputs of {subject} are at the supply ({value}): its ground wire is broken";
+    /// One output of a sensor is at 0 V. Subject: the channel. Value: the level.
+    AxisSilent = 143, "axis_silent", Channel, Volts;
+        "One axis is silent:\nits wire is broken.";
+        "{subject} is at {value} although its sensor works: the wire of this axis is broken, or shorted to ground";
+    /// One output of a sensor is at the supply. Value: the level.
+    AxisAtSupply = 144, "axis_at_supply", Channel, Volts;
+        "One axis is at the\nsupply: look for a\nsolder bridge.";
+        "{subject} is at the supply ({value}): look for a solder bridge between it and 3V3";
+    /// The output is none that the sensor can have at rest. Value: the level.
+    RestLevelOutOfRange = 145, "rest_level_out_of_range", Channel, Volts;
+        "No level of a sensor\nat rest: check wire,\nbuffer, sensor type.";
+        "{subject} rests at {value}, and an ADXL326 that is not moved rests at 1.14 to 1.86 V: check wire, buffer and type \
+         of the sensor";
+    /// The code of a sensor's channel does not change.
+    ChannelStuck = 146, "channel_stuck", Channel, None;
+        "This channel does not\nchange: check buffer\nand sensor.";
+        "{subject} does not even have noise, so it is not the sensor that is read: check its buffer and the wire to the rig";
+    /// A channel has far more noise than its sensor. Value: the standard deviation.
+    ChannelNoisy = 147, "channel_noisy", Channel, Volts;
+        "Too much noise: loose\ncontact or missing\ncapacitor.";
+        "{subject} has noise of {value}, far more than its sensor: look for a loose contact, a broken shield, or a missing \
+         capacitor";
+    /// Two channels read the same at every instant. Subject: the second of them.
+    ChannelsAlike = 148, "channels_alike", Channel, None;
+        "Reads the same as\nanother: look for a\nsolder bridge.";
+        "{subject} reads the same as a channel before it at every instant: look for a solder bridge between them";
+    /// A sensor moved during the self-test. Value: by how much its acceleration changed.
+    NotAtRest = 149, "not_at_rest", Sensor, OfChannel;
+        "It moves: let it come\nto rest, and test\nagain.";
+        "{subject} was moved during the test (by {value}): let the object come to rest, or lay the sensors down, and test again";
+    /// Mains of 50 Hz in a channel at rest. Value: the amplitude.
+    PickUp50Hz = 150, "pick_up_50_hz", Channel, Volts;
+        "50 Hz mains pick-up:\ncheck shield, ground,\nor use a battery.";
+        "{subject} picks up {value} of 50 Hz from the mains: check its cable and ground, or run the rig from its battery";
+    /// Mains of 60 Hz in a channel at rest. Value: the amplitude.
+    PickUp60Hz = 151, "pick_up_60_hz", Channel, Volts;
+        "60 Hz mains pick-up:\ncheck shield, ground,\nor use a battery.";
+        "{subject} picks up {value} of 60 Hz from the mains: check its cable and ground, or run the rig from its battery";
+    /// The refresh of the screen shows in a channel. Value: the amplitude.
+    ScreenRipple = 152, "screen_ripple", Channel, Volts;
+        "The screen's ripple\nis in this channel:\ncheck its supply.";
+        "{subject} has {value} of the screen's ripple at about 105 Hz: check the filter in the supply of the screen, and its \
+         ground wire";
+    /// Nothing is connected to the hammer's input. Value: the level.
+    HammerAbsent = 153, "hammer_absent", Whole, Volts;
+        "No hammer: plug it in\nand switch its amp\non.";
+        "nothing drives the hammer's input ({value}): plug the hammer in, and switch its conditioner on";
+    /// The hammer's input is at 0 V. Value: the level.
+    HammerAtGround = 154, "hammer_at_ground", Whole, Volts;
+        "Hammer at 0 V: short\nin its cable? On a\nBlack Pill: KEY?";
+        "the hammer's input is shorted to ground ({value}): check its cable and socket; on a Black Pill its button KEY does \
+         that while it is pressed";
+    /// The hammer's input is at its upper end. Value: the level.
+    HammerAtSupply = 155, "hammer_at_supply", Whole, Volts;
+        "Hammer at the end of\nits range: check its\nconditioner.";
+        "the hammer's input is at the end of its range ({value}): check the offset of its conditioner and the wiring of its \
+         input";
+    /// By its calibration a sensor does not read 1 g at rest. Value: what it reads, in g.
+    NotOneGravity = 156, "not_one_gravity", Sensor, Factor;
+        "Reads not 1 g: check\nits type; calibrate\nagain (tumble).";
+        "{subject} reads {value} g at rest by its calibration: another sensor than the calibrated one, or it has suffered; \
+         calibrate it again (massline calibrate tumble)";
+    /// A flash chip on a Black Pill loads the inputs. Value: the level of its select pin.
+    FlashOnInputs = 157, "flash_on_inputs", Whole, Volts;
+        "A flash chip sits on\nPA4 to PA7: unsolder\nit.";
+        "PA4 rests at {value}, to which the select pin of a flash chip pulls it: some Black Pills have one on PA4 to PA7 (U3, \
+         eight legs, on the back); unsolder it";
+    /// The cutoff of a channel, by its calibration, is that of a breakout's own capacitor. Value: the cutoff.
+    CapacitorLeft = 158, "capacitor_left", Channel, Hertz;
+        "Capacitor left on the\nbreakout: remove it,\nthen block test.";
+        "{subject} has a cutoff of {value} by its calibration, far below the rig's own filter: take the breakout's own \
+         capacitor off, and calibrate again (massline calibrate block)";
+    /// The rig's crystal does not oscillate.
+    CrystalDead = 159, "crystal_dead", Whole, None;
+        "The crystal does not\nwork: time is up to\n1% off.";
+        "the crystal of the board does not oscillate, so all frequencies are up to 1 % off, and USB may fail: look for a broken \
+         joint at the crystal";
+    /// The supply is too low to write flash.
+    SupplyTooLow = 160, "supply_too_low", Whole, None;
+        "The supply is too\nlow to store: charge,\nor another cable.";
+        "the supply of the rig is too low to write flash: charge its battery, or try another cable or USB port";
+    /// The data line of an external converter stays high.
+    ConverterLineHigh = 161, "converter_line_high", Whole, None;
+        "ADS7953 silent: check\nits supply, CS, SCLK,\nSDO.";
+        "nothing drives the data line of the converter (ADS7953): check its supply, and its wires CS, SCLK and SDO";
+    /// The data line of an external converter stays low.
+    ConverterLineLow = 162, "converter_line_low", Whole, None;
+        "ADS7953: SDO stays\nlow. Shorted?";
+        "the data line of the converter (ADS7953) stays low: look for a short between SDO and ground";
+    /// An external converter sends frames, but of one channel only.
+    ConverterWithoutCommands = 163, "converter_without_commands", Whole, None;
+        "ADS7953 hears no\ncommands: check SDI.";
+        "the converter (ADS7953) sends one channel only, because it does not receive the commands: check its wire SDI";
+    /// A frame of an external converter is not of the channel that is due. Value: the channel in its tag.
+    ConverterWrongTag = 164, "converter_wrong_tag", Whole, Count;
+        "ADS7953 out of step:\ncheck SCLK, SDO and\nground; shorten them.";
+        "a frame of the converter (ADS7953) says channel {value} where another one is due: check its wires SCLK and SDO and its \
+         ground, and make them shorter";
+
     // Codes of single mistakes that would explain the data.
 
     /// One sensor with reversed, swapped or rotated axes explains the data. Subject: the sensor. Value: χ².

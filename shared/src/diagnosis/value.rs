@@ -22,6 +22,8 @@ pub enum ValueUnit {
     OfChannel,
     /// Ten times the decimal logarithm of a ratio of powers, dB.
     Decibels,
+    /// V.
+    Volts,
     /// Hz.
     Hertz,
     /// mrad.
@@ -65,6 +67,7 @@ impl ValueUnit {
                 _ => "m/s²",
             },
             Self::Decibels => "dB",
+            Self::Volts => "V",
             Self::Hertz => "Hz",
             Self::Milliradians => "mrad",
             Self::Degrees => "°",

@@ -25,6 +25,7 @@ mod record;
 mod repeat_hits;
 mod rest_statistics;
 mod samples;
+pub mod self_test;
 mod spectra;
 mod trigger;
 pub mod window;

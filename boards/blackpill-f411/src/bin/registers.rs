@@ -15,16 +15,24 @@ mod firmware {
     use embassy_stm32::pac::flash::Flash;
     use embassy_stm32::pac::flash::regs::Acr;
     use embassy_stm32::pac::flash::vals::Latency;
+    use embassy_stm32::pac::iwdg::Iwdg;
+    use embassy_stm32::pac::iwdg::vals::Pr;
+    use embassy_stm32::pac::pwr::Pwr;
+    use embassy_stm32::pac::rcc::Rcc;
     use massline_blackpill_f411::chip::flash_interface::{
         drop_cached, empty_and_on, enable_caches,
     };
-    use massline_blackpill_f411::chip::registers;
+    use massline_blackpill_f411::chip::{crystal, registers, supply, watchdog};
     use massline_blackpill_f411::plan::{INPUTS, RANKS};
+    use massline_firmware::board::Clock;
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
         adc();
         flash();
+        dead_or_alive_crystal();
+        watchdog_before_clocks();
+        levels_of_supply();
         debug::exit(EXIT_SUCCESS);
         unreachable!("the emulator has ended")
     }
@@ -49,16 +57,27 @@ mod firmware {
         assert!(ADC1.cr1().read().scan(), "all ranks are converted");
     }
 
-    /// Registers of the flash interface in RAM.
-    struct Block(UnsafeCell<[u32; 8]>);
+    /// Registers in RAM.
+    struct Block(UnsafeCell<[u32; 40]>);
 
     // SAFETY: one thread runs.
     unsafe impl Sync for Block {}
 
+    impl Block {
+        const fn new() -> Self {
+            Self(UnsafeCell::new([0; 40]))
+        }
+
+        /// The address of registers in it. It is longer than those of any peripheral used here.
+        fn address(&self) -> *mut () {
+            self.0.get().cast()
+        }
+    }
+
     fn flash() {
-        static BLOCK: Block = Block(UnsafeCell::new([0; 8]));
+        static BLOCK: Block = Block::new();
         // SAFETY: the block is as long as the registers and is accessed as them alone.
-        let flash = unsafe { Flash::from_ptr(BLOCK.0.get().cast()) };
+        let flash = unsafe { Flash::from_ptr(BLOCK.address()) };
         // As the HAL leaves it for 96 MHz.
         flash.acr().write(|w| w.set_latency(Latency::WS3));
         enable_caches(flash);
@@ -79,6 +98,61 @@ mod firmware {
         assert_eq!(register.latency(), Latency::WS3, "wait states");
         assert!(register.icen() && register.dcen() && register.prften(), "caches and prefetch");
         assert!(!(register.icrst() || register.dcrst()), "caches are not held empty");
+    }
+
+    /// Without the limit of `start`, the first of these would never end.
+    fn dead_or_alive_crystal() {
+        static BLOCK: Block = Block::new();
+        // SAFETY: as above.
+        let rcc = unsafe { Rcc::from_ptr(BLOCK.address()) };
+        assert_eq!(crystal::start(rcc), Clock::Internal, "a dead crystal");
+        assert!(!rcc.cr().read().hseon(), "a dead crystal is switched off");
+        rcc.cr().modify(|w| w.set_hserdy(true));
+        assert_eq!(crystal::start(rcc), Clock::Crystal, "a crystal that oscillates");
+        assert!(rcc.cr().read().hseon(), "it is switched on");
+        hprintln!("crystal: {:?}", crystal::start(rcc));
+    }
+
+    fn watchdog_before_clocks() {
+        static BLOCK: Block = Block::new();
+        // SAFETY: as above.
+        let iwdg = unsafe { Iwdg::from_ptr(BLOCK.address()) };
+        watchdog::start(iwdg);
+        let (divider, reload) = (iwdg.pr().read().pr(), iwdg.rlr().read().rl());
+        assert_eq!(divider, Pr::DIVIDE_BY64, "divider");
+        // 64 * 4000 / 32 kHz
+        assert_eq!(reload, 3999, "a period of 8 s");
+        hprintln!("watchdog: {} periods of 2 ms", u32::from(reload) + 1);
+    }
+
+    fn levels_of_supply() {
+        static POWER: Block = Block::new();
+        static FLASH: Block = Block::new();
+        // SAFETY: as above.
+        let (pwr, flash) =
+            unsafe { (Pwr::from_ptr(POWER.address()), Flash::from_ptr(FLASH.address())) };
+        supply::watch(pwr);
+        assert!(pwr.cr1().read().pvde() && pwr.cr1().read().pls() == 6, "detector at 2.8 V");
+        assert!(!supply::is_low(pwr));
+        pwr.csr1().modify(|w| w.set_pvdo(true));
+        assert!(supply::is_low(pwr));
+
+        // As the chip is delivered: readout allowed, no sector protected, no brown-out reset.
+        flash.optcr().modify(|w| {
+            w.set_bor_lev(3);
+            w.set_rdp(0xAA);
+            w.set_n_wrp(0xFF);
+            w.set_wdg_sw(true);
+        });
+        let mut expected = flash.optcr().read();
+        assert_eq!(supply::resets_below(flash), 1700);
+        supply::raise(flash);
+        assert_eq!(supply::resets_below(flash), 2700);
+        expected.set_bor_lev(0);
+        expected.set_optstrt(true);
+        expected.set_optlock(true);
+        assert_eq!(flash.optcr().read().0, expected.0, "nothing else changes");
+        hprintln!("resets below {} mV", supply::resets_below(flash));
     }
 
     #[panic_handler]

@@ -1,25 +1,32 @@
 //! The part of the board's code that accesses the chip.
 
 pub mod adc;
+#[path = "../../../cortex-m/stm32/crystal.rs"]
+pub mod crystal;
 pub mod flash_interface;
 mod panel;
 pub mod registers;
 #[path = "../../../cortex-m/armv7m/stack_guard.rs"]
 mod stack_guard;
+pub mod supply;
 mod usb;
 #[path = "../../../cortex-m/stm32/watchdog.rs"]
-mod watchdog;
+pub mod watchdog;
+
+pub use watchdog::Watchdog;
 
 use embassy_executor::{Executor, Spawner};
 use embassy_stm32::gpio::{Input, Level, Output, Speed};
+use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::{Config, Peripherals, flash, pac, rcc};
 use massline_cortex_m::boot::ResetFlags;
 use massline_cortex_m::flash::{Supervisor, Window};
 use massline_cortex_m::panel::{ActiveLow, Wiring};
-use massline_cortex_m::rig::{self, Rig};
+use massline_cortex_m::rig::{self, Rig, Watchdog as _};
 use massline_cortex_m::stack;
+use massline_firmware::board::Clock;
 use static_cell::StaticCell;
-use watchdog::Watchdog;
+use supply::SUPPLY;
 
 use crate::facts::{NAME, STORE};
 use crate::time::TICK_HZ;
@@ -38,13 +45,13 @@ pub struct Parts {
     pub rig: Rig<adc::AdcSampler, usb::Link, Store, PanelWiring>,
     /// The USB device, which must be run.
     pub usb: usb::Device,
-    /// The watchdog, not started.
-    pub watchdog: Watchdog,
 }
 
 /// Runs the rig; never returns.
 pub fn main() -> ! {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
+    light_on();
+    Watchdog::start();
     let parts = parts();
     EXECUTOR.init(Executor::new()).run(|spawner: Spawner| match run(parts) {
         Ok(token) => spawner.spawn(token),
@@ -54,15 +61,17 @@ pub fn main() -> ! {
 
 #[embassy_executor::task]
 async fn run(parts: Parts) {
-    let Parts { rig, mut usb, watchdog } = parts;
-    rig.run(watchdog, usb.run()).await;
+    let Parts { rig, mut usb } = parts;
+    rig.run::<Watchdog>(usb.run()).await;
 }
 
 /// Initialises the chip. To be called once.
 pub fn parts() -> Parts {
     stack_guard::set();
-    let info = rig::info(NAME, reset_flags());
-    let p: Peripherals = embassy_stm32::init(clocks());
+    let clock = crystal::start(pac::RCC);
+    let info = rig::info(NAME, reset_flags(), clock, SUPPLY);
+    let p: Peripherals = embassy_stm32::init(clocks(clock));
+    supply::watch(pac::PWR);
     flash_interface::enable_caches(pac::FLASH);
     let (usb, link) = usb::open(p.USB_OTG_FS, p.PA12, p.PA11);
     let sampler = adc::sampler(adc::Parts {
@@ -77,9 +86,9 @@ pub fn parts() -> Parts {
         bus: panel::screen(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH0),
         buttons: [panel::button(p.PB12), panel::button(p.PB13), panel::button(p.PB14)],
         tone: panel::buzzer(p.TIM4, p.PB8),
-        light: ActiveLow(Output::new(p.PC13, Level::High, Speed::Low)),
+        light: ActiveLow(Output::new(p.PC13, Level::Low, Speed::Low)),
     };
-    Parts { rig: Rig { info, sampler, link, flash, panel }, usb, watchdog: Watchdog::new(p.IWDG) }
+    Parts { rig: Rig { info, sampler, link, flash, panel }, usb }
 }
 
 /// The caches, which know nothing of what is written.
@@ -103,17 +112,33 @@ fn reset_flags() -> ResetFlags {
     }
 }
 
-/// Derives 96 MHz for the core and 48 MHz for USB from a crystal of 25 MHz.
-fn clocks() -> Config {
+/// Switches the light on, before anything that may hang; its pin is low.
+fn light_on() {
+    pac::RCC.ahb1enr().modify(|w| w.set_gpiocen(true));
+    pac::GPIOC.moder().modify(|w| w.set_moder(13, Moder::OUTPUT));
+}
+
+/// Derives 96 MHz for the core and 48 MHz for USB from a crystal of 25 MHz, or from the chip's 16 MHz.
+fn clocks(clock: Clock) -> Config {
     use rcc::{
         AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv,
         PllSource, Sysclk,
     };
     let mut config = Config::default();
-    config.rcc.hse = Some(Hse { freq: embassy_stm32::time::mhz(25), mode: HseMode::Oscillator });
-    config.rcc.pll_src = PllSource::HSE;
+    let prediv = match clock {
+        Clock::Crystal => {
+            let freq = embassy_stm32::time::mhz(25);
+            config.rcc.hse = Some(Hse { freq, mode: HseMode::Oscillator });
+            config.rcc.pll_src = PllSource::HSE;
+            PllPreDiv::DIV25
+        }
+        Clock::Internal | Clock::Unknown => {
+            config.rcc.pll_src = PllSource::HSI;
+            PllPreDiv::DIV16
+        }
+    };
     config.rcc.pll = Some(Pll {
-        prediv: PllPreDiv::DIV25,
+        prediv,
         mul: PllMul::MUL192,
         divp: Some(PllPDiv::DIV2),
         divq: Some(PllQDiv::DIV4),

@@ -20,7 +20,7 @@ mod time;
 use cortex_m_rt::entry;
 use embassy_executor::Spawner;
 use massline_firmware::Memory;
-use massline_firmware::board::{Board, BoardInfo, BootReason};
+use massline_firmware::board::{Board, BoardInfo, BootReason, Clock, NO_CONVERTER_FAULT, Supply};
 use massline_mps2_an386::facts::NAME;
 use massline_mps2_an386::flash::MemoryFlash;
 use massline_mps2_an386::ring::Ring;
@@ -35,6 +35,9 @@ const INFO: BoardInfo = BoardInfo {
     boot_reason: BootReason::PowerOn,
     // A panic ends the emulator, so no start follows one.
     last_panic: "",
+    clock: Clock::Unknown,
+    supply: Supply::STEADY,
+    converter_fault: NO_CONVERTER_FAULT,
     stack: stack::measure,
 };
 

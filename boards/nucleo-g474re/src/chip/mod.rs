@@ -1,26 +1,33 @@
 //! The part of the board's code that accesses the chip.
 
 pub mod adc;
+#[path = "../../../cortex-m/stm32/crystal.rs"]
+mod crystal;
 mod ecc;
 mod panel;
 mod serial;
 #[path = "../../../cortex-m/armv7m/stack_guard.rs"]
 mod stack_guard;
+mod supply;
 mod usb;
 #[path = "../../../cortex-m/stm32/watchdog.rs"]
 mod watchdog;
 
+pub use watchdog::Watchdog;
+
 use embassy_executor::{Executor, Spawner};
 use embassy_stm32::gpio::{Input, Level, Output, Speed};
+use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::{Config, flash, pac, rcc};
 use massline_cortex_m::boot::ResetFlags;
 use massline_cortex_m::flash::Window;
 use massline_cortex_m::panel::Wiring;
-use massline_cortex_m::rig::{self, Rig};
+use massline_cortex_m::rig::{self, Rig, Watchdog as _};
 use massline_cortex_m::stack;
 use massline_cortex_m::twin::{ActiveLink, TwinLink};
+use massline_firmware::board::Clock;
 use static_cell::StaticCell;
-use watchdog::Watchdog;
+use supply::SUPPLY;
 
 use crate::STORE_IN_BANK_2;
 use crate::facts::NAME;
@@ -38,13 +45,13 @@ pub struct Parts {
     pub rig: Rig<adc::AdcSampler, Link, Store, PanelWiring>,
     /// The USB device, which must be run.
     pub usb: usb::Device,
-    /// The watchdog, not started.
-    pub watchdog: Watchdog,
 }
 
 /// Runs the rig; never returns.
 pub fn main() -> ! {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
+    light_on();
+    Watchdog::start();
     let parts = parts();
     EXECUTOR.init(Executor::new()).run(|spawner: Spawner| match run(parts) {
         Ok(token) => spawner.spawn(token),
@@ -54,16 +61,18 @@ pub fn main() -> ! {
 
 #[embassy_executor::task]
 async fn run(parts: Parts) {
-    let Parts { rig, mut usb, watchdog } = parts;
-    rig.run(watchdog, usb.run()).await;
+    let Parts { rig, mut usb } = parts;
+    rig.run::<Watchdog>(usb.run()).await;
 }
 
 /// Initialises the chip. To be called once.
 pub fn parts() -> Parts {
     static USED: ActiveLink = ActiveLink::new();
     stack_guard::set();
-    let info = rig::info(NAME, reset_flags());
-    let p = embassy_stm32::init(clocks());
+    let clock = crystal::start(pac::RCC);
+    let info = rig::info(NAME, reset_flags(), clock, SUPPLY);
+    let p = embassy_stm32::init(clocks(clock));
+    supply::watch();
     let serial = serial::open(serial::Parts {
         uart: p.LPUART1,
         tx: p.PA2,
@@ -90,12 +99,11 @@ pub fn parts() -> Parts {
         bus: panel::screen(p.I2C1, p.PA15, p.PB7, p.DMA1_CH4, p.DMA1_CH5),
         buttons: [panel::button(p.PB4), panel::button(p.PB5), panel::button(p.PB10)],
         tone: panel::buzzer(p.TIM4, p.PB6),
-        light: Output::new(p.PA5, Level::Low, Speed::Low),
+        light: Output::new(p.PA5, Level::High, Speed::Low),
     };
     Parts {
         rig: Rig { info, sampler, link: TwinLink::new(serial, usb_link, &USED), flash, panel },
         usb,
-        watchdog: Watchdog::new(p.IWDG),
     }
 }
 
@@ -111,16 +119,33 @@ fn reset_flags() -> ResetFlags {
     }
 }
 
-/// Derives 170 MHz from the board's crystal of 24 MHz. USB has its own 48 MHz oscillator, synchronised to
+/// Switches the light on, before anything that may hang.
+fn light_on() {
+    pac::RCC.ahb2enr().modify(|w| w.set_gpioaen(true));
+    pac::GPIOA.moder().modify(|w| w.set_moder(5, Moder::OUTPUT));
+    pac::GPIOA.bsrr().write(|w| w.set_bs(5, true));
+}
+
+/// Derives 170 MHz from the board's crystal of 24 MHz, or from the chip's 16 MHz. USB has its own 48 MHz oscillator, synchronised to
 /// the host's frames.
-fn clocks() -> Config {
+fn clocks(clock: Clock) -> Config {
     use rcc::mux::Clk48sel;
     use rcc::{Hse, HseMode, Hsi48Config, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk};
     let mut config = Config::default();
-    config.rcc.hse = Some(Hse { freq: embassy_stm32::time::mhz(24), mode: HseMode::Oscillator });
+    let (source, prediv) = match clock {
+        Clock::Crystal => {
+            let freq = embassy_stm32::time::mhz(24);
+            config.rcc.hse = Some(Hse { freq, mode: HseMode::Oscillator });
+            (PllSource::HSE, PllPreDiv::DIV6)
+        }
+        Clock::Internal | Clock::Unknown => {
+            config.rcc.hsi = true;
+            (PllSource::HSI, PllPreDiv::DIV4)
+        }
+    };
     config.rcc.pll = Some(Pll {
-        source: PllSource::HSE,
-        prediv: PllPreDiv::DIV6,
+        source,
+        prediv,
         mul: PllMul::MUL85,
         divp: None,
         divq: None,

@@ -5,6 +5,8 @@
 //!  A, first half ─▶ reset A ─▶ B, second half ─▶ reset B ─▶ A
 //! ```
 
+use core::sync::atomic::{AtomicU16, Ordering};
+
 use embassy_rp::interrupt::typelevel::{self, Handler};
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::pac;
@@ -20,6 +22,7 @@ use embassy_rp::{Peri, bind_interrupts, gpio};
 use massline_cortex_m::sampler::{
     Converter, Plan, RawBuffer, RingSampler, Sentinel, Shared, Transfer,
 };
+use massline_firmware::board::ConverterFault;
 use massline_firmware::scan_ring::HalfFlags;
 use static_cell::StaticCell;
 
@@ -39,6 +42,14 @@ pub type AdcSampler = RingSampler<Ads7953, RANKS, RING_SCANS>;
 
 static SHARED: Shared<RANKS, RING_SCANS> = Shared::new();
 static RAW: RawBuffer<RAW_LENGTH> = RawBuffer::new();
+/// What was wrong at the last start: the fault, and above it the tag.
+static FAULT: AtomicU16 = AtomicU16::new(0);
+
+/// What is wrong with the converter, and the channel in its first wrong frame.
+pub fn fault() -> (ConverterFault, u8) {
+    let [fault, tag] = FAULT.load(Ordering::Relaxed).to_le_bytes();
+    (fault.into(), tag)
+}
 
 /// Frames per half of the buffer.
 const HALF: u32 = RAW_LENGTH as u32 / 2;
@@ -130,15 +141,12 @@ impl Ads7953 {
     /// Reads frames until the end of a pass.
     fn find_start(&mut self) -> bool {
         let mut start = Start::new();
-        for _ in 0..COMMANDS.len() + FRAMES_TO_START {
-            let Some(frame) = (0..LOOKS).find_map(|_| self.machine.rx().try_pull()) else {
-                return false;
-            };
-            if start.ends_with(frame as u16) {
-                return true;
-            }
-        }
-        false
+        let mut frames = (0..COMMANDS.len() + FRAMES_TO_START)
+            .map_while(|_| (0..LOOKS).find_map(|_| self.machine.rx().try_pull()));
+        let found = frames.any(|frame| start.ends_with(frame as u16));
+        let (fault, tag) = if found { (ConverterFault::None, 0) } else { start.fault() };
+        FAULT.store(u16::from_le_bytes([fault.into(), tag]), Ordering::Relaxed);
+        found
     }
 
     fn start_transfer(&mut self) {

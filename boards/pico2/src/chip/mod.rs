@@ -1,7 +1,9 @@
 //! The part of the board's code that accesses the chip.
 
 pub mod adc;
+mod crystal;
 mod panel;
+mod supply;
 mod usb;
 
 use embassy_executor::{Executor, Spawner};
@@ -9,12 +11,13 @@ use embassy_rp::flash::{Blocking, Flash};
 use embassy_rp::gpio::{Input, Level, Output};
 use embassy_rp::pac;
 use embassy_rp::peripherals::FLASH;
-use embassy_rp::watchdog::Watchdog;
 use massline_cortex_m::boot::ResetFlags;
 use massline_cortex_m::flash::{Unsupervised, Window};
 use massline_cortex_m::panel::Wiring;
-use massline_cortex_m::rig::{self, Rig, WATCHDOG};
+use massline_cortex_m::rig::{self, Rig, WATCHDOG, Watchdog as _};
+use massline_firmware::board::{BoardInfo, Clock};
 use static_cell::StaticCell;
+use supply::SUPPLY;
 
 use crate::facts::{FLASH_BYTES, NAME, STORE};
 
@@ -31,21 +34,22 @@ pub struct Parts {
     pub rig: Rig<adc::AdcSampler, usb::Link, Store, PanelWiring>,
     /// The USB device, which must be run.
     pub usb: usb::Device,
-    /// The watchdog, not started.
-    pub watchdog: WholeWatchdog,
 }
 
-/// A watchdog that resets the whole chip.
-pub struct WholeWatchdog(Watchdog);
+/// The watchdog, which resets the whole chip.
+pub struct Watchdog;
 
-impl rig::Watchdog for WholeWatchdog {
-    fn start(&mut self) {
-        self.0.start(WATCHDOG);
+impl rig::Watchdog for Watchdog {
+    fn start() {
         watchdog_resets_all();
+        // It counts microseconds; until the clocks are set up, those of the ring oscillator, of 12 MHz at most.
+        pac::TICKS.watchdog_cycles().write(|w| w.0 = 12);
+        pac::TICKS.watchdog_ctrl().write(|w| w.set_enable(true));
+        Self::feed();
+        pac::WATCHDOG.ctrl().modify(|w| w.set_enable(true));
     }
 
     fn feed() {
-        // In microseconds, as `start` has set it.
         pac::WATCHDOG.load().write(|w| w.set_load(WATCHDOG.as_micros() as u32));
     }
 }
@@ -53,6 +57,7 @@ impl rig::Watchdog for WholeWatchdog {
 /// Runs the rig; never returns.
 pub fn main() -> ! {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
+    Watchdog::start();
     let parts = parts();
     EXECUTOR.init(Executor::new()).run(|spawner: Spawner| match run(parts) {
         Ok(token) => spawner.spawn(token),
@@ -62,14 +67,19 @@ pub fn main() -> ! {
 
 #[embassy_executor::task]
 async fn run(parts: Parts) {
-    let Parts { rig, mut usb, watchdog } = parts;
-    rig.run(watchdog, usb.run()).await;
+    let Parts { rig, mut usb } = parts;
+    rig.run::<Watchdog>(usb.run()).await;
 }
 
 /// Initialises the chip. To be called once.
 pub fn parts() -> Parts {
-    let info = rig::info(NAME, reset_flags());
+    if !crystal::starts() {
+        crystal::complain::<Watchdog>();
+    }
+    let info = rig::info(NAME, reset_flags(), Clock::Crystal, SUPPLY);
+    let info = BoardInfo { converter_fault: adc::fault, ..info };
     let p = embassy_rp::init(Default::default());
+    supply::watch(supply::Parts { adc: p.ADC, vsys: p.PIN_29, constant_rate: p.PIN_23 });
     let (usb, link) = usb::open(p.USB);
     let sampler = adc::sampler(adc::Parts {
         pio: p.PIO0,
@@ -89,13 +99,9 @@ pub fn parts() -> Parts {
         bus: panel::Bus { i2c: p.I2C0, clock: p.PIN_5, data: p.PIN_4 },
         buttons: [panel::button(p.PIN_10), panel::button(p.PIN_11), panel::button(p.PIN_12)],
         tone: panel::buzzer(p.PWM_SLICE7, p.PIN_14),
-        light: Output::new(p.PIN_25, Level::Low),
+        light: Output::new(p.PIN_25, Level::High),
     };
-    Parts {
-        rig: Rig { info, sampler, link, flash, panel },
-        usb,
-        watchdog: WholeWatchdog(Watchdog::new(p.WATCHDOG)),
-    }
+    Parts { rig: Rig { info, sampler, link, flash, panel }, usb }
 }
 
 /// Restarts the whole chip through the watchdog: a reset requested by the core would not reset the rest of

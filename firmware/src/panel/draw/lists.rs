@@ -1,10 +1,12 @@
 //! Lists, messages, and the pages about the rig.
 
+use massline_protocol::Clock;
 use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::layout::{RigLayout, TestProfile};
 
 use super::canvas::{Canvas, Screen, clipped, text};
 use super::{LayoutLine, View};
+use crate::info::BoardInfo;
 use crate::panel::menu::{ABOUT_PAGES, Question};
 use crate::panel::refused::Refused;
 use crate::panel::words;
@@ -104,11 +106,27 @@ pub(super) fn about<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
             canvas.pair(3, "too late", &text(format_args!("{}", stats.deadlines_missed)));
             canvas.pair(4, "broken frames", &text(format_args!("{}", stats.frames_broken)));
         }
+        2 => hardware(canvas, info),
         _ if info.last_panic.is_empty() => canvas.line(0, "No panic before this."),
         _ => {
             canvas.line(0, "Last panic:");
             wrapped(canvas, 1, info.last_panic);
         }
+    }
+}
+
+/// Clock and supply, and what is wrong with them.
+fn hardware<D: Screen>(canvas: &mut Canvas<'_, D>, info: &BoardInfo) {
+    let hardware = info.hardware();
+    canvas.pair(0, "clock", info.clock.name());
+    if let Some(millivolts) = hardware.brown_out_mv {
+        let (volts, tenths) = (millivolts / 1000, millivolts / 100 % 10);
+        canvas.pair(1, "reset below", &text(format_args!("{volts}.{tenths} V")));
+    }
+    if hardware.supply_is_low {
+        canvas.lines(3, "Supply too low to\nwrite flash.");
+    } else if info.clock == Clock::Internal {
+        canvas.lines(3, "The crystal does not\nwork: time is 1% off.");
     }
 }
 

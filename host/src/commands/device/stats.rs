@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use massline_protocol::BootReason;
-use massline_protocol::message::{Identity, STEP_LIMIT_MS, Stats};
+use massline_protocol::message::{Hardware, Identity, STEP_LIMIT_MS, Stats};
+use massline_protocol::{BootReason, Clock};
 
 use crate::document::{CounterFinding, DeviceStats};
 
@@ -12,6 +12,7 @@ use crate::document::{CounterFinding, DeviceStats};
 pub(super) struct Report<'a> {
     pub identity: &'a Identity,
     pub stats: Stats,
+    pub hardware: Hardware,
 }
 
 /// A counter for display.
@@ -27,17 +28,29 @@ struct StatLine {
 
 const LITTLE_STACK: &str = "less than an eighth of the stack has never been used: nothing is wrong yet; \
                             please report it with these counters";
+/// Below this supply an STM32 cannot be relied on to write its flash, mV.
+const LOWEST_BROWN_OUT_MV: u16 = 2700;
+const NO_CRYSTAL: &str = "the crystal does not oscillate, so the rig runs on the chip's own oscillator, which is up to 1 % \
+                          off: frequencies are wrong by as much, and USB may fail. Look for a broken joint at the crystal; \
+                          else use another board";
+const DEEP_BROWN_OUT: &str = "when its supply fails, the chip goes on for too long, and may spoil what it stores: \
+                              `massline device brown-out` mends it";
+const SUPPLY_LOW: &str = "its supply is too low to write flash, so nothing is stored: charge its battery, or try another \
+                          cable or USB port";
 const RESTARTED: &str = "it has restarted by itself and data that were not stored are lost: please report it with \
                          the last panic, if one is shown";
 
 impl Report<'_> {
     pub fn json(&self) -> DeviceStats {
-        let Self { identity, stats } = self;
+        let Self { identity, stats, hardware } = self;
         let findings = self.findings().into_iter();
         DeviceStats {
             firmware: identity.firmware.as_str().to_owned(),
             boot_reason: BootReason::from(identity.boot_reason).name(),
             last_panic: identity.last_panic.as_str().to_owned(),
+            clock: Clock::from(hardware.clock).name(),
+            resets_below_mv: hardware.brown_out_mv,
+            supply_is_low: hardware.supply_is_low,
             uptime_ms: stats.uptime_ms,
             scans: stats.scans,
             triggers: stats.triggers,
@@ -86,6 +99,11 @@ impl Report<'_> {
             duration(self.stats.uptime_ms),
         );
         // Writing to a String cannot fail.
+        let _ = write!(text, "\nclock: {}", Clock::from(self.hardware.clock).name());
+        if let Some(level) = self.hardware.brown_out_mv {
+            let _ =
+                write!(text, ", the chip resets itself below {:.1} V", f64::from(level) / 1000.0);
+        }
         if !identity.last_panic.is_empty() {
             let _ = write!(text, "\nlast panic: {}", identity.last_panic);
         }
@@ -122,7 +140,21 @@ impl Report<'_> {
         if matches!(self.identity.boot_reason.into(), BootReason::Watchdog | BootReason::Panic) {
             findings.push(("boot_reason", RESTARTED));
         }
+        findings.extend(self.of_hardware());
         findings
+    }
+
+    /// What clock and supply need.
+    fn of_hardware(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
+        let Hardware { clock, brown_out_mv, supply_is_low, .. } = self.hardware;
+        let is_internal = Clock::from(clock) == Clock::Internal;
+        let is_deep = brown_out_mv.is_some_and(|level| level < LOWEST_BROWN_OUT_MV);
+        let all = [
+            (is_internal, ("clock", NO_CRYSTAL)),
+            (is_deep, ("resets_below_mv", DEEP_BROWN_OUT)),
+            (supply_is_low, ("supply_is_low", SUPPLY_LOW)),
+        ];
+        all.into_iter().filter(|(applies, _)| *applies).map(|(_, finding)| finding)
     }
 
     fn groups(&self) -> [(&'static str, Vec<StatLine>); 5] {
@@ -278,8 +310,30 @@ mod tests {
 
     fn findings(stats: Stats, boot_reason: BootReason) -> Vec<&'static str> {
         let identity = identity(boot_reason);
-        let report = Report { identity: &identity, stats };
+        let report = Report { identity: &identity, stats, hardware: Hardware::default() };
         report.findings().into_iter().map(|(counter, _)| counter).collect()
+    }
+
+    #[test]
+    fn a_dead_crystal_a_deep_level_and_a_low_supply_are_named() {
+        let identity = identity(BootReason::PowerOn);
+        let findings = |clock: Clock, brown_out_mv, supply_is_low| -> Vec<_> {
+            let hardware = Hardware {
+                clock: clock.into(),
+                brown_out_mv,
+                supply_is_low,
+                ..Hardware::default()
+            };
+            let report = Report { identity: &identity, stats: Stats::default(), hardware };
+            report.of_hardware().map(|(name, _)| name).collect()
+        };
+        assert_eq!(findings(Clock::Crystal, Some(2700), false), [""; 0]);
+        assert_eq!(findings(Clock::Unknown, None, false), [""; 0]);
+        assert_eq!(findings(Clock::Internal, Some(2800), false), ["clock"]);
+        assert_eq!(
+            findings(Clock::Internal, Some(1700), true),
+            ["clock", "resets_below_mv", "supply_is_low"]
+        );
     }
 
     #[test]
@@ -322,7 +376,8 @@ mod tests {
     #[test]
     fn a_stack_that_is_not_measured_has_no_numbers() {
         let identity = identity(BootReason::PowerOn);
-        let report = Report { identity: &identity, stats: Stats::default() };
+        let report =
+            Report { identity: &identity, stats: Stats::default(), hardware: Hardware::default() };
         assert_eq!(report.json().stack_free, None);
     }
 
@@ -355,7 +410,7 @@ mod tests {
             read_back_failures: 23,
             stack_size: 24,
         };
-        let report = Report { identity: &identity, stats: counted };
+        let report = Report { identity: &identity, stats: counted, hardware: Hardware::default() };
         let document = serde_json::to_value(report.json()).unwrap();
         let groups = report.groups();
         let lines: Vec<&StatLine> = groups.iter().flat_map(|(_, lines)| lines).collect();

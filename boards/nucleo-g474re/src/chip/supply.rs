@@ -1,0 +1,51 @@
+//! The supply: the detector that tells when it is too low, and the level at which the chip resets itself. Levels as in
+//! RM0440, 6.4.2 and 5.4.1.
+
+use embassy_stm32::pac::{FLASH, PWR};
+use massline_firmware::board::{BrownOut, Supply};
+
+/// The detector's level of 2.8 V.
+const DETECTOR_LEVEL: u8 = 5;
+/// Levels of the option bytes, mV.
+const RESETS_BELOW_MV: [u16; 5] = [1700, 2000, 2200, 2500, 2800];
+const HIGHEST: u8 = 4;
+/// RM0440, 3.3.5 and 3.4.2.
+const FLASH_KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
+
+/// The supply of this board.
+pub const SUPPLY: Supply = Supply {
+    is_low: || PWR.sr2().read().pvdo(),
+    brown_out: Some(BrownOut { read: resets_below, raise }),
+};
+
+/// Switches the detector on. To be called after the clocks, which switch its registers on.
+pub fn watch() {
+    PWR.cr2().modify(|w| {
+        w.set_pls(DETECTOR_LEVEL);
+        w.set_pvde(true);
+    });
+}
+
+fn resets_below() -> u16 {
+    let level = usize::from(FLASH.optr().read().bor_lev());
+    RESETS_BELOW_MV.get(level).copied().unwrap_or_default()
+}
+
+/// Writes the highest level into the option bytes.
+fn raise() {
+    for key in FLASH_KEYS {
+        FLASH.keyr().write_value(key);
+    }
+    for key in OPTION_KEYS {
+        FLASH.optkeyr().write_value(key);
+    }
+    while FLASH.sr().read().bsy() {}
+    FLASH.optr().modify(|w| w.set_bor_lev(HIGHEST));
+    FLASH.cr().modify(|w| w.set_optstrt(true));
+    while FLASH.sr().read().bsy() {}
+    FLASH.cr().modify(|w| {
+        w.set_optlock(true);
+        w.set_lock(true);
+    });
+}

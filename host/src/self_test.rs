@@ -1,0 +1,189 @@
+//! The self-test of a rig at rest, and what it says about wiring and parts.
+
+use std::fmt::Write;
+
+use massline_protocol::message::Hardware;
+use massline_protocol::{Clock, ConverterFault};
+use massline_shared::calibration::CalibrationRecord;
+use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
+use massline_shared::signal::self_test::{ChannelAtRest, KnownSensors, SelfTest};
+use massline_shared::signal::{AdcProperties, Calibration, HAMMER, Scan};
+
+use crate::calibration::capacitor::LEAST_CUTOFF_HZ;
+use crate::document::{ChannelCheck, DeviceCheck, Finding};
+use crate::flash::board::circuit_of;
+use crate::report::{channel_name, message};
+
+/// What a rig reads at rest, and the faults that this shows.
+#[derive(Debug)]
+pub struct Check {
+    /// `None` when the converter does not answer.
+    test: Option<SelfTest<f64>>,
+    /// The faults, those that explain others first.
+    pub findings: Vec<Diagnostic>,
+}
+
+impl Check {
+    /// Examines a record without motion from a rig on this board.
+    pub fn of(
+        record: &[Scan],
+        adc: &AdcProperties,
+        board: &str,
+        calibration: &CalibrationRecord,
+        hardware: Hardware,
+    ) -> Self {
+        let mut test = SelfTest::new(adc);
+        let mut room = vec![0.0; record.len()];
+        for channel in 0..test.count() {
+            test.add(record, channel, &mut room);
+        }
+        let known =
+            calibration.method.knows_sensors().then_some(KnownSensors(&calibration.calibration));
+        let mut findings = of_hardware(hardware);
+        findings.extend(test.findings(circuit_of(board), known));
+        findings.extend(left_capacitors(&calibration.calibration));
+        Self { test: Some(test), findings }
+    }
+
+    /// A rig whose converter does not answer.
+    pub fn of_stopped(hardware: Hardware) -> Self {
+        let mut findings = of_hardware(hardware);
+        findings.push(of_converter(hardware));
+        Self { test: None, findings }
+    }
+
+    /// What the channels read, the hammer first; none when the converter does not answer.
+    fn channels(&self) -> &[ChannelAtRest<f64>] {
+        self.test.as_ref().map_or(&[], SelfTest::channels)
+    }
+
+    /// As a document.
+    pub fn json(&self) -> DeviceCheck {
+        let channels = self.channels().iter().enumerate();
+        let finding = |found: &Diagnostic| Finding {
+            code: found.code.to_string(),
+            severity: found.severity.name(),
+            message: message(found),
+        };
+        DeviceCheck {
+            channels: channels.map(|(channel, at_rest)| channel_json(channel, at_rest)).collect(),
+            findings: self.findings.iter().map(finding).collect(),
+        }
+    }
+
+    /// For people: a table of the channels, and the faults.
+    pub fn text(&self) -> String {
+        let mut text = if self.test.is_some() { self.table() } else { String::new() };
+        if self.findings.is_empty() {
+            return text + "nothing is wrong with what can be seen at rest";
+        }
+        text += "what is wrong";
+        for found in &self.findings {
+            // Writing to a String cannot fail.
+            let _ = write!(text, "\n- {}: {}", name(found), message(found));
+        }
+        text
+    }
+
+    fn table(&self) -> String {
+        let head = |all: [&str; 6]| {
+            let [channel, level, noise, hum_50, hum_60, screen] = all;
+            format!("{channel:12}{level:>8}{noise:>9}{hum_50:>9}{hum_60:>9}{screen:>9}\n")
+        };
+        let mut text = head(["channel", "level", "noise", "50 Hz", "60 Hz", "screen"]);
+        text += &head(["", "V", "mV rms", "mV", "mV", "mV"]);
+        for (channel, at_rest) in self.channels().iter().enumerate() {
+            let ChannelAtRest { level, noise, hum_50_hz, hum_60_hz, screen, .. } = *at_rest;
+            let name = channel_name(channel);
+            let _ = write!(text, "{name:12}{level:8.3}");
+            for volts in [noise, hum_50_hz, hum_60_hz, screen] {
+                let _ = write!(text, "{:9.2}", 1e3 * volts);
+            }
+            text.push('\n');
+        }
+        let _ = writeln!(text, "1 mg of a sensor is {:.3} mV", Calibration::ADXL326_VOLT_PER_G);
+        text
+    }
+}
+
+fn channel_json(channel: usize, at_rest: &ChannelAtRest<f64>) -> ChannelCheck {
+    let per_g = Calibration::ADXL326_VOLT_PER_G;
+    ChannelCheck {
+        channel: channel_name(channel),
+        level_v: at_rest.level,
+        noise_v: at_rest.noise,
+        noise_g: (channel != HAMMER).then_some(at_rest.noise / per_g),
+        hum_50_hz_v: at_rest.hum_50_hz,
+        hum_60_hz_v: at_rest.hum_60_hz,
+        screen_v: at_rest.screen,
+    }
+}
+
+/// What is wrong with clock and supply.
+fn of_hardware(hardware: Hardware) -> Vec<Diagnostic> {
+    let all = [
+        (Clock::from(hardware.clock) == Clock::Internal, Code::CrystalDead),
+        (hardware.supply_is_low, Code::SupplyTooLow),
+    ];
+    let wrong = all.into_iter().filter(|(applies, _)| *applies);
+    wrong.map(|(_, code)| Diagnostic::whole(code, Severity::Error, 0.0)).collect()
+}
+
+/// Why the converter does not answer.
+fn of_converter(hardware: Hardware) -> Diagnostic {
+    let (code, value) = match ConverterFault::from(hardware.converter) {
+        ConverterFault::None => (Code::SamplerStopped, 0.0),
+        ConverterFault::LineHigh => (Code::ConverterLineHigh, 0.0),
+        ConverterFault::LineLow => (Code::ConverterLineLow, 0.0),
+        ConverterFault::NoCommands => (Code::ConverterWithoutCommands, 0.0),
+        ConverterFault::WrongTag => (Code::ConverterWrongTag, f32::from(hardware.wrong_tag)),
+    };
+    Diagnostic::whole(code, Severity::Error, value)
+}
+
+/// The channels whose cutoff, by a block test, is that of a breakout's own capacitor.
+fn left_capacitors(calibration: &Calibration) -> impl Iterator<Item = Diagnostic> {
+    calibration.channels.iter().enumerate().skip(1).filter_map(|(channel, of)| {
+        let cutoff = of.cutoff.0;
+        let is_low = cutoff > 0.0 && f64::from(cutoff) < LEAST_CUTOFF_HZ;
+        let subject = Subject::channel(channel);
+        is_low.then(|| Diagnostic::about(Code::CapacitorLeft, Severity::Error, subject, cutoff))
+    })
+}
+
+/// Code and subject of a finding, as in `axis_silent: sensor 1 x`.
+pub fn name(found: &Diagnostic) -> String {
+    let code = found.code.to_string();
+    match found.subject {
+        Subject::Channel(channel) => format!("{code}: {}", channel_name(channel.into())),
+        Subject::Sensor(sensor) => format!("{code}: sensor {}", u16::from(sensor) + 1),
+        _ => code,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_converter_that_does_not_answer_is_named_by_its_frames() {
+        let codes = |converter: ConverterFault, clock: Clock| {
+            let (converter, clock) = (converter.into(), clock.into());
+            let hardware = Hardware { converter, wrong_tag: 5, clock, ..Hardware::default() };
+            Check::of_stopped(hardware).findings.iter().map(name).collect::<Vec<_>>()
+        };
+        let alone = |converter| codes(converter, Clock::Crystal);
+        assert_eq!(alone(ConverterFault::None), ["sampler_stopped"]);
+        assert_eq!(alone(ConverterFault::LineHigh), ["converter_line_high"]);
+        assert_eq!(alone(ConverterFault::LineLow), ["converter_line_low"]);
+        assert_eq!(alone(ConverterFault::NoCommands), ["converter_without_commands"]);
+        let both = codes(ConverterFault::WrongTag, Clock::Internal);
+        assert_eq!(both, ["crystal_dead", "converter_wrong_tag"]);
+        let hardware = Hardware {
+            converter: ConverterFault::WrongTag.into(),
+            wrong_tag: 5,
+            ..Hardware::default()
+        };
+        assert!(Check::of_stopped(hardware).text().contains("says channel 5"));
+    }
+}

@@ -1,0 +1,193 @@
+//! Faults of wiring and parts, by what the channels read at rest.
+
+use super::{ChannelAtRest, SelfTest};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
+use crate::signal::{Calibration, HAMMER};
+use crate::{Real, STANDARD_GRAVITY};
+
+/// Levels of an ADXL326 at rest, V at a supply of 3 V: its zero by the data sheet, and 1 g.
+const AT_REST: [f64; 2] = [1.14, 1.86];
+/// Below this nothing drives an input, V; an ADXL326 goes down to 0.1 V.
+const SILENT: f64 = 0.06;
+/// Above this an input is at the supply, V; an ADXL326 goes up to 2.8 V at 16 g.
+const AT_SUPPLY: f64 = 2.85;
+/// Below this is no acceleration within the range, V.
+const NO_ACCELERATION: f64 = 0.5;
+/// Noise that is too much, V: five times that of an ADXL326.
+const NOISY: f64 = 0.0024;
+/// Tones that are named, V: 5 mg.
+const TONE: f64 = 285e-6;
+/// Slow motion that is named, V: 20 mg.
+const MOTION: f64 = 0.00114;
+/// Level of the hammer's input with nothing plugged in, V: 82 kΩ to ground and 1 MΩ to a supply of 3.3 V, 5 %.
+const HAMMER_OPEN: [f64; 2] = [0.237, 0.263];
+/// Below this the hammer's input is shorted, V; a conditioner at 0 V gives 0.11 V.
+const HAMMER_SHORTED: f64 = 0.03;
+/// Level of PA4 to which the pull-up of a flash chip brings it, V.
+const FLASH_SELECT: [f64; 2] = [2.3, 2.85];
+/// How far from 1 g a calibrated sensor may read.
+const GRAVITY_ERROR: f64 = 0.08;
+
+/// What is special about the inputs of a board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Circuit {
+    /// The channel on which some of these boards have the select pin of a flash chip.
+    pub flash_select: Option<u8>,
+}
+
+/// Sensors whose sensitivity and zero are known absolutely, from a tumble test.
+#[derive(Clone, Copy, Debug)]
+pub struct KnownSensors<'a>(pub &'a Calibration);
+
+impl<R: Real> SelfTest<R> {
+    /// The faults, those that explain others first. A channel that has been named is not named again. `known` is `None`
+    /// without a tumble test.
+    pub fn findings(&self, circuit: Circuit, known: Option<KnownSensors<'_>>) -> Diagnostics {
+        let mut found = Found(Diagnostics::new());
+        self.hammer(&mut found);
+        for sensor in 0..self.count().saturating_sub(1) / 3 {
+            self.sensor(sensor, circuit, known, &mut found);
+        }
+        found.0
+    }
+
+    fn hammer(&self, found: &mut Found) {
+        let Some(hammer) = self.channels().get(HAMMER) else { return };
+        let level = hammer.level.to_f64();
+        let code = match level {
+            _ if level < HAMMER_SHORTED => Code::HammerAtGround,
+            _ if level > AT_SUPPLY => Code::HammerAtSupply,
+            _ if (HAMMER_OPEN[0]..=HAMMER_OPEN[1]).contains(&level) => Code::HammerAbsent,
+            _ => return tones_and_noise(HAMMER, hammer, found),
+        };
+        found.add(code, Subject::Whole, level);
+    }
+
+    fn sensor(
+        &self,
+        sensor: usize,
+        circuit: Circuit,
+        known: Option<KnownSensors<'_>>,
+        found: &mut Found,
+    ) {
+        let first = 1 + 3 * sensor;
+        let Some(axes) = self.channels().get(first..first + 3) else { return };
+        let levels = [0, 1, 2].map(|axis| axes[axis].level.to_f64());
+        let [least, most] = [
+            levels.iter().fold(f64::MAX, |a, b| a.min(*b)),
+            levels.iter().fold(0.0, |a: f64, b| a.max(*b)),
+        ];
+        let whole = match () {
+            () if most < SILENT => Some((Code::SensorSilent, most)),
+            () if least > AT_SUPPLY => Some((Code::SensorGroundOpen, least)),
+            () if most < NO_ACCELERATION => Some((Code::SensorReversed, most)),
+            () => None,
+        };
+        if let Some((code, level)) = whole {
+            return found.add(code, Subject::sensor(sensor), level);
+        }
+        let mut all_rest = true;
+        for (axis, at_rest) in axes.iter().enumerate() {
+            let channel = first + axis;
+            all_rest &= axis_is_at_rest(channel, at_rest, circuit, found);
+        }
+        if axes.iter().any(ChannelAtRest::moves) && !axes.iter().any(ChannelAtRest::hums) {
+            let moved = axes.iter().map(|axis| axis.slow_range.to_f64()).fold(0.0, f64::max);
+            let acceleration = moved / Calibration::ADXL326_VOLT_PER_G * STANDARD_GRAVITY;
+            found.add(Code::NotAtRest, Subject::sensor(sensor), acceleration);
+        } else if let Some(KnownSensors(calibration)) = known
+            && all_rest
+        {
+            one_gravity(sensor, levels, calibration, found);
+        }
+    }
+}
+
+/// True when an axis has the level of a sensor at rest; else it is named. Its tones and noise are named in any case.
+fn axis_is_at_rest<R: Real>(
+    channel: usize,
+    at_rest: &ChannelAtRest<R>,
+    circuit: Circuit,
+    found: &mut Found,
+) -> bool {
+    let level = at_rest.level.to_f64();
+    let code = match level {
+        _ if (AT_REST[0]..=AT_REST[1]).contains(&level) => {
+            tones_and_noise(channel, at_rest, found);
+            return true;
+        }
+        _ if level < SILENT => Code::AxisSilent,
+        _ if circuit.flash_select.is_some_and(|select| usize::from(select) == channel)
+            && (FLASH_SELECT[0]..FLASH_SELECT[1]).contains(&level) =>
+        {
+            found.add(Code::FlashOnInputs, Subject::Whole, level);
+            return false;
+        }
+        _ if level > AT_SUPPLY => Code::AxisAtSupply,
+        _ => Code::RestLevelOutOfRange,
+    };
+    found.add(code, Subject::channel(channel), level);
+    false
+}
+
+/// Names the worst of a channel's tones and noise.
+fn tones_and_noise<R: Real>(channel: usize, at_rest: &ChannelAtRest<R>, found: &mut Found) {
+    let [mains_50, mains_60, screen] =
+        [at_rest.hum_50_hz, at_rest.hum_60_hz, at_rest.screen].map(|tone| tone.to_f64());
+    let noise = at_rest.noise.to_f64();
+    let (code, value) = match () {
+        () if at_rest.is_stuck && channel != HAMMER => (Code::ChannelStuck, 0.0),
+        () if at_rest.hums() => match at_rest.largest_tone() {
+            largest if largest == mains_50 => (Code::PickUp50Hz, mains_50),
+            largest if largest == mains_60 => (Code::PickUp60Hz, mains_60),
+            _ => (Code::ScreenRipple, screen),
+        },
+        () if at_rest.moves() => return,
+        () if at_rest.is_alike && channel != HAMMER => (Code::ChannelsAlike, 0.0),
+        () if noise > NOISY => (Code::ChannelNoisy, noise),
+        () => return,
+    };
+    found.add(code, Subject::channel(channel), value);
+}
+
+/// Names a calibrated sensor that does not read 1 g.
+fn one_gravity(sensor: usize, levels: [f64; 3], calibration: &Calibration, found: &mut Found) {
+    let squares =
+        levels.iter().zip(&calibration.channels[1 + 3 * sensor..]).map(|(level, channel)| {
+            let g = (level - f64::from(channel.zero.0))
+                / f64::from(channel.sensitivity)
+                / STANDARD_GRAVITY;
+            g * g
+        });
+    let read = libm::sqrt(squares.sum());
+    if (read - 1.0).abs() > GRAVITY_ERROR {
+        found.add(Code::NotOneGravity, Subject::sensor(sensor), read);
+    }
+}
+
+impl<R: Real> ChannelAtRest<R> {
+    /// True when a tone stands out of the noise. A tone of noise alone is a 26th of it, rms.
+    fn hums(&self) -> bool {
+        self.largest_tone() > TONE && self.largest_tone() > self.noise.to_f64() / 4.0
+    }
+
+    /// True when the channel shows a slow motion. Of white noise the means of blocks have a third of its standard deviation
+    /// as their range, of a swing of a few hertz nearly three times.
+    fn moves(&self) -> bool {
+        self.slow_range.to_f64() > MOTION && self.slow_range > self.noise
+    }
+
+    fn largest_tone(&self) -> f64 {
+        self.hum_50_hz.max(self.hum_60_hz).max(self.screen).to_f64()
+    }
+}
+
+/// Faults so far.
+struct Found(Diagnostics);
+
+impl Found {
+    fn add(&mut self, code: Code, subject: Subject, value: f64) {
+        // A list that is full names enough.
+        let _ = self.0.push(Diagnostic::about(code, Severity::Error, subject, value as f32));
+    }
+}
