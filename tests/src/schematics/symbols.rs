@@ -136,11 +136,11 @@ impl Pen {
         self.pin((x, y + 10), name, plus);
         self.part((x - 16, y + 10), (32, 18));
         self.pin((x, y + 28), name, minus);
-        self.wire(&[(x, y + 28), (x, y + 36)]);
-        self.ground((x, y + 36));
+        self.wire(&[(x, y + 28), (x, y + 44)]);
+        self.ground((x, y + 44));
         self.text((x, y + 23), 11, Align::Middle, name);
         self.text((x + 5, y + 8), 9, Align::Left, plus);
-        self.text((x + 5, y + 35), 9, Align::Left, minus);
+        self.text((x + 5, y + 38), 9, Align::Left, minus);
     }
 
     /// A push-button from a wire to ground.
