@@ -39,7 +39,7 @@ pub fn page(parts: &Parts, boards: &[Drawn]) -> anyhow::Result<String> {
     writeln!(page, "Revision {} of {}, {}.\n", revision.name, revision.date, revision.state)?;
     prices(&mut page, parts, boards, &figures)?;
     values(&mut page, boards, &figures)?;
-    currents(&mut page, parts, boards, &figures)?;
+    currents(&mut page, parts, boards)?;
     contacts(&mut page, parts, boards)?;
     Ok(page)
 }
@@ -140,12 +140,7 @@ fn values(page: &mut String, boards: &[Drawn], figures: &[Figures]) -> std::fmt:
     Ok(())
 }
 
-fn currents(
-    page: &mut String,
-    parts: &Parts,
-    boards: &[Drawn],
-    figures: &[Figures],
-) -> anyhow::Result<()> {
+fn currents(page: &mut String, parts: &Parts, boards: &[Drawn]) -> anyhow::Result<()> {
     let cell = &parts.cell;
     writeln!(
         page,
@@ -161,14 +156,14 @@ fn currents(
         let ma = f64::from(count * part.microamps) / 1e3;
         writeln!(page, "| {count} × {} | {ma} |", part.number)?;
     }
-    let switching = boards.iter().zip(figures).find_map(|(board, _)| {
-        board.wiring.power.efficiency_percent.map(|percent| (&board.title, percent))
-    });
-    if let Some((title, percent)) = switching {
-        writeln!(
-            page,
-            "\nThe {title} converts with {percent} %; the others pass the current on as it is."
-        )?;
+    for board in boards {
+        if let Some(percent) = board.wiring.power.efficiency_percent {
+            let title = &board.title;
+            writeln!(
+                page,
+                "\nThe {title} converts with {percent} %; the others pass the current on."
+            )?;
+        }
     }
     *page += "\n";
     Ok(())

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use anyhow::{bail, ensure};
+use anyhow::{Context, bail, ensure};
 
-use crate::circuit::{Nets, nets, unconnected};
+use crate::circuit::{Nets, nets, of_sensor, unconnected};
 use crate::pen::Sheet;
 use crate::source::{Drawn, Parts};
 use crate::trace::{Point, Trace};
@@ -44,35 +44,36 @@ fn facts(parts: &Parts, board: &Drawn, wanted: &Nets) -> anyhow::Result<()> {
     let bill: BTreeSet<_> = bill.iter().map(String::as_str).collect();
     let missing: Vec<_> = used.symmetric_difference(&bill).collect();
     ensure!(missing.is_empty(), "in the netlist or in the bill of materials only: {missing:?}");
+    let mut labels = BTreeSet::new();
+    for (pin, label) in &board.wiring.connector {
+        ensure!(labels.insert(label), "{label}, of {pin}, is twice on the header");
+    }
     cables(parts, &net_of)
 }
 
+/// Checks that the wires of each cable join the same net at both ends, and that each contact has one wire.
 fn cables(parts: &Parts, net_of: &BTreeMap<&str, &String>) -> anyhow::Result<()> {
     for cable in &parts.cable {
         let sensors = if cable.name.contains("{j}") { parts.sensor.count } else { 1 };
-        let mut contacts = BTreeSet::new();
         for sensor in 1..=sensors {
-            let name = |text: &str| crate::circuit::of_sensor(text, sensor);
+            let name = |text: &str| of_sensor(text, sensor);
+            let net = |end: usize, contact: &str| {
+                let pin = format!("{}.{contact}", name(&cable.ends[end]));
+                net_of.get(pin.as_str()).copied().with_context(|| format!("{pin} has no net"))
+            };
+            let mut contacts = BTreeSet::new();
             for wire in &cable.wires {
-                let at = |end: usize, contact: &str| {
-                    let pin = format!("{}.{contact}", name(&cable.ends[end]));
-                    net_of
-                        .get(pin.as_str())
-                        .copied()
-                        .ok_or_else(|| anyhow::anyhow!("{pin} has no net"))
-                };
-                let here = at(0, &wire[0])?;
-                if let Some(end) = cable.ends.get(1).map(|_| 1) {
-                    let there = at(end, wire.get(2).unwrap_or(&wire[0]))?;
-                    ensure!(
-                        here == there,
-                        "{}: {} joins {here} and {there}",
-                        name(&cable.name),
-                        wire[0]
-                    );
+                let (contact, here) = (&wire[0], net(0, &wire[0])?);
+                if cable.ends.len() > 1 {
+                    let there = net(1, wire.get(2).unwrap_or(contact))?;
+                    let name = name(&cable.name);
+                    ensure!(here == there, "{name}: {contact} joins {here} and {there}");
                 }
-                ensure!(contacts.insert((sensor, &wire[0])), "{}: {} twice", cable.name, wire[0]);
+                ensure!(contacts.insert(contact), "{}: {contact} twice", name(&cable.name));
             }
+            let end = format!("{}.", name(&cable.ends[0]));
+            let all = net_of.keys().filter(|pin| pin.starts_with(&end)).count();
+            ensure!(all == contacts.len(), "{}: a contact without a wire", name(&cable.name));
         }
     }
     Ok(())
