@@ -1,7 +1,6 @@
 //! Ends a run after a panic or a fault: stores a message in memory that survives a reset, then restarts the
 //! chip. [`crate::last_words!`] defines a program's handlers.
 
-use core::cell::UnsafeCell;
 use core::fmt;
 use core::panic::PanicInfo;
 
@@ -9,30 +8,7 @@ use static_cell::StaticCell;
 
 use crate::boot::{Words, kept_number, number_kept};
 use crate::hard_fault::HardFault;
-
-/// Words of memory that the start-up code leaves as they are, so that they survive a reset. Every access is volatile:
-/// the compiler knows nothing of what they hold.
-#[repr(transparent)]
-struct Kept<const SIZE: usize>(UnsafeCell<[u32; SIZE]>);
-
-// SAFETY: it is accessed before interrupts are enabled, while they are disabled, or by one task.
-unsafe impl<const SIZE: usize> Sync for Kept<SIZE> {}
-
-impl<const SIZE: usize> Kept<SIZE> {
-    const fn new() -> Self {
-        Self(UnsafeCell::new([0; SIZE]))
-    }
-
-    fn read(&self) -> [u32; SIZE] {
-        // SAFETY: the words are memory of this static, and any bits are a number.
-        unsafe { self.0.get().read_volatile() }
-    }
-
-    fn write(&self, words: [u32; SIZE]) {
-        // SAFETY: as for `read`.
-        unsafe { self.0.get().write_volatile(words) };
-    }
-}
+use crate::kept::Kept;
 
 #[unsafe(link_section = ".uninit.LAST_WORDS")]
 static LAST_WORDS: Kept<{ Words::SIZE }> = Kept::new();

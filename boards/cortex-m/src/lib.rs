@@ -7,6 +7,7 @@ pub mod debounce;
 pub mod flash;
 pub mod frame;
 mod hardware_tests;
+pub mod kept;
 pub mod screen;
 pub mod sequence;
 pub mod supply;

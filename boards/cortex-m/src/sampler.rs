@@ -1,7 +1,7 @@
 //! The sampler for a converter whose codes are written by a circular transfer: common to all chips.
 
 use core::cell::RefCell;
-use core::cell::UnsafeCell;
+use core::sync::atomic::{AtomicU16, Ordering};
 
 use critical_section::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -46,33 +46,28 @@ pub trait Transfer {
     fn remaining(&self) -> u16;
 }
 
-/// The buffer of the transfer.
+/// The buffer of the transfer, which writes it at any time.
 #[repr(transparent)]
-pub struct RawBuffer<const LENGTH: usize>(UnsafeCell<[u16; LENGTH]>);
-
-// SAFETY: the buffer is read by volatile reads only.
-unsafe impl<const LENGTH: usize> Sync for RawBuffer<LENGTH> {}
+pub struct RawBuffer<const LENGTH: usize>([AtomicU16; LENGTH]);
 
 impl<const LENGTH: usize> RawBuffer<LENGTH> {
     /// A buffer of zeros.
     pub const fn new() -> Self {
         const { assert!(LENGTH.is_multiple_of(2) && LENGTH <= u16::MAX as usize) };
-        Self(UnsafeCell::new([0; LENGTH]))
+        Self([const { AtomicU16::new(0) }; LENGTH])
     }
 
     /// Address of the buffer, for the transfer.
     pub fn address(&self) -> u32 {
-        self.0.get() as u32
+        self.0.as_ptr() as u32
     }
 
-    /// Copies a raw scan of `VALUES` values out of a half.
+    /// Copies a raw scan of `VALUES` values out of a half. Each value is read whole; the caller detects afterwards when the
+    /// transfer has overtaken it.
     pub fn raw_scan<const VALUES: usize>(&self, half: Half, index: usize) -> [u16; VALUES] {
         let start = if half == Half::First { 0 } else { LENGTH / 2 } + VALUES * index;
-        assert!(start + VALUES <= LENGTH, "outside of the buffer");
-        let first = self.0.get().cast::<u16>();
-        // SAFETY: the assertion above keeps the reads within the buffer. The transfer may write at the
-        // same time; each value is read whole, and the caller detects an overrun afterwards.
-        core::array::from_fn(|rank| unsafe { first.add(start + rank).read_volatile() })
+        let values = &self.0[start..start + VALUES];
+        core::array::from_fn(|rank| values[rank].load(Ordering::Relaxed))
     }
 }
 
