@@ -140,7 +140,7 @@ fn a_part_without_a_line_in_the_bill_of_materials_is_named() {
     assert!(verdict.contains("[\"U7\"]"), "{verdict}");
 }
 
-/// The limits that the circuit was made for. 1 mg is a tenth of the sensors' noise from 0 to 497 Hz.
+/// The limits that the circuit was made for. 1 mg is an eighth of the noise of a sensor, 300 µg/√Hz up to 497 Hz.
 #[test]
 fn the_values_keep_their_limits() {
     let parts = parts();
