@@ -135,6 +135,8 @@ pub mod tests {
         buzzer = "PB8"
         light = "PC13"
         plug = []
+        part = []
+        power = { battery = "5V", regulator = "ME6206", notes = [] }
 
         [conversion]
         order = [[0, 1]]

@@ -17,6 +17,7 @@ mod error;
 mod file;
 mod linker;
 pub mod list;
+pub mod part;
 pub mod wiring;
 
 pub use board::Board;
@@ -24,4 +25,5 @@ pub use boot_loader::BootLoader;
 pub use commit::commit;
 pub use error::Error;
 pub use list::boards;
+pub use part::Part;
 pub use wiring::Wiring;

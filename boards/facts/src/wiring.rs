@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use crate::part::Part;
+
 /// The table `wiring` of a board; `boards/parts.toml` describes what the pins are connected to.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -24,8 +26,18 @@ pub struct Wiring {
     pub light: String,
     /// The input to which some of these boards connect the select pin of a flash chip.
     pub flash_select: Option<String>,
+    /// How a battery supplies the board.
+    pub power: Power,
+    /// Inputs of the converter at ground, which the firmware converts.
+    #[serde(default)]
+    pub grounded: Vec<String>,
+    /// Pins with a resistor to ground, which the firmware does not use.
+    #[serde(default)]
+    pub pulled_down: Vec<String>,
     /// Sockets and headers.
     pub plug: Vec<Plug>,
+    /// Parts of this board's rig alone, the board among them.
+    pub part: Vec<Part>,
     /// External converter.
     pub adc: Option<Adc>,
     /// Label of a pin on the board's header, where it differs from the pin's name.
@@ -55,12 +67,26 @@ pub struct Buttons {
     pub next: String,
 }
 
+/// How a battery supplies the board.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Power {
+    /// The pin that takes the voltage of the cell.
+    pub battery: String,
+    /// The pin with what the board's regulator gets, from USB or battery, if it is another one.
+    pub raw: Option<String>,
+    /// The board's regulator of 3.3 V.
+    pub regulator: String,
+    /// Efficiency of the regulator in percent; a linear one passes on the current as it is.
+    pub efficiency_percent: Option<u32>,
+    /// Lines about settings of the board and about what happens when USB is connected too.
+    pub notes: Vec<String>,
+}
+
 /// An external converter, and its reference, which also supplies the sensors.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Adc {
-    /// The converter.
-    pub part: String,
     /// How the unused pins are connected.
     pub note: String,
     /// Pairs of a pin of the converter and a pin of the board.
@@ -73,9 +99,7 @@ pub struct Adc {
     pub ground: String,
     /// Two pins that are connected to each other.
     pub joined: [String; 2],
-    /// The reference.
-    pub reference_part: String,
-    /// Value and place.
+    /// Its capacitors: designator and the pin beside which it is.
     pub capacitors: Vec<[String; 2]>,
 }
 
@@ -107,7 +131,7 @@ impl Wiring {
         let plugs = plugs.flat_map(|plug| &plug.pins);
         let channels = self.channels.iter().filter(|_| self.adc.is_none());
         let wires = self.adc.iter().flat_map(|adc| adc.wires.iter().map(|[_, board]| board));
-        let all = channels.chain(wires).chain(single).chain(plugs);
+        let all = channels.chain(wires).chain(single).chain(plugs).chain(&self.grounded);
         all.map(String::as_str)
     }
 }

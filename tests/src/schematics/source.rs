@@ -1,79 +1,61 @@
 //! The files from which a schematic is drawn.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
 use anyhow::Context;
-use massline_boards::{Board, Wiring};
+use massline_boards::{Board, Part, Wiring};
 use serde::Deserialize;
+
+/// What is connected to what: part, pin, net.
+pub type Netlist = BTreeMap<String, BTreeMap<String, String>>;
 
 /// Contents of `boards/parts.toml`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parts {
+    pub revision: Revision,
+    pub cell: Cell,
+    pub netlist: Netlist,
     pub sensor: Sensor,
-    pub filter: Filter,
-    pub buffer: Buffer,
-    pub hammer: Hammer,
-    pub screen: Screen,
-    pub buzzer: Buzzer,
-    pub decoupling: Decoupling,
+    pub cable: Vec<Cable>,
+    pub part: Vec<Part>,
+}
+
+/// The revision of the circuit.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Revision {
+    pub name: String,
+    pub date: String,
+    pub licence: String,
+    pub state: String,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cell {
+    pub milliamp_hours: u32,
+    pub usable_percent: u32,
+    pub millivolts: u32,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sensor {
-    pub part: String,
     pub count: usize,
+    pub netlist: Netlist,
 }
 
+/// A cable or plug: its ends, and at each contact its name, what it carries, and the other end's name if it differs.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Filter {
-    pub capacitor: String,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Buffer {
-    pub part: String,
-    pub resistor: String,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Hammer {
-    pub series: String,
-    pub to_ground: String,
-    pub to_supply: String,
-    pub clamp: String,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Screen {
-    pub part: String,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Buzzer {
-    pub resistor: String,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Decoupling {
-    pub bulk: Bulk,
-    pub each: String,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Bulk {
-    pub value: String,
-    pub at_board: String,
-    pub at_sensors: String,
+pub struct Cable {
+    pub name: String,
+    pub what: String,
+    pub ends: Vec<String>,
+    pub wires: Vec<Vec<String>>,
 }
 
 /// A board that has a schematic.
@@ -101,4 +83,19 @@ pub fn parts(root: &Path) -> anyhow::Result<Parts> {
     let name = || path.display().to_string();
     let text = fs::read_to_string(&path).with_context(name)?;
     toml::from_str(&text).with_context(name)
+}
+
+impl Parts {
+    /// The parts of a rig with this board: line by line of the bill of materials.
+    pub fn bill<'a>(&'a self, board: &'a Drawn) -> impl Iterator<Item = &'a Part> {
+        board.wiring.part.iter().chain(&self.part)
+    }
+
+    /// The value of a part by its designator.
+    pub fn value(&self, board: &Drawn, name: &str) -> String {
+        let mut bill = self.bill(board);
+        let found =
+            bill.find(|p| p.designators(self.sensor.count).iter().any(|other| other == name));
+        found.map(|part| part.value.clone()).unwrap_or_default()
+    }
 }
