@@ -19,7 +19,16 @@ fn guides() -> Vec<PathBuf> {
     let boards = boards.map(|entry| entry.unwrap().path()).filter(|path| path.is_dir());
     let packages = ["boards", "firmware", "host", "shared", "tests"].map(|name| root.join(name));
     let guides = boards.chain(packages).map(|folder| folder.join("README.md"));
-    let entrance = ["README", "ARCHITECTURE", "CONTRIBUTING", "CHANGELOG", "boards/SUSPENSION"];
+    let entrance = [
+        "README",
+        "ARCHITECTURE",
+        "CONTRIBUTING",
+        "CHANGELOG",
+        "boards/BRING-UP",
+        "boards/PARTS",
+        "boards/POWER",
+        "boards/SUSPENSION",
+    ];
     let entrance = entrance.map(|name| root.join(name).with_extension("md"));
     guides.filter(|path| path.is_file()).chain(entrance).collect()
 }

@@ -31,6 +31,9 @@ pub struct Wiring {
     /// Inputs of the converter at ground, which the firmware converts.
     #[serde(default)]
     pub grounded: Vec<String>,
+    /// Pins that the firmware uses and that are connected on the board itself.
+    #[serde(default)]
+    pub on_board: Vec<String>,
     /// Pins with a resistor to ground, which the firmware does not use.
     #[serde(default)]
     pub pulled_down: Vec<String>,
@@ -131,7 +134,12 @@ impl Wiring {
         let plugs = plugs.flat_map(|plug| &plug.pins);
         let channels = self.channels.iter().filter(|_| self.adc.is_none());
         let wires = self.adc.iter().flat_map(|adc| adc.wires.iter().map(|[_, board]| board));
-        let all = channels.chain(wires).chain(single).chain(plugs).chain(&self.grounded);
+        let all = channels
+            .chain(wires)
+            .chain(single)
+            .chain(plugs)
+            .chain(&self.grounded)
+            .chain(&self.on_board);
         all.map(String::as_str)
     }
 }

@@ -9,6 +9,8 @@ use crate::rig::Rig;
 /// A frame that could not be sent within this time is given up: no host is reading. The time is longer than an erase
 /// of a sector, 0.8 s on an STM32F411, during which nothing is sent.
 pub(crate) const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
+/// The same after a frame that was given up, until one is sent: longer than the longest frame takes at 115 200 baud, 0.1 s.
+const UNREAD_TIMEOUT: Duration = Duration::from_millis(250);
 
 /// Counts received bytes and reconnections.
 #[derive(Default)]
@@ -50,11 +52,13 @@ impl Intake {
     }
 }
 
-/// Writes whole frames to the link, each within [`WRITE_TIMEOUT`].
+/// Writes whole frames to the link, each within [`WRITE_TIMEOUT`], or [`UNREAD_TIMEOUT`] while nobody reads.
 pub(super) struct Sender<'r, 'm, W> {
     tx: W,
     /// The last frame was not sent completely: the next is preceded by a zero, which ends the torn one.
     broken: bool,
+    /// The last frame was given up.
+    unread: bool,
     /// A host has sent something and reads what it is sent; without one, no events are sent.
     pub listened: bool,
     rig: &'r Rig<'m>,
@@ -63,10 +67,10 @@ pub(super) struct Sender<'r, 'm, W> {
 impl<'r, 'm, W: Write> Sender<'r, 'm, W> {
     /// A sender that has not heard from a host yet.
     pub fn new(tx: W, rig: &'r Rig<'m>) -> Self {
-        Self { tx, broken: true, listened: false, rig }
+        Self { tx, broken: true, unread: false, listened: false, rig }
     }
 
-    /// Sends a frame, or gives it up after [`WRITE_TIMEOUT`].
+    /// Sends a frame, or gives it up.
     pub async fn send(&mut self, frame: Option<&[u8]>) {
         let Some(frame) = frame.filter(|frame| !frame.is_empty()) else { return };
         let torn = self.broken;
@@ -77,7 +81,9 @@ impl<'r, 'm, W: Write> Sender<'r, 'm, W> {
             self.tx.write_all(frame).await?;
             self.tx.flush().await
         };
-        let sent = with_timeout(WRITE_TIMEOUT, write).await;
+        let patience = if self.unread { UNREAD_TIMEOUT } else { WRITE_TIMEOUT };
+        let sent = with_timeout(patience, write).await;
+        self.unread = sent.is_err();
         self.broken = !matches!(sent, Ok(Ok(())));
         let mut stats = self.rig.stats.borrow_mut();
         if self.broken {

@@ -89,7 +89,7 @@ impl Memory {
         self.is_large().then(|| {
             format!(
                 "{} (more than {} % matters): the converter's input does not settle; check the follower between filter \
-                 and converter (U1 to U3) and its 100 Ω, and calibrate again",
+                 and converter, its 100 Ω, and the 10 nF at the input, and calibrate again",
                 self.text(),
                 100.0 * LARGE_MEMORY,
             )

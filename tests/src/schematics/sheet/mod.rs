@@ -13,11 +13,11 @@ use crate::pen::{Align, Pen, Sheet};
 use crate::source::{Drawn, Parts};
 use crate::title::{self, title};
 
-const SIZE: (i32, i32) = (1330, 1560);
+const SIZE: (i32, i32) = (1410, 1656);
 /// Width of a converter between sensors and board.
 const ADC: i32 = 270;
 /// Height of a channel, and of a sensor with its fourth amplifier.
-const ROW: i32 = 66;
+const ROW: i32 = 74;
 const SENSOR: i32 = 4 * ROW + 52;
 /// Height of the hammer's wire, of the free amplifier, and of the first sensor's wire.
 const HAMMER: i32 = 150;
@@ -29,11 +29,12 @@ const HAMMER_FOLLOWER: i32 = 430;
 /// Left edges of the ends of a sensor's cable; both are this wide.
 const CABLE: [i32; 2] = [446, 546];
 const END: i32 = 34;
-/// Where the capacitor at an input is.
-const INPUT: i32 = 620;
+/// Where the resistor and the capacitor at an input are.
+const PULL_DOWN: i32 = 624;
+const INPUT: i32 = 702;
 /// Left and right edge of the board.
-const LEFT: i32 = 706;
-const RIGHT: i32 = 906;
+const LEFT: i32 = 786;
+const RIGHT: i32 = 986;
 
 /// Pin numbers of plus, minus and output of the four amplifiers in a package.
 const AMPLIFIERS: [(&str, [u8; 3]); 4] =
@@ -127,9 +128,15 @@ impl Layout<'_> {
         }
     }
 
-    /// The end of a channel: its wire from `x` to the converter, with the capacitor at the input.
+    /// The end of a channel: its wire from `x` to the converter, with the capacitor at the input, and a sensor's with the resistor that
+    /// brings it to 0 V when nothing is plugged in.
     fn input(&mut self, number: usize, x: i32, y: i32, name: &str) {
         self.pen.wire(&[(x, y), (LEFT, y)]);
+        if number > 0 {
+            let resistor = format!("R4{number}");
+            let value = self.value(&resistor);
+            self.pen.resistor_to_rail((PULL_DOWN, y), 1, "GND", &resistor, &value);
+        }
         let capacitor = format!("C4{number}");
         self.pen.capacitor((INPUT, y), &capacitor, &self.value(&capacitor));
         self.pen.text((LEFT - 6, y - 6), 12, Align::Right, name);

@@ -17,62 +17,62 @@ impl Layout<'_> {
 
     pub(super) fn panel(&mut self) {
         let (wiring, y) = (self.wiring, HAMMER);
-        self.right(y, &wiring.supply, 976);
-        self.pen.wire(&[(976, y), (976, y - 12)]);
-        self.pen.supply((976, y - 12), &wiring.supply);
-        self.right(y + 40, "GND", 976);
-        self.pen.wire(&[(976, y + 40), (976, y + 48)]);
-        self.pen.ground((976, y + 48));
+        self.right(y, &wiring.supply, RIGHT + 70);
+        self.pen.wire(&[(RIGHT + 70, y), (RIGHT + 70, y - 12)]);
+        self.pen.supply((RIGHT + 70, y - 12), &wiring.supply);
+        self.right(y + 40, "GND", RIGHT + 70);
+        self.pen.wire(&[(RIGHT + 70, y + 40), (RIGHT + 70, y + 48)]);
+        self.pen.ground((RIGHT + 70, y + 48));
         self.screen(y + 110);
         let buttons = &wiring.buttons;
         let names = [(&buttons.ok, "OK"), (&buttons.back, "Back"), (&buttons.next, "Next")];
         for (row, (pin, name)) in (0..).zip(names) {
             let y = y + 290 + 52 * row;
-            self.right(y, pin, 976);
-            self.pen.button((979, y), &format!("S{}", row + 1), name);
+            self.right(y, pin, RIGHT + 70);
+            self.pen.button((RIGHT + 73, y), &format!("S{}", row + 1), name);
         }
         let y = y + 455;
-        self.right(y, &wiring.buzzer, 956);
-        self.pen.resistor((956, y), "R5", &self.value("R5"));
-        self.pen.wire(&[(1006, y), (1026, y)]);
-        self.pen.buzzer((1036, y), "BZ1", &self.value("BZ1"));
-        self.right(y + 75, &wiring.light, 956);
-        self.pen.text((964, y + 79), 12, Align::Left, "the board's own light");
+        self.right(y, &wiring.buzzer, RIGHT + 50);
+        self.pen.resistor((RIGHT + 50, y), "R5", &self.value("R5"));
+        self.pen.wire(&[(RIGHT + 100, y), (RIGHT + 120, y)]);
+        self.pen.buzzer((RIGHT + 130, y), "BZ1", &self.value("BZ1"));
+        self.right(y + 75, &wiring.light, RIGHT + 50);
+        self.pen.text((RIGHT + 58, y + 79), 12, Align::Left, "the board's own light");
         for (row, pin) in wiring.pulled_down.iter().enumerate() {
             let (y, name) = (y + 125 + 50 * row as i32, pull_down(row));
-            self.right(y, pin, 956);
-            self.pen.resistor((956, y), &name, &self.value(&name));
-            self.pen.wire(&[(1006, y), (1026, y), (1026, y + 8)]);
-            self.pen.ground((1026, y + 8));
+            self.right(y, pin, RIGHT + 50);
+            self.pen.resistor((RIGHT + 50, y), &name, &self.value(&name));
+            self.pen.wire(&[(RIGHT + 100, y), (RIGHT + 120, y), (RIGHT + 120, y + 8)]);
+            self.pen.ground((RIGHT + 120, y + 8));
         }
     }
 
     pub(super) fn screen(&mut self, y: i32) {
-        self.pen.part((1026, y - 20), (150, 112));
+        self.pen.part((RIGHT + 120, y - 20), (150, 112));
         let name = format!("DS1 {}", self.value("DS1"));
-        self.pen.text((1101, y + 66), 12, Align::Middle, &name);
-        self.pen.text((1101, y + 82), 11, Align::Middle, "128 × 64, I²C 0x3C");
+        self.pen.text((RIGHT + 195, y + 66), 12, Align::Middle, &name);
+        self.pen.text((RIGHT + 195, y + 82), 11, Align::Middle, "128 × 64, I²C 0x3C");
         let pins = [(&self.wiring.screen.scl, "SCL"), (&self.wiring.screen.sda, "SDA")];
         for (row, (pin, name)) in (0..).zip(pins) {
             let y = y + 40 * row;
-            self.right(y, pin, 1026);
-            self.pen.pin((1026, y), "DS1", name);
-            self.pen.joint((976, y));
-            self.pen.wire(&[(976, y), (976, y - 14), (984, y - 14)]);
-            self.pen.flag((984, y - 14), Align::Right, name);
-            self.pen.text((1034, y + 4), 11, Align::Left, name);
+            self.right(y, pin, RIGHT + 120);
+            self.pen.pin((RIGHT + 120, y), "DS1", name);
+            self.pen.joint((RIGHT + 70, y));
+            self.pen.wire(&[(RIGHT + 70, y), (RIGHT + 70, y - 14), (RIGHT + 78, y - 14)]);
+            self.pen.flag((RIGHT + 78, y - 14), Align::Right, name);
+            self.pen.text((RIGHT + 128, y + 4), 11, Align::Left, name);
         }
-        self.pen.text((1168, y + 4), 11, Align::Right, "VCC");
-        self.pen.pin((1176, y), "DS1", "VCC");
-        self.pen.wire(&[(1176, y), (1206, y), (1236, y)]);
-        self.pen.wire(&[(1206, y), (1206, y - 10)]);
-        self.pen.joint((1206, y));
-        self.pen.supply((1206, y - 10), "3V3P");
-        self.pen.capacitor((1236, y), "C7", &self.value("C7"));
-        self.pen.text((1168, y + 44), 11, Align::Right, "GND");
-        self.pen.pin((1176, y + 40), "DS1", "GND");
-        self.pen.wire(&[(1176, y + 40), (1196, y + 40), (1196, y + 48)]);
-        self.pen.ground((1196, y + 48));
+        self.pen.text((RIGHT + 262, y + 4), 11, Align::Right, "VCC");
+        self.pen.pin((RIGHT + 270, y), "DS1", "VCC");
+        self.pen.wire(&[(RIGHT + 270, y), (RIGHT + 300, y), (RIGHT + 330, y)]);
+        self.pen.wire(&[(RIGHT + 300, y), (RIGHT + 300, y - 10)]);
+        self.pen.joint((RIGHT + 300, y));
+        self.pen.supply((RIGHT + 300, y - 10), "3V3P");
+        self.pen.capacitor((RIGHT + 330, y), "C7", &self.value("C7"));
+        self.pen.text((RIGHT + 262, y + 44), 11, Align::Right, "GND");
+        self.pen.pin((RIGHT + 270, y + 40), "DS1", "GND");
+        self.pen.wire(&[(RIGHT + 270, y + 40), (RIGHT + 290, y + 40), (RIGHT + 290, y + 48)]);
+        self.pen.ground((RIGHT + 290, y + 48));
     }
 
     pub(super) fn plugs(&mut self) {
@@ -84,12 +84,12 @@ impl Layout<'_> {
 
     /// Returns where it ends.
     pub(super) fn plug(&mut self, y: i32, what: &Plug) -> i32 {
-        self.pen.part((1026, y - 16), (210, 32 + 30));
+        self.pen.part((RIGHT + 120, y - 16), (210, 32 + 30));
         for (row, pin) in (0..).zip(&what.pins) {
-            self.right(y + 30 * row, pin, 1026);
+            self.right(y + 30 * row, pin, RIGHT + 120);
         }
-        self.pen.text((1131, y + 12), 12, Align::Middle, &what.name);
-        self.pen.text((1131, y + 29), 11, Align::Middle, &what.note);
+        self.pen.text((RIGHT + 225, y + 12), 12, Align::Middle, &what.name);
+        self.pen.text((RIGHT + 225, y + 29), 11, Align::Middle, &what.note);
         y + 62
     }
 }
