@@ -41,7 +41,9 @@ where
     let identity = identity(&info, sampler.adc(), L::STREAMS);
     let (rx, tx) = link.split();
     let state = Cell::new(StoreState::Unread);
-    let safe = SafeMode { flash: Mutex::new(flash), state, changed: Signal::new() };
+    let supply_is_low = info.supply.is_low;
+    let flash = Mutex::new(flash);
+    let safe = SafeMode { flash, state, changed: Signal::new(), supply_is_low };
     // Nothing of it works longer than an erase, so that the executor alone is watched.
     let watched = Pulse::new();
     join3(
@@ -57,6 +59,7 @@ struct SafeMode<F> {
     flash: Mutex<NoopRawMutex, F>,
     state: Cell<StoreState>,
     changed: Signal<NoopRawMutex, ()>,
+    supply_is_low: fn() -> bool,
 }
 
 impl<F: NorFlash> SafeMode<F> {
@@ -111,6 +114,7 @@ impl<F: NorFlash> SafeMode<F> {
             EraseStore::KIND if self.erase().await => {
                 return encode_frame(kind | ANSWER, sequence, &(), out).unwrap_or(0);
             }
+            EraseStore::KIND if (self.supply_is_low)() => Reason::SupplyLow,
             EraseStore::KIND => Reason::StoreFailed,
             _ => Reason::SafeMode,
         };
@@ -141,22 +145,25 @@ impl<F: NorFlash> SafeMode<F> {
         if self.state.get() != StoreState::Erased {
             self.state.set(StoreState::Erasing);
             self.changed.signal(());
-            let erased = erase_pages(&mut *flash).await;
+            let erased = self.erase_pages(&mut *flash).await;
             self.state.set(if erased { StoreState::Erased } else { StoreState::Failed });
             self.changed.signal(());
         }
         self.state.get() == StoreState::Erased
     }
-}
 
-/// Erases page by page, so that the watchdog can be fed in between.
-async fn erase_pages<F: NorFlash>(flash: &mut F) -> bool {
-    let mut erased = true;
-    for page in (0..flash.capacity() as u32).step_by(F::ERASE_SIZE) {
-        erased &= flash.erase(page, page + F::ERASE_SIZE as u32).await.is_ok();
-        yield_now().await;
+    /// Erases page by page, so that the watchdog can be fed in between. Stops while the supply is too low.
+    async fn erase_pages(&self, flash: &mut F) -> bool {
+        let mut erased = true;
+        for page in (0..flash.capacity() as u32).step_by(F::ERASE_SIZE) {
+            if (self.supply_is_low)() {
+                return false;
+            }
+            erased &= flash.erase(page, page + F::ERASE_SIZE as u32).await.is_ok();
+            yield_now().await;
+        }
+        erased
     }
-    erased
 }
 
 /// The state after a press.

@@ -80,7 +80,7 @@ impl Check {
         text += "what is wrong";
         for found in &self.findings {
             // Writing to a String cannot fail.
-            let _ = write!(text, "\n- {}: {}", name(found), message(found));
+            let _ = write!(text, "\n- {}: {}", found.code, message(found));
         }
         text
     }

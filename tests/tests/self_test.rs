@@ -98,6 +98,17 @@ fn all_axes(sensor: usize, volts: f64) -> impl Fn(&mut Wires, f64) + Send + Sync
     }
 }
 
+/// The supply of a sensor arrives through its output x, less a diode; y and z are exchanged and at half of it.
+fn fed_through_x(sensor: usize) -> impl Fn(&mut Wires, f64) + Send + Sync {
+    move |wires, time| {
+        let [x, y, z] = [0, 1, 2].map(|axis| 1 + 3 * sensor + axis);
+        let supply = 2.45;
+        let [of_y, of_z] = [wires[y], wires[z]].map(|volts| volts * supply / 3.0);
+        wires[x] = supply + 1e-3 * noise(time, 5);
+        (wires[y], wires[z]) = (of_z, of_y);
+    }
+}
+
 fn wire(channel: usize, volts: f64) -> impl Fn(&mut Wires, f64) + Send + Sync {
     move |wires, time| wires[channel] = volts + 1e-3 * noise(time, 7)
 }
@@ -201,6 +212,23 @@ fn cases() -> Vec<Case> {
             |wires, time| wires[4..7].iter_mut().for_each(|wire| *wire += 1e-3 * tone(time, 106.0)),
         ),
         case("no hammer", &["hammer_absent"], wire(0, 0.25)),
+        Case {
+            board: "pico2",
+            ..case("no hammer, on a supply of 3.0 V", &["hammer_absent"], wire(0, 0.227))
+        },
+        case(
+            "cable of sensor 1 the wrong way round",
+            &["cable_reversed: sensor 1"],
+            fed_through_x(0),
+        ),
+        Case {
+            board: "blackpill-f411",
+            ..case(
+                "cable of sensor 2 the wrong way round",
+                &["cable_reversed: sensor 2"],
+                fed_through_x(1),
+            )
+        },
         case("hammer shorted, or KEY pressed", &["hammer_at_ground"], |wires, _| wires[0] = 0.0),
         case("hammer's conditioner at its end", &["hammer_at_supply"], wire(0, 2.97)),
         case("sensor 2 swings", &["not_at_rest: sensor 2"], |wires, time| {

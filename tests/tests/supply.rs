@@ -104,7 +104,6 @@ fn a_campaign_on_a_fading_supply_goes_on_and_its_result_is_not_called_stored() {
     begin(client, StartOptions::default()).unwrap();
     let late = Some(Duration::from_secs(60));
     let outcome = follow(client, &Interrupt::new(), late, &mut Fading(is_low));
-    println!("{outcome:?}");
     assert!(!matches!(outcome, Ok(CampaignOutcome::Done(_))), "{outcome:?}");
     assert!(client.results().unwrap().is_empty());
 }

@@ -7,7 +7,11 @@ pub mod debounce;
 pub mod flash;
 pub mod frame;
 mod hardware_tests;
-pub mod kept;
+#[cfg_attr(
+    not(target_os = "none"),
+    allow(dead_code, reason = "used on the chip, tested on the host")
+)]
+mod kept;
 pub mod light;
 pub mod screen;
 pub mod sequence;

@@ -8,7 +8,7 @@ use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Instant, Ticker, Timer, with_timeout};
+use embassy_time::{Duration, Instant, Ticker, Timer};
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
 use massline_firmware::board::{BoardInfo, Panel};
 use massline_firmware::panel::{Button, Cue};
@@ -170,22 +170,26 @@ async fn play_cues(mut buzzer: impl Tone, mut light: impl OutputPin, info: Board
     loop {
         // The light is on since the start. An error of the light is harmless.
         let _ = light.set_low();
-        match with_timeout(BETWEEN_FLASHES, WIRES.cues.receive()).await {
-            Ok(cue) => {
-                for &(hertz, milliseconds) in score(cue) {
-                    buzzer.sound(Some(hertz));
-                    flash(&mut light, milliseconds).await;
-                    buzzer.sound(None);
-                    Timer::after_millis(40).await;
-                }
-            }
-            Err(_) => {
-                for _ in 0..flashes(&info) {
-                    flash(&mut light, 150).await;
-                    Timer::after_millis(250).await;
-                }
-            }
+        // A cue does not wait for the end of the flashes.
+        let cue = match select(WIRES.cues.receive(), say(&mut light, &info)).await {
+            Either::First(cue) => cue,
+            Either::Second(()) => continue,
+        };
+        for &(hertz, milliseconds) in score(cue) {
+            buzzer.sound(Some(hertz));
+            flash(&mut light, milliseconds).await;
+            buzzer.sound(None);
+            Timer::after_millis(40).await;
         }
+    }
+}
+
+/// Waits, and then flashes what there is to say.
+async fn say(light: &mut impl OutputPin, info: &BoardInfo) {
+    Timer::after(BETWEEN_FLASHES).await;
+    for _ in 0..flashes(info) {
+        flash(light, 150).await;
+        Timer::after_millis(250).await;
     }
 }
 

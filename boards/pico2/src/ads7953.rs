@@ -103,6 +103,7 @@ impl Start {
     /// What was wrong with the frames when no pass has ended, and the first wrong tag.
     pub fn fault(&self) -> (ConverterFault, u8) {
         match self.wrong_tag {
+            _ if self.frames == 0 => (ConverterFault::None, 0),
             _ if self.all == u16::MAX => (ConverterFault::LineHigh, 0),
             _ if self.any == 0 => (ConverterFault::LineLow, 0),
             _ if self.is_same => (ConverterFault::NoCommands, 0),

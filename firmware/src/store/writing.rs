@@ -43,15 +43,12 @@ impl<F: NorFlash> Store<F> {
         if !self.usable {
             return Err(StoreError::Failed);
         }
-        if (self.supply_is_low)() {
-            return Err(StoreError::SupplyLow);
-        }
         let mut written = Err(StoreError::Failed);
         for _ in 0..ATTEMPTS {
             // Each attempt has a new serial, so that the pieces of a failed one belong to no object.
             self.writing = self.next_serial();
             written = self.try_write(source, change).await;
-            if written.is_ok() {
+            if matches!(written, Ok(()) | Err(StoreError::SupplyLow)) {
                 break;
             }
             self.failures += 1;
@@ -94,8 +91,14 @@ impl<F: NorFlash> Store<F> {
         offset: usize,
         payload: &[u8],
     ) -> Result<(), StoreError> {
+        self.check_supply()?;
         let offset = u16::try_from(offset).map_err(|_| StoreError::Full)?;
         self.log.append(kind, serial, offset, payload).await.map_err(|_| StoreError::Failed)
+    }
+
+    /// Refuses to write or erase with too little supply; it may fail between two pieces of an object.
+    fn check_supply(&self) -> Result<(), StoreError> {
+        if (self.supply_is_low)() { Err(StoreError::SupplyLow) } else { Ok(()) }
     }
 
     /// Opens pages until the head has room for this many bytes. After one round over all pages, every
@@ -104,6 +107,7 @@ impl<F: NorFlash> Store<F> {
         let mut pages = self.log.pages();
         while self.log.room() < bytes {
             pages = pages.checked_sub(1).ok_or(StoreError::Full)?;
+            self.check_supply()?;
             let Self { log, contents, writing, serial, .. } = self;
             let checkpoint = Checkpoint { serial: *serial, last_number: contents.last_number };
             let live = |serial: u32| serial == *writing || contents.is_live(serial);

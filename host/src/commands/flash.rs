@@ -6,7 +6,7 @@ use clap::builder::PossibleValuesParser;
 use indicatif::ProgressBar;
 use massline_boards::BootLoader;
 
-use crate::commands::device::brown_out;
+use crate::commands::device::brown_out::{self, AfterStart};
 use crate::document::{AddressRange, Flashing};
 use crate::error::{Error, Result};
 use crate::firmware;
@@ -67,7 +67,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         .map_err(|error| error.within(path.display()))?;
     let done = if args.dry_run { None } else { Some(flash(way, args, &plan, output)?) };
     let level = match done {
-        Some(_) if board.brown_out => brown_out::raise_after_start(&board.name, output),
+        Some(_) if board.brown_out => Some(brown_out::raise_after_start(&board.name, output)),
         _ => None,
     };
     let facts = Facts { way, plan: &plan, path: path.display().to_string(), done, level };
@@ -231,8 +231,8 @@ struct Facts<'p> {
     path: String,
     /// `None` after a dry run.
     done: Option<Done>,
-    /// Supply below which the chip resets itself, mV, if it was raised.
-    level: Option<u16>,
+    /// What became of the level below which the chip resets itself; `None` for a board without one, and after a dry run.
+    level: Option<AfterStart>,
 }
 
 impl Facts<'_> {
@@ -249,7 +249,10 @@ impl Facts<'_> {
             store: range(board.store.start, board.store.end.into()),
             flashed: self.done.is_some(),
             verified: self.done.map(|done| done != Done::Unverified),
-            resets_below_mv: self.level,
+            resets_below_mv: match &self.level {
+                Some(AfterStart::Raised(level)) => Some(*level),
+                _ => None,
+            },
         }
     }
 
@@ -273,9 +276,12 @@ impl Facts<'_> {
             self.store_is()
         ));
         lines.push(self.outcome().into());
-        match self.level {
-            Some(level) => lines.push(brown_out::text(level)),
-            None if self.done.is_some() && board.brown_out => lines.push(NOT_RAISED.into()),
+        match &self.level {
+            Some(AfterStart::Raised(level)) => lines.push(brown_out::text(*level)),
+            Some(AfterStart::Refused(why)) => lines.push(format!(
+                "the level at which its chip resets itself was left as it is: {why}"
+            )),
+            Some(AfterStart::Silent) => lines.push(NOT_RAISED.into()),
             None => {}
         }
         lines.join("\n")

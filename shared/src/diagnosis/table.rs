@@ -567,6 +567,11 @@ codes! {
         "Supply swapped?\nSwitch off; check 3V3\nand ground.";
         "all outputs of {subject} are at most {value}, which no acceleration gives: 3V3 and ground are probably swapped; \
          switch the rig off and check its connector";
+    /// A sensor gets its supply through the output of x. Value: the level of x.
+    CableReversed = 165, "cable_reversed", Sensor, Volts;
+        "Sensor cable the wrong\nway round: turn its\nplug.";
+        "{subject} has {value} at x, and y and z have half of that: its cable is the wrong way round, so that the supply reaches it \
+         through x; turn the plug";
     /// All outputs of a sensor are at the supply. Value: the lowest of them.
     SensorGroundOpen = 142, "sensor_ground_open", Sensor, Volts;
         "Sensor at supply:\nits ground wire is\nbroken.";
@@ -581,18 +586,18 @@ codes! {
         "{subject} is at the supply ({value}): look for a solder bridge between it and 3V3";
     /// The output is none that the sensor can have at rest. Value: the level.
     RestLevelOutOfRange = 145, "rest_level_out_of_range", Channel, Volts;
-        "No level of a sensor\nat rest: check wire,\nbuffer, sensor type.";
-        "{subject} rests at {value}, and an ADXL326 that is not moved rests at 1.14 to 1.86 V: check wire, buffer and type \
+        "Not a rest level:\ncheck wire, follower,\nsensor type.";
+        "{subject} rests at {value}, and an ADXL326 that is not moved rests at 1.14 to 1.86 V: check wire, follower and type \
          of the sensor";
     /// The code of a sensor's channel does not change.
     ChannelStuck = 146, "channel_stuck", Channel, None;
-        "This channel does not\nchange: check buffer\nand sensor.";
-        "{subject} does not even have noise, so it is not the sensor that is read: check its buffer and the wire to the rig";
+        "This channel does not\nchange: check sensor\nand follower.";
+        "{subject} does not even have noise, so it is not the sensor that is read: check its follower and the wire to the rig";
     /// A channel has far more noise than its sensor. Value: the standard deviation.
     ChannelNoisy = 147, "channel_noisy", Channel, Volts;
         "Too much noise: loose\ncontact or missing\ncapacitor.";
-        "{subject} has noise of {value}, far more than its sensor: look for a loose contact, a broken shield, or a missing \
-         capacitor";
+        "{subject} has noise of {value}, far more than its sensor: look for a loose contact, a missing capacitor, or a follower \
+         that oscillates";
     /// Two channels read the same at every instant. Subject: the second of them.
     ChannelsAlike = 148, "channels_alike", Channel, None;
         "Reads the same as\nanother: look for a\nsolder bridge.";
@@ -603,12 +608,12 @@ codes! {
         "{subject} was moved during the test (by {value}): let the object come to rest, or lay the sensors down, and test again";
     /// Mains of 50 Hz in a channel at rest. Value: the amplitude.
     PickUp50Hz = 150, "pick_up_50_hz", Channel, Volts;
-        "50 Hz mains pick-up:\ncheck shield, ground,\nor use a battery.";
-        "{subject} picks up {value} of 50 Hz from the mains: check its cable and ground, or run the rig from its battery";
+        "50 Hz mains pick-up:\ncheck ground wires, or\nuse a battery.";
+        "{subject} picks up {value} of 50 Hz from the mains: check the ground wires of its cable, move it away from mains, or run the rig from its battery";
     /// Mains of 60 Hz in a channel at rest. Value: the amplitude.
     PickUp60Hz = 151, "pick_up_60_hz", Channel, Volts;
-        "60 Hz mains pick-up:\ncheck shield, ground,\nor use a battery.";
-        "{subject} picks up {value} of 60 Hz from the mains: check its cable and ground, or run the rig from its battery";
+        "60 Hz mains pick-up:\ncheck ground wires, or\nuse a battery.";
+        "{subject} picks up {value} of 60 Hz from the mains: check the ground wires of its cable, move it away from mains, or run the rig from its battery";
     /// The refresh of the screen shows in a channel. Value: the amplitude.
     ScreenRipple = 152, "screen_ripple", Channel, Volts;
         "The screen's ripple\nis in this channel:\ncheck its supply.";
@@ -631,7 +636,7 @@ codes! {
     /// By its calibration a sensor does not read 1 g at rest. Value: what it reads, in g.
     NotOneGravity = 156, "not_one_gravity", Sensor, Factor;
         "Reads not 1 g: check\nits type; calibrate\nagain (tumble).";
-        "{subject} reads {value} g at rest by its calibration: another sensor than the calibrated one, or it has suffered; \
+        "{subject} reads {value} g at rest by its calibration: another sensor than the calibrated one, or it is damaged; \
          calibrate it again (massline calibrate tumble)";
     /// A flash chip on a Black Pill loads the inputs. Value: the level of its select pin.
     FlashOnInputs = 157, "flash_on_inputs", Whole, Volts;
@@ -645,8 +650,8 @@ codes! {
          capacitor off, and calibrate again (massline calibrate block)";
     /// The rig's crystal does not oscillate.
     CrystalDead = 159, "crystal_dead", Whole, None;
-        "The crystal does not\nwork: time is up to\n1% off.";
-        "the crystal of the board does not oscillate, so all frequencies are up to 1 % off, and USB may fail: look for a broken \
+        "The crystal does not\nwork: time is a few %\noff.";
+        "the crystal of the board does not oscillate, so all frequencies are up to a few per cent off, and USB may fail: look for a broken \
          joint at the crystal";
     /// The supply is too low to write flash.
     SupplyTooLow = 160, "supply_too_low", Whole, None;

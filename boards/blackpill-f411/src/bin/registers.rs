@@ -31,7 +31,7 @@ mod firmware {
         adc();
         flash();
         dead_or_alive_crystal();
-        watchdog_before_clocks();
+        period_of_the_watchdog();
         levels_of_supply();
         debug::exit(EXIT_SUCCESS);
         unreachable!("the emulator has ended")
@@ -113,7 +113,7 @@ mod firmware {
         hprintln!("crystal: {:?}", crystal::start(rcc));
     }
 
-    fn watchdog_before_clocks() {
+    fn period_of_the_watchdog() {
         static BLOCK: Block = Block::new();
         // SAFETY: as above.
         let iwdg = unsafe { Iwdg::from_ptr(BLOCK.address()) };
@@ -132,7 +132,7 @@ mod firmware {
         let (pwr, flash) =
             unsafe { (Pwr::from_ptr(POWER.address()), Flash::from_ptr(FLASH.address())) };
         supply::watch(pwr);
-        assert!(pwr.cr1().read().pvde() && pwr.cr1().read().pls() == 6, "detector at 2.8 V");
+        assert!(pwr.cr1().read().pvde() && pwr.cr1().read().pls() == 7, "detector at 2.9 V");
         assert!(!supply::is_low(pwr));
         pwr.csr1().modify(|w| w.set_pvdo(true));
         assert!(supply::is_low(pwr));
@@ -152,6 +152,9 @@ mod firmware {
         expected.set_optstrt(true);
         expected.set_optlock(true);
         assert_eq!(flash.optcr().read().0, expected.0, "nothing else changes");
+        flash.optcr().modify(|w| w.set_optstrt(false));
+        supply::raise(flash);
+        assert!(!flash.optcr().read().optstrt(), "what is there is not written again");
         hprintln!("resets below {} mV", supply::resets_below(flash));
     }
 

@@ -115,6 +115,9 @@ fn reset_flags() -> ResetFlags {
 /// Switches the light on, before anything that may hang; its pin is low.
 fn light_on() {
     pac::RCC.ahb1enr().modify(|w| w.set_gpiocen(true));
+    // The port can be accessed two cycles later.
+    cortex_m::asm::dsb();
+    let _ = pac::RCC.ahb1enr().read();
     pac::GPIOC.moder().modify(|w| w.set_moder(13, Moder::OUTPUT));
 }
 

@@ -6,8 +6,9 @@ use embassy_stm32::pac::pwr::Pwr;
 use embassy_stm32::pac::{FLASH, PWR};
 use massline_firmware::board::{BrownOut, Supply};
 
-/// The detector's level of 2.8 V: words of 32 bits are written from 2.7 V on.
-const DETECTOR_LEVEL: u8 = 6;
+/// The detector's level of 2.9 V: above that at which the chip resets itself, so that the rig still notices. Words of 32 bits
+/// are written from 2.7 V on.
+const DETECTOR_LEVEL: u8 = 7;
 /// Levels of the option bytes, mV.
 const RESETS_BELOW_MV: [u16; 4] = [2700, 2400, 2100, 1700];
 const HIGHEST: u8 = 0;
@@ -38,8 +39,11 @@ pub fn resets_below(flash: Flash) -> u16 {
     RESETS_BELOW_MV[usize::from(flash.optcr().read().bor_lev() & 3)]
 }
 
-/// Writes the highest level into the option bytes.
+/// Writes the highest level into the option bytes, unless it is there.
 pub fn raise(flash: Flash) {
+    if flash.optcr().read().bor_lev() == HIGHEST {
+        return;
+    }
     for key in KEYS {
         flash.optkeyr().write_value(key);
     }

@@ -122,6 +122,9 @@ fn reset_flags() -> ResetFlags {
 /// Switches the light on, before anything that may hang.
 fn light_on() {
     pac::RCC.ahb2enr().modify(|w| w.set_gpioaen(true));
+    // The port can be accessed two cycles later.
+    cortex_m::asm::dsb();
+    let _ = pac::RCC.ahb2enr().read();
     pac::GPIOA.moder().modify(|w| w.set_moder(5, Moder::OUTPUT));
     pac::GPIOA.bsrr().write(|w| w.set_bs(5, true));
 }

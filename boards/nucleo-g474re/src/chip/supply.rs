@@ -4,8 +4,8 @@
 use embassy_stm32::pac::{FLASH, PWR};
 use massline_firmware::board::{BrownOut, Supply};
 
-/// The detector's level of 2.8 V.
-const DETECTOR_LEVEL: u8 = 5;
+/// The detector's level of 2.9 V: above that at which the chip resets itself, so that the rig still notices.
+const DETECTOR_LEVEL: u8 = 6;
 /// Levels of the option bytes, mV.
 const RESETS_BELOW_MV: [u16; 5] = [1700, 2000, 2200, 2500, 2800];
 const HIGHEST: u8 = 4;
@@ -32,8 +32,11 @@ fn resets_below() -> u16 {
     RESETS_BELOW_MV.get(level).copied().unwrap_or_default()
 }
 
-/// Writes the highest level into the option bytes.
+/// Writes the highest level into the option bytes, unless it is there.
 fn raise() {
+    if FLASH.optr().read().bor_lev() == HIGHEST {
+        return;
+    }
     for key in FLASH_KEYS {
         FLASH.keyr().write_value(key);
     }

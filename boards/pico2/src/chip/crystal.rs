@@ -9,9 +9,10 @@ use embassy_rp::pac::xosc::vals::{CtrlFreqRange, Enable};
 use massline_cortex_m::light::NO_CRYSTAL;
 use massline_cortex_m::rig::Watchdog;
 
-/// Times that the crystal is looked at before it is given up: a tenth of a second at least.
-const LOOKS: u32 = 1_000_000;
-/// Crystal periods until it counts as stable, in units of 256: 1 ms of 12 MHz, as the HAL has it, 128 times.
+/// Times that the crystal is looked at before it is given up: a look takes six cycles or more, so these are 0.4 s at 150 MHz
+/// and 6 s at 10 MHz, shorter than the period of the watchdog.
+const LOOKS: u32 = 10_000_000;
+/// Periods of the crystal until it counts as stable, in units of 256: 128 ms, as the HAL has it.
 const DELAY: u16 = 6000;
 /// About a tenth of a second by the ring oscillator, in core cycles.
 const TENTH: u32 = 14_000_000;
@@ -27,7 +28,7 @@ pub fn starts() -> bool {
 }
 
 /// Says by the light that there is no crystal, for ever.
-pub fn complain<D: Watchdog>() -> ! {
+pub fn blink_forever<D: Watchdog>() -> ! {
     let p = embassy_rp::init(Config::new(ClockConfig::rosc()));
     let mut light = Output::new(p.PIN_25, Level::Low);
     loop {

@@ -42,8 +42,8 @@ pub struct Watchdog;
 impl rig::Watchdog for Watchdog {
     fn start() {
         watchdog_resets_all();
-        // It counts microseconds; until the clocks are set up, those of the ring oscillator, of 12 MHz at most.
-        pac::TICKS.watchdog_cycles().write(|w| w.0 = 12);
+        // It counts microseconds; until the clocks are set up, cycles of the ring oscillator, of 24 MHz at most.
+        pac::TICKS.watchdog_cycles().write(|w| w.0 = 24);
         pac::TICKS.watchdog_ctrl().write(|w| w.set_enable(true));
         Self::feed();
         pac::WATCHDOG.ctrl().modify(|w| w.set_enable(true));
@@ -74,7 +74,7 @@ async fn run(parts: Parts) {
 /// Initialises the chip. To be called once.
 pub fn parts() -> Parts {
     if !crystal::starts() {
-        crystal::complain::<Watchdog>();
+        crystal::blink_forever::<Watchdog>();
     }
     let info = rig::info(NAME, reset_flags(), Clock::Crystal, SUPPLY);
     let info = BoardInfo { converter_fault: adc::fault, ..info };

@@ -11,8 +11,8 @@ use static_cell::StaticCell;
 
 /// The converter's input of GP29.
 const INPUT: u8 = 3;
-/// Half a volt above what the regulator needs.
-const LOW: u16 = code_of(2.3);
+/// Above the 2.4 V at which the protection of the cell switches off without a warning.
+const LOW: u16 = code_of(3.0);
 /// Times that the converter is looked at before it is given up; it takes 2 µs.
 const LOOKS: u32 = 10_000;
 

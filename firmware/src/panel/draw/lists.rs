@@ -126,7 +126,7 @@ fn hardware<D: Screen>(canvas: &mut Canvas<'_, D>, info: &BoardInfo) {
     if hardware.supply_is_low {
         canvas.lines(3, "Supply too low to\nwrite flash.");
     } else if info.clock == Clock::Internal {
-        canvas.lines(3, "The crystal does not\nwork: time is 1% off.");
+        canvas.lines(3, "The crystal is dead:\ntime is a few % off.");
     }
 }
 

@@ -31,7 +31,10 @@ pub struct Args {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let (mut client, _) = args.port.connect(output)?;
     let level = raise(&mut client)?.ok_or_else(|| {
-        Error::input("no_brown_out", "this board has no level to set: its chip resets itself")
+        Error::input(
+            "no_brown_out",
+            "this board, or its firmware, has no level to set; update the firmware of an STM32",
+        )
     })?;
     output.answer(&DeviceBrownOut { resets_below_mv: level }, |_| text(level))
 }
@@ -54,22 +57,37 @@ pub fn raise(client: &mut Client) -> std::result::Result<Option<u16>, ClientErro
     }
 }
 
-/// Does the same to a board that has just been flashed and starts; returns the level, mV. `None` when no rig of that name
-/// answers in time, or it has none to set.
-pub fn raise_after_start(board: &str, output: &Output) -> Option<u16> {
+/// What became of the level of a board that was flashed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum AfterStart {
+    /// It is this, mV.
+    Raised(u16),
+    /// The rig could not set it.
+    Refused(String),
+    /// No rig on this board has answered.
+    Silent,
+}
+
+/// Raises the level of a board that has just been flashed and starts.
+pub fn raise_after_start(board: &str, output: &mut Output) -> AfterStart {
     /// How long a rig takes to start and to appear as a port.
     const PATIENCE: Duration = Duration::from_secs(8);
     /// Interval between two looks for its port.
     const LOOK: Duration = Duration::from_millis(250);
+    output.note("waiting for the rig to start; leave it plugged in");
     let deadline = Instant::now() + PATIENCE;
-    let (port, interrupt) = (PortArgs::default(), output.interrupt());
-    while Instant::now() < deadline && !interrupt.pressed() {
+    let port = PortArgs::default();
+    while Instant::now() < deadline && !output.interrupt().pressed() {
         if let Ok((mut client, identity)) = port.connect(output)
             && identity.board == board
         {
-            return raise(&mut client).ok().flatten();
+            return match raise(&mut client) {
+                Ok(Some(level)) => AfterStart::Raised(level),
+                Ok(None) => AfterStart::Refused("its firmware is too old".into()),
+                Err(error) => AfterStart::Refused(error.to_string()),
+            };
         }
         std::thread::sleep(LOOK);
     }
-    None
+    AfterStart::Silent
 }

@@ -30,8 +30,8 @@ const LITTLE_STACK: &str = "less than an eighth of the stack has never been used
                             please report it with these counters";
 /// Below this supply an STM32 cannot be relied on to write its flash, mV.
 const LOWEST_BROWN_OUT_MV: u16 = 2700;
-const NO_CRYSTAL: &str = "the crystal does not oscillate, so the rig runs on the chip's own oscillator, which is up to 1 % \
-                          off: frequencies are wrong by as much, and USB may fail. Look for a broken joint at the crystal; \
+const NO_CRYSTAL: &str = "the crystal does not oscillate, so the rig runs on the chip's own oscillator, which is a few per \
+                          cent off: frequencies are wrong by as much, and USB may fail. Look for a broken joint at the crystal; \
                           else use another board";
 const DEEP_BROWN_OUT: &str = "when its supply fails, the chip goes on for too long, and may spoil what it stores: \
                               `massline device brown-out` mends it";
@@ -99,10 +99,13 @@ impl Report<'_> {
             duration(self.stats.uptime_ms),
         );
         // Writing to a String cannot fail.
-        let _ = write!(text, "\nclock: {}", Clock::from(self.hardware.clock).name());
+        let clock = Clock::from(self.hardware.clock);
+        if clock != Clock::Unknown {
+            let _ = write!(text, "\nclock: {}", clock.name());
+        }
         if let Some(level) = self.hardware.brown_out_mv {
-            let _ =
-                write!(text, ", the chip resets itself below {:.1} V", f64::from(level) / 1000.0);
+            let volts = f64::from(level) / 1000.0;
+            let _ = write!(text, "\nthe chip resets itself below {volts:.1} V");
         }
         if !identity.last_panic.is_empty() {
             let _ = write!(text, "\nlast panic: {}", identity.last_panic);

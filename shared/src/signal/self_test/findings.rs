@@ -19,12 +19,17 @@ const NOISY: f64 = 0.0024;
 const TONE: f64 = 285e-6;
 /// Slow motion that is named, V: 20 mg.
 const MOTION: f64 = 0.00114;
-/// Level of the hammer's input with nothing plugged in, V: 82 kΩ to ground and 1 MΩ to a supply of 3.3 V, 5 %.
-const HAMMER_OPEN: [f64; 2] = [0.237, 0.263];
+/// Level of the hammer's input with nothing plugged in, V: 82 kΩ to ground and 1 MΩ to a supply of 3.0 to 3.4 V, which makes
+/// 0.227 to 0.258 V, and 2 % of each resistor.
+const HAMMER_OPEN: [f64; 2] = [0.218, 0.268];
 /// Below this the hammer's input is shorted, V; a conditioner at 0 V gives 0.11 V.
 const HAMMER_SHORTED: f64 = 0.03;
 /// Level of PA4 to which the pull-up of a flash chip brings it, V.
 const FLASH_SELECT: [f64; 2] = [2.3, 2.85];
+/// Level of x when the cable is the wrong way round and feeds the sensor through it, V: the supply less a diode.
+const FED: [f64; 2] = [2.0, 2.85];
+/// How far above half of that the mean of y and z may be then, V: their zeros.
+const FED_ZERO: f64 = 0.1;
 /// How far from 1 g a calibrated sensor may read.
 const GRAVITY_ERROR: f64 = 0.08;
 
@@ -81,6 +86,7 @@ impl<R: Real> SelfTest<R> {
             () if most < SILENT => Some((Code::SensorSilent, most)),
             () if least > AT_SUPPLY => Some((Code::SensorGroundOpen, least)),
             () if most < NO_ACCELERATION => Some((Code::SensorReversed, most)),
+            () if is_fed_through_x(levels) => Some((Code::CableReversed, levels[0])),
             () => None,
         };
         if let Some((code, level)) = whole {
@@ -101,6 +107,14 @@ impl<R: Real> SelfTest<R> {
             one_gravity(sensor, levels, calibration, found);
         }
     }
+}
+
+/// True when x is at a supply of which y and z have half: contact 5 of a cable that is the wrong way round feeds the output of
+/// x.
+fn is_fed_through_x([x, y, z]: [f64; 3]) -> bool {
+    (FED[0]..FED[1]).contains(&x)
+        && (y + z) / 2.0 < x / 2.0 + FED_ZERO
+        && y.min(z) > NO_ACCELERATION
 }
 
 /// True when an axis has the level of a sensor at rest; else it is named. Its tones and noise are named in any case.
