@@ -569,7 +569,7 @@ codes! {
          switch the rig off and check its connector";
     /// A sensor gets its supply through the output of x. Value: the level of x.
     CableReversed = 165, "cable_reversed", Sensor, Volts;
-        "Sensor cable the wrong\nway round: turn its\nplug.";
+        "Cable the wrong way\nround: turn its plug.";
         "{subject} has {value} at x, and y and z have half of that: its cable is the wrong way round, so that the supply reaches it \
          through x; turn the plug";
     /// All outputs of a sensor are at the supply. Value: the lowest of them.
