@@ -608,11 +608,11 @@ codes! {
         "{subject} was moved during the test (by {value}): let the object come to rest, or lay the sensors down, and test again";
     /// Mains of 50 Hz in a channel at rest. Value: the amplitude.
     PickUp50Hz = 150, "pick_up_50_hz", Channel, Volts;
-        "50 Hz mains pick-up:\ncheck ground wires, or\nuse a battery.";
+        "50 Hz mains pick-up:\ncheck ground wires,\nor use a battery.";
         "{subject} picks up {value} of 50 Hz from the mains: check the ground wires of its cable, move it away from mains, or run the rig from its battery";
     /// Mains of 60 Hz in a channel at rest. Value: the amplitude.
     PickUp60Hz = 151, "pick_up_60_hz", Channel, Volts;
-        "60 Hz mains pick-up:\ncheck ground wires, or\nuse a battery.";
+        "60 Hz mains pick-up:\ncheck ground wires,\nor use a battery.";
         "{subject} picks up {value} of 60 Hz from the mains: check the ground wires of its cable, move it away from mains, or run the rig from its battery";
     /// The refresh of the screen shows in a channel. Value: the amplitude.
     ScreenRipple = 152, "screen_ripple", Channel, Volts;
