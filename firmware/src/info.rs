@@ -32,7 +32,7 @@ pub struct BoardInfo {
 pub const NO_CONVERTER_FAULT: fn() -> (ConverterFault, u8) = || (ConverterFault::None, 0);
 
 impl BoardInfo {
-    /// State of clock and supply.
+    /// State of clock, supply and converter.
     pub fn hardware(&self) -> Hardware {
         let Supply { is_low, brown_out, .. } = self.supply;
         let brown_out_mv = brown_out.map(|level| (level.read)());

@@ -80,7 +80,7 @@ pub struct Store<F: NorFlash> {
 impl<F: NorFlash> Store<F> {
     /// A store over the whole of `flash`. Every write returns [`StoreError::Failed`] until
     /// [`Store::open`] has succeeded, and always if the region is unusable for a store. A write returns
-    /// [`StoreError::SupplyLow`], and changes nothing, while `supply_is_low`.
+    /// [`StoreError::SupplyLow`], and what is stored stays as it was, when `supply_is_low`.
     // Always inlined, so that it is built in place: this saves 1.1 KB of the firmware's deepest stack.
     #[inline(always)]
     pub fn new(flash: F, supply_is_low: fn() -> bool) -> Self {

@@ -127,11 +127,7 @@ impl Client {
     /// # Errors
     /// As [`Client::ask`].
     pub fn levels(&mut self) -> Result<Option<Levels>, ClientError> {
-        match self.ask::<GetLevels>(&()) {
-            Ok(levels) => Ok(Some(levels)),
-            Err(e) if e.refusal() == Some(Reason::UnknownMessage) => Ok(None),
-            Err(e) => Err(e),
-        }
+        if_known(self.ask::<GetLevels>(&()))
     }
 
     /// Erases all that a rig in safe mode stores.
@@ -142,17 +138,14 @@ impl Client {
         self.ask::<EraseStore>(&())
     }
 
-    /// State of clock and supply; `None` from a rig whose firmware is older than this message, or in safe mode.
+    /// State of clock, supply and converter; `None` from a rig whose firmware is older than this message, or in safe mode.
     ///
     /// # Errors
     /// As [`Client::ask`].
     pub fn hardware(&mut self) -> Result<Option<Hardware>, ClientError> {
-        match self.ask::<GetHardware>(&()) {
-            Ok(hardware) => Ok(Some(hardware)),
-            Err(e) if matches!(e.refusal(), Some(Reason::UnknownMessage | Reason::SafeMode)) => {
-                Ok(None)
-            }
-            Err(e) => Err(e),
+        match if_known(self.ask::<GetHardware>(&())) {
+            Err(e) if e.refusal() == Some(Reason::SafeMode) => Ok(None),
+            answer => answer,
         }
     }
 
@@ -207,5 +200,14 @@ impl Client {
     /// As [`Client::ask`].
     pub fn set_stream(&mut self, on: bool) -> Result<(), ClientError> {
         self.ask::<SetStream>(&on)
+    }
+}
+
+/// `None` in place of the refusal of a rig that does not know the message.
+fn if_known<T>(answer: Result<T, ClientError>) -> Result<Option<T>, ClientError> {
+    match answer {
+        Ok(answer) => Ok(Some(answer)),
+        Err(error) if error.refusal() == Some(Reason::UnknownMessage) => Ok(None),
+        Err(error) => Err(error),
     }
 }

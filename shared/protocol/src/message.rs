@@ -90,7 +90,7 @@ endpoints! {
     GetLevels = 17: () => Levels;
     /// Erases all that a rig in safe mode stores; [`Reason::UnknownMessage`] in any other mode.
     EraseStore = 18, changes: () => ();
-    /// Asks for the state of clock and supply.
+    /// Asks for the state of clock, supply and converter.
     GetHardware = 19: () => Hardware;
     /// Sets [`Hardware::brown_out_mv`] to the chip's highest level that is below its supply. It is in force after the next
     /// power-on at the latest. Refused with [`Reason::SupplyLow`] while the supply is too low to write flash, and with
@@ -228,7 +228,7 @@ pub struct Stats {
     pub stack_size: u32,
 }
 
-/// State of clock and supply.
+/// State of clock, supply and converter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Hardware {
     /// What the clocks are derived from: raw [`Clock`](crate::Clock).
