@@ -1,6 +1,6 @@
 //! What a board reports about itself.
 
-use massline_protocol::message::Hardware;
+use massline_protocol::message::{Battery, Hardware};
 use massline_protocol::{BootReason, Clock, ConverterFault};
 pub use massline_shared::signal::self_test::Circuit;
 
@@ -57,6 +57,8 @@ pub struct Supply {
     pub is_low: fn() -> bool,
     /// The level at which the chip resets itself; `None` when there is none to set.
     pub brown_out: Option<BrownOut>,
+    /// Reads the gauge of the battery; `None` on a board that can have none.
+    pub battery: Option<fn() -> Option<Battery>>,
 }
 
 /// The level at which a chip holds itself in reset.
@@ -70,7 +72,12 @@ pub struct BrownOut {
 
 impl Supply {
     /// A supply that is never too low, as on a board without a chip.
-    pub const STEADY: Self = Self { is_low: || false, brown_out: None };
+    pub const STEADY: Self = Self { is_low: || false, brown_out: None, battery: None };
+
+    /// Charge of the battery, if there is a gauge that answers.
+    pub fn charge(&self) -> Option<Battery> {
+        self.battery.and_then(|read| read())
+    }
 }
 
 /// Stack of the board, bytes; zeros when the board does not measure it.

@@ -8,7 +8,7 @@ use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
 use std::future::pending;
 
-use embassy_futures::select::{Either3, select3};
+use embassy_futures::select::{Either, Either3, select, select3};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
 use embedded_graphics::pixelcolor::BinaryColor;
@@ -17,7 +17,9 @@ use embedded_graphics::primitives::{Circle, PrimitiveStyle};
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
 use embedded_hal_async::i2c::{self, I2c, Operation};
 use massline_cortex_m::frame::{Frame, PAGES, Page, WIDTH};
+use massline_cortex_m::gauge::INTERVAL;
 use massline_cortex_m::screen::{Pages, ScreenBus, drive};
+use massline_protocol::message::Battery;
 use massline_virtual::clock::{Executor, advance_to};
 
 /// A byte and its acknowledgement at 400 kHz, rounded up.
@@ -26,6 +28,8 @@ const BYTE: Duration = Duration::from_micros(23);
 const STEP: Duration = Duration::from_micros(10);
 /// Clocks that end any byte and its acknowledgement.
 const WHOLE_BYTE: u32 = 9;
+/// Address of the gauge.
+const GAUGE: u8 = 0x36;
 
 /// The screen and the wires to it.
 struct Model {
@@ -45,6 +49,9 @@ struct Model {
     shown: RefCell<[Page; PAGES]>,
     column: Cell<usize>,
     page: Cell<usize>,
+    /// Registers of a gauge on the same bus, from its voltage on, and how often it was read.
+    gauge: Cell<Option<[u8; 4]>>,
+    asked: Cell<u32>,
 }
 
 impl Model {
@@ -60,6 +67,8 @@ impl Model {
             shown: RefCell::new([[0; WIDTH]; PAGES]),
             column: Cell::new(0),
             page: Cell::new(0),
+            gauge: Cell::new(None),
+            asked: Cell::new(0),
         }
     }
 
@@ -96,6 +105,24 @@ impl Model {
             [0x40, pixels @ ..] => pixels.iter().for_each(|pixels| self.draw(*pixels)),
             _ => {}
         }
+    }
+
+    /// The gauge answers, if there is one; the screen may still hold the data line.
+    async fn answer(&self, operations: &mut [Operation<'_>]) -> Result<(), i2c::ErrorKind> {
+        if self.hangs.get().is_some() {
+            return pending().await;
+        }
+        let registers = self.gauge.get().ok_or(i2c::ErrorKind::Other)?;
+        self.asked.set(self.asked.get() + 1);
+        for operation in operations {
+            if let Operation::Read(bytes) = operation {
+                for (byte, register) in bytes.iter_mut().zip(registers) {
+                    Timer::after(BYTE).await;
+                    *byte = register;
+                }
+            }
+        }
+        Ok(())
     }
 
     fn draw(&self, pixels: u8) {
@@ -135,9 +162,12 @@ impl i2c::ErrorType for Open<'_> {
 impl I2c for Open<'_> {
     async fn transaction(
         &mut self,
-        _address: u8,
+        address: u8,
         operations: &mut [Operation<'_>],
     ) -> Result<(), i2c::ErrorKind> {
+        if address == GAUGE {
+            return self.0.answer(operations).await;
+        }
         for operation in operations {
             if let Operation::Write(bytes) = operation {
                 self.0.take(bytes).await;
@@ -255,7 +285,7 @@ fn shown(glitch: Option<usize>) -> Model {
             model.hangs.get()
         );
     };
-    let all = select3(drive(Bus(&model), &application), other_work, time);
+    let all = select3(drive(Bus(&model), &application, |_| {}), other_work, time);
     let ended = Executor::default().run(all);
     assert!(matches!(ended, Some(Either3::Third(()))));
     model
@@ -272,4 +302,40 @@ fn a_bus_that_hangs_at_any_byte_of_a_picture_is_freed_and_nothing_waits() {
         let hung = STEP * model.hung.get() as u32;
         assert!(hung > STEP && hung <= Duration::from_millis(50), "byte {byte}: {hung}");
     }
+}
+
+#[test]
+fn the_gauge_is_read_between_the_pages_and_may_be_missing() {
+    let model = Model::new(None);
+    let application = Application(RefCell::new(picture()));
+    let wanted = pages(picture());
+    let charge = Cell::new(None);
+    let first = Battery { millivolts: 3840, percent: 64 };
+    let later = Battery { millivolts: 3600, percent: 20 };
+    // 3.84 V, then none that answers, then 3.60 V: 0xB400 · 78.125 µV.
+    let readings = [
+        (Some([0xC0, 0x00, 0x40, 0x80]), Some(first)),
+        (None, None),
+        (Some([0xB4, 0x00, 0x14, 0x00]), Some(later)),
+    ];
+    let time = async {
+        for (gauge, told) in readings {
+            model.gauge.set(gauge);
+            let until = Instant::now() + INTERVAL + Duration::from_secs(1);
+            while Instant::now() < until {
+                yield_now().await;
+                advance_to(Instant::now() + STEP);
+            }
+            assert_eq!(charge.get(), told);
+            // A new picture while the gauge is there, and while it is not.
+            assert_eq!(*model.shown.borrow(), wanted);
+            *model.shown.borrow_mut() = [[0; WIDTH]; PAGES];
+            application.woken();
+        }
+    };
+    let drive = drive(Bus(&model), &application, |read| charge.set(read));
+    let ended = Executor::default().run(select(drive, time));
+    assert!(matches!(ended, Some(Either::Second(()))));
+    // At 0, 10 and 30 s.
+    assert_eq!(model.asked.get(), 3);
 }

@@ -14,7 +14,7 @@ use massline_firmware::panel::self_test::SelfTestState;
 use massline_firmware::panel::summary::{Detail, Page, Summary};
 use massline_firmware::panel::{Button, FurtherPlace, HitVerdict, PanelModel, PrecisionModel};
 use massline_firmware::store::RESULTS;
-use massline_protocol::message::{EstimatedMass, ResultEntry, Stats};
+use massline_protocol::message::{Battery, EstimatedMass, ResultEntry, Stats};
 use massline_protocol::modes::{StoredAgreement, StoredDifference, StoredMode, StoredRefusal};
 use massline_protocol::object::StoredEstimate;
 use massline_shared::body::RigidBody;
@@ -306,6 +306,11 @@ fn verdict(reason: Option<Diagnostic>) -> Option<HitVerdict> {
 
 #[test]
 fn the_home_screen_looks_as_its_pictures() {
+    for (name, millivolts, percent) in [("home-charge", 3840, 64), ("home-charge-low", 3470, 4)] {
+        let mut rig = Rig::at(Phase::Idle);
+        rig.model.battery = Some(Battery { millivolts, percent });
+        rig.show(name, Screen::Home, 0);
+    }
     Rig::at(Phase::Idle).show("home", Screen::Home, 0);
     Rig::at(Phase::Paused).show("home-end-of-list", Screen::Home, 5);
 }
@@ -624,6 +629,7 @@ fn the_pages_about_the_rig_and_its_store_look_as_their_pictures() {
         let mut rig = Rig::new();
         rig.info.last_panic = last_panic;
         rig.info.boot_reason = BootReason::Panic;
+        rig.model.battery = Some(Battery { millivolts: 3840, percent: 64 });
         rig.show(&format!("about-{}", page + 1), Screen::About, page);
     }
 }
@@ -634,7 +640,7 @@ fn a_dead_crystal_and_a_low_supply_are_said() {
     let show = |name, is_low: fn() -> bool| {
         let mut rig = Rig::new();
         rig.info.clock = Clock::Internal;
-        rig.info.supply = Supply { is_low, brown_out };
+        rig.info.supply = Supply { is_low, brown_out, battery: None };
         rig.show(name, Screen::About, 2);
     };
     show("about-3-no-crystal", || false);

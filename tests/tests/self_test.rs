@@ -246,7 +246,7 @@ fn cases() -> Vec<Case> {
         },
         Case { clock: Clock::Internal, ..case("dead crystal", &["crystal_dead"], |_, _| {}) },
         Case {
-            supply: Supply { is_low: || true, brown_out: None },
+            supply: Supply { is_low: || true, brown_out: None, battery: None },
             ..case("supply too low", &["supply_too_low"], |_, _| {})
         },
     ];

@@ -7,8 +7,9 @@ use massline::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow}
 use massline::client::{Client, ClientError};
 use massline::interrupt::Interrupt;
 use massline_firmware::board::{BrownOut, Clock, Supply};
-use massline_protocol::message::{Hardware, Reason};
+use massline_protocol::message::{Battery, Hardware, Reason};
 use massline_tests::campaign::{connect, scans, steady_hand, three_bar};
+use massline_tests::person::Person;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 
 /// The supply of the rig of a test, and whether it is low. A board reads it from registers, so it is static.
@@ -22,6 +23,7 @@ macro_rules! supply {
                 read: || LEVEL.load(Ordering::Relaxed),
                 raise: || LEVEL.store(2700, Ordering::Relaxed),
             }),
+            battery: None,
         };
         (supply, &LOW)
     }};
@@ -66,6 +68,26 @@ fn a_board_without_a_level_says_so() {
     let mut client = connect(&rig);
     assert_eq!(client.hardware().unwrap(), Some(Hardware::default()));
     assert_eq!(refusal(client.raise_brown_out()), Some(Reason::UnknownMessage));
+}
+
+#[test]
+fn the_charge_of_a_battery_is_reported_and_shown_without_a_button() {
+    static MILLIVOLTS: AtomicU16 = AtomicU16::new(3840);
+    let battery = || match MILLIVOLTS.load(Ordering::Relaxed) {
+        0 => None,
+        millivolts => Some(Battery { millivolts, percent: 64 }),
+    };
+    let rig = start(Clock::Crystal, Supply { battery: Some(battery), ..Supply::STEADY });
+    let mut client = connect(&rig);
+    assert_eq!(client.battery().unwrap(), battery());
+    let person = Person(rig.panel_view());
+    person.sees(|model| model.battery.is_some_and(|battery| battery.millivolts == 3840));
+    // A gauge that no longer answers.
+    MILLIVOLTS.store(0, Ordering::Relaxed);
+    assert_eq!(client.battery().unwrap(), None);
+    person.sees(|model| model.battery.is_none());
+    let without = start(Clock::Crystal, Supply::STEADY);
+    assert_eq!(connect(&without).battery().unwrap(), None);
 }
 
 #[test]

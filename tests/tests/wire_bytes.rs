@@ -112,6 +112,10 @@ fn hardware() -> Hardware {
     Hardware { clock: 2, brown_out_mv: Some(2700), supply_is_low: true, converter: 4, wrong_tag: 7 }
 }
 
+fn battery() -> Battery {
+    Battery { millivolts: 3840, percent: 64 }
+}
+
 fn status(dofs: usize) -> Status {
     Status {
         phase: u8::from(Phase::Armed),
@@ -257,6 +261,8 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("TakeReading answer", answer::<TakeReading>(())),
         ("EraseStore request", request::<EraseStore>(())),
         ("EraseStore answer", answer::<EraseStore>(())),
+        ("GetBattery request", request::<GetBattery>(())),
+        ("GetBattery answer", answer::<GetBattery>(Some(battery()))),
         ("GetHardware request", request::<GetHardware>(())),
         ("GetHardware answer", answer::<GetHardware>(hardware())),
         ("SetBrownOut request", request::<SetBrownOut>(())),

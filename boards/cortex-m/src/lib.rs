@@ -6,6 +6,7 @@ pub mod boot;
 pub mod debounce;
 pub mod flash;
 pub mod frame;
+pub mod gauge;
 mod hardware_tests;
 #[cfg_attr(
     not(target_os = "none"),

@@ -45,7 +45,10 @@ mod tests {
         };
         let without_crystal = BoardInfo { clock: Clock::Internal, ..healthy };
         let safe = BoardInfo { boot_reason: BootReason::SafeMode, ..without_crystal };
-        let low = BoardInfo { supply: Supply { is_low: || true, brown_out: None }, ..safe };
+        let low = BoardInfo {
+            supply: Supply { is_low: || true, brown_out: None, battery: None },
+            ..safe
+        };
         assert_eq!([healthy, without_crystal, safe, low].map(|info| flashes(&info)), [0, 2, 3, 4]);
     }
 }

@@ -16,6 +16,7 @@ use static_cell::StaticCell;
 
 use crate::debounce::Debounce;
 use crate::frame::{Frame, Page};
+use crate::gauge;
 use crate::light::flashes;
 use crate::screen::{self, Pages, ScreenBus};
 
@@ -94,7 +95,7 @@ impl<I: ScreenBus, P: InputPin, T: Tone, L: OutputPin> Wiring<I, P, T, L> {
     /// Serves the screen, the buttons and the buzzer; never returns.
     pub async fn run(self, info: BoardInfo) {
         join3(
-            screen::drive(self.bus, &WIRES),
+            screen::drive(self.bus, &WIRES, gauge::note),
             watch_buttons(self.buttons),
             play_cues(self.tone, self.light, info),
         )

@@ -7,6 +7,7 @@ use display_interface::DisplayError;
 use embassy_time::{Duration, Instant, Timer, with_deadline, with_timeout};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal_async::i2c::I2c;
+use massline_protocol::message::Battery;
 use ssd1306::command::AddrMode;
 use ssd1306::mode::BasicMode;
 use ssd1306::prelude::{DisplayRotation, I2CInterface};
@@ -14,6 +15,7 @@ use ssd1306::size::DisplaySize128x64;
 use ssd1306::{I2CDisplayInterface, Ssd1306Async};
 
 use crate::frame::{Page, WIDTH};
+use crate::gauge;
 
 /// A page takes 3 ms at 400 kHz; a bus that exceeds this time hangs.
 pub const BUS_TIMEOUT: Duration = Duration::from_millis(20);
@@ -24,6 +26,8 @@ const CLOCKS: usize = 9;
 /// Pause before a screen that does not answer is tried again, doubled after each attempt: its supply may rise more slowly
 /// than the chip's.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(100);
+/// How the screen counts the address of the next byte.
+const MODE: AddrMode = AddrMode::Horizontal;
 /// Longest pause between two attempts.
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 
@@ -58,17 +62,31 @@ type Screen<I> = Ssd1306Async<I2CInterface<I>, DisplaySize128x64, BasicMode>;
 
 /// Shows the pages; never returns. A screen that has answered is tried again at once, because its bus may only hang; while it
 /// does not answer, pages are discarded, and it is tried again later.
-pub async fn drive(mut bus: impl ScreenBus, pages: &impl Pages) -> ! {
+///
+/// Every [`gauge::INTERVAL`] the gauge of the battery is read, which is on the same bus, and `charged` is told the charge.
+pub async fn drive(
+    mut bus: impl ScreenBus,
+    pages: &impl Pages,
+    charged: impl Fn(Option<Battery>),
+) -> ! {
     let mut pause = Duration::MIN;
     loop {
         free(bus.lines()).await;
-        let interface = I2CDisplayInterface::new(bus.open());
-        let mut screen = Ssd1306Async::new(interface, DisplaySize128x64, DisplayRotation::Rotate0);
-        let begun = screen.init_with_addr_mode(AddrMode::Horizontal);
+        let mut open = bus.open();
+        let begun = async { screen(&mut open).init_with_addr_mode(MODE).await };
         if let Ok(Ok(())) = with_timeout(BUS_TIMEOUT, begun).await {
             pages.woken();
             pause = Duration::MIN;
-            show(&mut screen, pages).await;
+            while let Ok(battery) = with_timeout(BUS_TIMEOUT, gauge::read(&mut open)).await {
+                charged(battery);
+                let again = Instant::now() + gauge::INTERVAL;
+                // The driver holds the bus, so after each reading there is a new one, which does not know the mode of addresses.
+                let screen = &mut screen(&mut open);
+                let begun = with_timeout(BUS_TIMEOUT, screen.set_addr_mode(MODE)).await;
+                if !matches!(begun, Ok(Ok(()))) || !show(screen, pages, again).await {
+                    break;
+                }
+            }
         } else {
             let again = Instant::now() + pause;
             while with_deadline(again, pages.next()).await.is_ok() {}
@@ -77,15 +95,21 @@ pub async fn drive(mut bus: impl ScreenBus, pages: &impl Pages) -> ! {
     }
 }
 
-/// Sends pages until the screen does not take one.
-async fn show<I: I2c>(screen: &mut Screen<I>, pages: &impl Pages) {
-    loop {
-        let (number, page) = pages.next().await;
+/// The screen on this bus.
+fn screen<I: I2c>(bus: I) -> Screen<I> {
+    let interface = I2CDisplayInterface::new(bus);
+    Ssd1306Async::new(interface, DisplaySize128x64, DisplayRotation::Rotate0)
+}
+
+/// Sends pages until this time; false when the screen does not take one.
+async fn show<I: I2c>(screen: &mut Screen<I>, pages: &impl Pages, until: Instant) -> bool {
+    while let Ok((number, page)) = with_deadline(until, pages.next()).await {
         let sent = with_timeout(BUS_TIMEOUT, send_page(screen, number, &page)).await;
         if !matches!(sent, Ok(Ok(()))) {
-            return;
+            return false;
         }
     }
+    true
 }
 
 async fn send_page<I: I2c>(

@@ -32,7 +32,7 @@ use core::convert::Infallible;
 use embedded_graphics::draw_target::DrawTarget;
 use embedded_graphics::pixelcolor::BinaryColor;
 use heapless::Vec;
-use massline_protocol::message::EstimatedMass;
+use massline_protocol::message::{Battery, EstimatedMass};
 use massline_shared::design::{Precision, Widths};
 use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::layout::{Dof, RigLayout, TestProfile};
@@ -103,6 +103,8 @@ pub struct PanelModel {
     pub pages: u8,
     /// State of the calibration.
     pub calibration_wizard: CalibrationWizard,
+    /// Charge of the battery, where there is a gauge.
+    pub battery: Option<Battery>,
     /// State of the self-test.
     pub self_test: SelfTestState,
 }
@@ -138,6 +140,7 @@ impl PanelModel {
         results: 0,
         pages: 0,
         calibration_wizard: CalibrationWizard::Off,
+        battery: None,
         self_test: SelfTestState::Off,
     };
 }
@@ -182,6 +185,7 @@ impl PanelModel {
             interrupted: diagnostics.iter().any(|found| found.interrupts()),
             idle: measurement.is_idle(),
             findings: diagnostics.len() as u8,
+            battery: rig.info.supply.charge(),
             ..Self::START
         }
     }

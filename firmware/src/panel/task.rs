@@ -4,10 +4,12 @@
 
 use massline_shared::signal::{AdcProperties, RestStatistics, ringing_s};
 
-use embassy_futures::select::{Either, select};
+use core::future::pending;
+
+use embassy_futures::select::{Either3, select3};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
-use embassy_time::{Duration, Instant};
+use embassy_time::{Duration, Instant, Timer};
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::{String, Vec};
 use massline_protocol::MAX_LAYOUT;
@@ -30,6 +32,7 @@ use super::summary::{self, PIECE, Page};
 use super::{Button, Cue, Panel, PanelModel, cues};
 use crate::deadline::Deadline;
 use crate::encoded::{self, Bytes};
+use crate::info::BoardInfo;
 use crate::pulse::Part;
 use crate::rig::Rig;
 use crate::store::{LAYOUTS, LayoutHandle, RESULTS, ResultHandle, Shortage, Source, Store};
@@ -69,9 +72,9 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
         controller.draw(&*store.lock().await, panel.screen());
         panel.flush().await;
         rig.pulse.waits(Part::Panel);
-        let event = select(rig.show.wait(), panel.button()).await;
+        let event = select3(rig.show.wait(), panel.button(), charge_changes(&rig.info)).await;
         rig.pulse.works(Part::Panel);
-        if let Either::Second(button) = event
+        if let Either3::Second(button) = event
             && let Some(pending) = controller.press(button)
         {
             let done = match pending {
@@ -92,6 +95,14 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
             };
             controller.answer(done);
         }
+    }
+}
+
+/// Waits until the charge of a battery may be another one.
+async fn charge_changes(info: &BoardInfo) {
+    match info.supply.battery {
+        Some(_) => Timer::after_secs(10).await,
+        None => pending().await,
     }
 }
 

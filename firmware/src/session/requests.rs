@@ -3,10 +3,10 @@
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
 use massline_protocol::message::{
-    ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, GetCalibration, GetHardware,
-    GetIdentity, GetLayout, GetLevels, GetMassLines, GetObjectInfo, GetRestStatistics, GetStats,
-    GetStatus, LayoutAnswer, ListRequest, ListResults, PutCalibration, PutLayout, REFUSED,
-    ReadObject, Reason, Refusal, ResultPage, SetBrownOut, SetStream, TakeReading,
+    ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, GetBattery, GetCalibration,
+    GetHardware, GetIdentity, GetLayout, GetLevels, GetMassLines, GetObjectInfo, GetRestStatistics,
+    GetStats, GetStatus, LayoutAnswer, ListRequest, ListResults, PutCalibration, PutLayout,
+    REFUSED, ReadObject, Reason, Refusal, ResultPage, SetBrownOut, SetStream, TakeReading,
 };
 use massline_protocol::object::{ChunkRef, ChunkRequest, DofResult};
 use massline_protocol::{Endpoint, Frame, MAX_FRAME, PlainFrame, crc32, encode_frame};
@@ -100,6 +100,7 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
             }
             GetLevels::KIND => reply.with::<GetLevels>(&rig.levels.get()),
             GetHardware::KIND => reply.with::<GetHardware>(&rig.info.hardware()),
+            GetBattery::KIND => reply.with::<GetBattery>(&rig.info.supply.charge()),
             SetBrownOut::KIND => {
                 let level = rig.info.supply.brown_out.ok_or(Reason::UnknownMessage)?;
                 if (rig.info.supply.is_low)() {

@@ -2,9 +2,9 @@
 
 use massline_protocol::Endpoint;
 use massline_protocol::message::{
-    Command, DeleteResult, EraseStore, GetCalibration, GetHardware, GetIdentity, GetLayout,
-    GetLevels, GetMassLines, GetObjectInfo, GetRestStatistics, GetStats, GetStatus, ListResults,
-    PutCalibration, PutLayout, ReadObject, SetBrownOut, SetStream, TakeReading,
+    Command, DeleteResult, EraseStore, GetBattery, GetCalibration, GetHardware, GetIdentity,
+    GetLayout, GetLevels, GetMassLines, GetObjectInfo, GetRestStatistics, GetStats, GetStatus,
+    ListResults, PutCalibration, PutLayout, ReadObject, SetBrownOut, SetStream, TakeReading,
 };
 
 /// What a request asks for, as in "the rig was asked to …".
@@ -29,6 +29,7 @@ pub(super) fn purpose(kind: u16) -> &'static str {
         GetMassLines::KIND => "send the mass lines of a DOF",
         EraseStore::KIND => "erase its store",
         GetHardware::KIND => "say how its clock and supply are",
+        GetBattery::KIND => "say how its battery is charged",
         SetBrownOut::KIND => "raise the level at which it resets itself",
         _ => UNKNOWN,
     }

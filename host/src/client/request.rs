@@ -2,10 +2,11 @@
 
 use massline_protocol::PROTOCOL_MAJOR;
 use massline_protocol::message::{
-    CampaignCommand, Command, CommandRequest, DeleteResult, EraseStore, GetCalibration,
-    GetHardware, GetIdentity, GetLayout, GetLevels, GetMassLines, GetRestStatistics, GetStats,
-    GetStatus, Hardware, Identity, LayoutAnswer, Levels, ListRequest, ListResults, PutCalibration,
-    PutLayout, Reason, ResultEntry, SetBrownOut, SetStream, Stats, Status, TakeReading,
+    Battery, CampaignCommand, Command, CommandRequest, DeleteResult, EraseStore, GetBattery,
+    GetCalibration, GetHardware, GetIdentity, GetLayout, GetLevels, GetMassLines,
+    GetRestStatistics, GetStats, GetStatus, Hardware, Identity, LayoutAnswer, Levels, ListRequest,
+    ListResults, PutCalibration, PutLayout, Reason, ResultEntry, SetBrownOut, SetStream, Stats,
+    Status, TakeReading,
 };
 use massline_protocol::object::DofResult;
 use massline_shared::calibration::CalibrationRecord;
@@ -146,6 +147,18 @@ impl Client {
         match if_known(self.ask::<GetHardware>(&())) {
             Err(e) if e.refusal() == Some(Reason::SafeMode) => Ok(None),
             answer => answer,
+        }
+    }
+
+    /// Charge of the rig's battery; `None` without a gauge, and from a rig whose firmware is older than this message or in safe
+    /// mode.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn battery(&mut self) -> Result<Option<Battery>, ClientError> {
+        match if_known(self.ask::<GetBattery>(&())) {
+            Err(e) if e.refusal() == Some(Reason::SafeMode) => Ok(None),
+            answer => Ok(answer?.flatten()),
         }
     }
 

@@ -88,7 +88,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         Command::Stats(port) => {
             let (mut client, identity) = port.connect(output)?;
             let (stats, hardware) = (client.stats()?, client.hardware()?.unwrap_or_default());
-            let report = Report { identity: &identity, stats, hardware };
+            let battery = client.battery()?;
+            let report = Report { identity: &identity, stats, hardware, battery };
             output.answer(&report.json(), |_| report.text())
         }
         Command::Abort(port) => {

@@ -73,6 +73,16 @@ pub struct DeviceIdentity {
     pub result: Option<u32>,
 }
 
+/// Charge of the battery of a rig.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "battery_charge")]
+pub struct BatteryCharge {
+    /// Voltage of the cell.
+    pub millivolts: u16,
+    /// Charge in percent of a full one.
+    pub percent: u8,
+}
+
 /// What a rig has counted since power-on, and what of it needs attention.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[schemars(rename = "device_stats")]
@@ -89,6 +99,8 @@ pub struct DeviceStats {
     pub resets_below_mv: Option<u16>,
     /// Whether its supply is too low to write flash.
     pub supply_is_low: bool,
+    /// Charge of its battery, by its gauge; `null` when there is none.
+    pub battery: Option<BatteryCharge>,
     /// Time since power-on.
     pub uptime_ms: u64,
     /// Scans taken.

@@ -37,8 +37,8 @@ pub use calibration::{
 pub use described::Described;
 pub use details::{Details, ErrorBudget, HitDetails, Influence, SensorDetails, StatedAndLearned};
 pub use device::{
-    ChannelCheck, CounterFinding, DeviceAbort, DeviceBrownOut, DeviceCheck, DeviceErase,
-    DeviceIdentity, DeviceList, DeviceStats, Doctor, Looked, Port,
+    BatteryCharge, ChannelCheck, CounterFinding, DeviceAbort, DeviceBrownOut, DeviceCheck,
+    DeviceErase, DeviceIdentity, DeviceList, DeviceStats, Doctor, Looked, Port,
 };
 pub use electronics::{Asymmetry, Electronics, Memory};
 pub use estimate::{ChiSquared, Estimate, LearnedBudget, PrincipalMoments};

@@ -44,4 +44,4 @@ pub use message::{Endpoint, Refusal};
 /// Major version of the protocol. A rig and a host can work together only when theirs are equal.
 pub const PROTOCOL_MAJOR: u8 = 2;
 /// Minor version of the protocol, raised when messages or commands are added.
-pub const PROTOCOL_MINOR: u8 = 1;
+pub const PROTOCOL_MINOR: u8 = 2;

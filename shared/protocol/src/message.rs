@@ -47,6 +47,14 @@ macro_rules! endpoints {
         /// Kind and name of every endpoint, and whether it changes the rig.
         pub const ENDPOINTS: &[(u16, &str, bool)] =
             &[$(($kind, stringify!($name), <$name as Endpoint>::CHANGES)),*];
+
+        /// True when a request of this kind changes the rig.
+        pub fn changes(kind: u16) -> bool {
+            match kind {
+                $($kind => <$name as Endpoint>::CHANGES,)*
+                _ => false,
+            }
+        }
     };
 }
 
@@ -96,15 +104,12 @@ endpoints! {
     /// power-on at the latest. Refused with [`Reason::SupplyLow`] while the supply is too low to write flash, and with
     /// [`Reason::UnknownMessage`] by a board whose chip has no such level.
     SetBrownOut = 20, changes: () => ();
+    /// Asks for the charge of the battery; `None` when there is no gauge, or none that answers.
+    GetBattery = 21: () => Option<Battery>;
 }
 
 /// Largest framed answer to a request that changes the rig, bytes.
 pub const MAX_CHANGE_ANSWER: usize = 272;
-
-/// True when a request of this kind changes the rig.
-pub fn changes(kind: u16) -> bool {
-    ENDPOINTS.iter().any(|&(of, _, changes)| of == kind && changes)
-}
 
 /// Identity of the rig. Frozen: never edited in any version.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -241,6 +246,25 @@ pub struct Hardware {
     pub converter: u8,
     /// With [`ConverterFault::WrongTag`](crate::ConverterFault::WrongTag) the channel in the first wrong frame.
     pub wrong_tag: u8,
+}
+
+/// Charge of the battery, by its gauge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Battery {
+    /// Voltage of the cell, mV.
+    pub millivolts: u16,
+    /// Charge in percent of a full one; a gauge may count a little beyond 100.
+    pub percent: u8,
+}
+
+impl Battery {
+    /// Below this voltage of the cell, mV, a board's regulator passes on its ripple.
+    pub const LOW_MV: u16 = 3500;
+
+    /// True when it should be charged.
+    pub fn is_low(&self) -> bool {
+        self.millivolts < Self::LOW_MV
+    }
 }
 
 /// Longest time that a rig may compute without serving scans, link and panel, ms: every board buffers the

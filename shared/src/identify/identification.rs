@@ -52,7 +52,7 @@ pub type Methods = Vec<Method, METHODS>;
 impl<R, const S: usize, const H: usize, L: SpectrumBins<R>> Observations<'_, R, S, H, L> {
     /// The methods that apply to these observations by default, best first.
     pub fn methods(&self) -> Methods {
-        let seen = |method: &Method| match method.entry().observes {
+        let seen = |method: &Method| match method.observes() {
             Observable::MassLines => true,
             Observable::SpectrumBins => self.spectrum_bins.responses().is_some(),
             Observable::Suspension => false,
@@ -64,17 +64,17 @@ impl<R, const S: usize, const H: usize, L: SpectrumBins<R>> Observations<'_, R, 
 impl Method {
     /// The methods that run by default, without being requested by name, best first.
     pub fn usual() -> impl Iterator<Item = Self> {
-        Self::ALL.into_iter().filter(|method| !method.entry().on_request)
+        Self::ALL.into_iter().filter(|method| !method.on_request())
     }
 
     /// The default methods that use mass lines, best first: those that a rig runs.
     pub fn of_mass_lines() -> impl Iterator<Item = Self> {
-        Self::usual().filter(|method| method.entry().observes == Observable::MassLines)
+        Self::usual().filter(|method| method.observes() == Observable::MassLines)
     }
 
     /// The methods that use the suspension modes, best first.
     pub fn of_modes() -> impl Iterator<Item = Self> {
-        Self::ALL.into_iter().filter(|method| method.entry().observes == Observable::Suspension)
+        Self::ALL.into_iter().filter(|method| method.observes() == Observable::Suspension)
     }
 
     /// The name in reports and JSON.
@@ -105,7 +105,7 @@ pub const MASS_LINE_METHODS: usize = {
 pub const SUSPENSION_METHODS: usize = {
     let (mut count, mut place) = (0, 0);
     while place < METHODS {
-        if matches!(Method::ALL[place].entry().observes, Observable::Suspension) {
+        if matches!(Method::ALL[place].observes(), Observable::Suspension) {
             count += 1;
         }
         place += 1;
@@ -115,7 +115,7 @@ pub const SUSPENSION_METHODS: usize = {
 
 /// Size of the workspace that these methods need for this number of sensors and bins.
 pub fn workspace(methods: &[Method], sensors: usize, bins: usize) -> usize {
-    let of = |method: &Method| (method.entry().workspace)(sensors, bins);
+    let of = |method: &Method| (method.workspace())(sensors, bins);
     methods.iter().map(of).max().unwrap_or(0)
 }
 

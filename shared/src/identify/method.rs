@@ -101,6 +101,55 @@ macro_rules! methods {
                 }
             }
 
+            // What a rig needs of it: with the whole description a rig would link texts that it never shows.
+            /// Title on a screen of 21 characters.
+            pub const fn title(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $module::ENTRY.title,)*
+                    $(Self::$modal => $($modal_module)::+::ENTRY.title),*
+                }
+            }
+
+            /// The data that it uses.
+            pub const fn observes(self) -> Observable {
+                match self {
+                    $(Self::$variant => $module::ENTRY.observes,)*
+                    $(Self::$modal => $($modal_module)::+::ENTRY.observes),*
+                }
+            }
+
+            /// Codes of findings about the modes that put its answer off.
+            pub const fn doubted_by(self) -> &'static [crate::diagnosis::Code] {
+                match self {
+                    $(Self::$variant => $module::ENTRY.doubted_by,)*
+                    $(Self::$modal => $($modal_module)::+::ENTRY.doubted_by),*
+                }
+            }
+
+            /// True when it runs only when it is requested by name.
+            pub const fn on_request(self) -> bool {
+                match self {
+                    $(Self::$variant => $module::ENTRY.on_request,)*
+                    $(Self::$modal => $($modal_module)::+::ENTRY.on_request),*
+                }
+            }
+
+            /// Whether a layout with a code rules it out: see [`Entry::is_blocked`].
+            pub const fn is_blocked(self) -> fn(crate::diagnosis::Code, bool) -> bool {
+                match self {
+                    $(Self::$variant => $module::ENTRY.is_blocked,)*
+                    $(Self::$modal => $($modal_module)::+::ENTRY.is_blocked),*
+                }
+            }
+
+            /// Size of its workspace for a number of sensors and bins.
+            pub const fn workspace(self) -> fn(usize, usize) -> usize {
+                match self {
+                    $(Self::$variant => $module::ENTRY.workspace,)*
+                    $(Self::$modal => $($modal_module)::+::ENTRY.workspace),*
+                }
+            }
+
             /// Number of the method in stored results; never changes.
             pub const fn number(self) -> u8 {
                 match self { $(Self::$variant => $number,)* $(Self::$modal => $modal_number),* }

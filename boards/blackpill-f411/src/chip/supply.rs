@@ -4,6 +4,7 @@
 use embassy_stm32::pac::flash::Flash;
 use embassy_stm32::pac::pwr::Pwr;
 use embassy_stm32::pac::{FLASH, PWR};
+use massline_cortex_m::gauge;
 use massline_firmware::board::{BrownOut, Supply};
 
 /// The detector's level of 2.9 V: above that at which the chip resets itself, so that the rig still notices. Words of 32 bits
@@ -19,6 +20,7 @@ const KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
 pub const SUPPLY: Supply = Supply {
     is_low: || is_low(PWR),
     brown_out: Some(BrownOut { read: || resets_below(FLASH), raise: || raise(FLASH) }),
+    battery: Some(gauge::battery),
 };
 
 /// Switches the detector on. To be called after the clocks, which switch its registers on.

@@ -2,6 +2,7 @@
 //! RM0440, 6.4.2 and 5.4.1.
 
 use embassy_stm32::pac::{FLASH, PWR};
+use massline_cortex_m::gauge;
 use massline_firmware::board::{BrownOut, Supply};
 
 /// The detector's level of 2.9 V: above that at which the chip resets itself, so that the rig still notices.
@@ -17,6 +18,7 @@ const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
 pub const SUPPLY: Supply = Supply {
     is_low: || PWR.sr2().read().pvdo(),
     brown_out: Some(BrownOut { read: resets_below, raise }),
+    battery: Some(gauge::battery),
 };
 
 /// Switches the detector on. To be called after the clocks, which switch its registers on.

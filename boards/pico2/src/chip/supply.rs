@@ -6,6 +6,7 @@ use embassy_rp::adc::{Adc, Blocking, Channel, Config};
 use embassy_rp::gpio::{Level, Output, Pull};
 use embassy_rp::pac;
 use embassy_rp::peripherals::{ADC, PIN_23, PIN_29};
+use massline_cortex_m::gauge;
 use massline_firmware::board::Supply;
 use static_cell::StaticCell;
 
@@ -22,7 +23,7 @@ const fn code_of(volts: f32) -> u16 {
 }
 
 /// The supply of this board.
-pub const SUPPLY: Supply = Supply { is_low, brown_out: None };
+pub const SUPPLY: Supply = Supply { is_low, brown_out: None, battery: Some(gauge::battery) };
 
 /// The parts of the chip and the board that concern the supply.
 pub struct Parts {

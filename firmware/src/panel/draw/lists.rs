@@ -1,25 +1,39 @@
 //! Lists, messages, and the pages about the rig.
 
 use massline_protocol::Clock;
+use massline_protocol::message::Battery;
 use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::layout::{RigLayout, TestProfile};
 
 use super::canvas::{Canvas, Screen, clipped, text, wrapped};
 use super::{LayoutLine, View};
-use crate::info::BoardInfo;
 use crate::panel::menu::{ABOUT_PAGES, Question};
+use crate::panel::number::{Text, fixed};
 use crate::panel::refused::Refused;
 use crate::panel::words;
 use crate::store::RESULTS;
 
 /// The main list.
 pub(super) fn home<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
-    entries(canvas, view, "massline");
+    list(canvas, view, "massline", &charge(view.model.battery));
+}
+
+/// The charge of the battery, or that it is low; empty without a battery.
+fn charge(battery: Option<Battery>) -> Text {
+    match battery {
+        None => Text::new(),
+        Some(battery) if battery.is_low() => text(format_args!("charge!")),
+        Some(battery) => text(format_args!("{} %", battery.percent.min(100))),
+    }
 }
 
 /// The list of the current screen.
 pub(super) fn entries<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, title: &str) {
-    canvas.title(title, "");
+    list(canvas, view, title, "");
+}
+
+fn list<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, title: &str, right: &str) {
+    canvas.title(title, right);
     let entries = view.menu.entries(view.model);
     let labels = entries.iter().map(|entry| entry.label(view.model));
     canvas.list(labels, usize::from(view.menu.cursor()));
@@ -106,7 +120,7 @@ pub(super) fn about<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
             canvas.pair(3, "too late", &text(format_args!("{}", stats.deadlines_missed)));
             canvas.pair(4, "broken frames", &text(format_args!("{}", stats.frames_broken)));
         }
-        2 => hardware(canvas, info),
+        2 => hardware(canvas, view),
         _ if info.last_panic.is_empty() => canvas.line(0, "No panic before this."),
         _ => {
             canvas.line(0, "Last panic:");
@@ -116,12 +130,17 @@ pub(super) fn about<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
 }
 
 /// Clock and supply, and what is wrong with them.
-fn hardware<D: Screen>(canvas: &mut Canvas<'_, D>, info: &BoardInfo) {
+fn hardware<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
+    let info = view.info;
     let hardware = info.hardware();
     canvas.pair(0, "clock", info.clock.name());
     if let Some(millivolts) = hardware.brown_out_mv {
         let (volts, tenths) = (millivolts / 1000, millivolts / 100 % 10);
         canvas.pair(1, "reset below", &text(format_args!("{volts}.{tenths} V")));
+    }
+    if let Some(battery) = view.model.battery {
+        let volts = fixed(f32::from(battery.millivolts) / 1000.0, 2);
+        canvas.pair(2, "battery", &text(format_args!("{volts} V")));
     }
     if hardware.supply_is_low {
         canvas.lines(3, "Supply too low to\nwrite flash.");

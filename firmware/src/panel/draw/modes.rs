@@ -175,8 +175,7 @@ pub(super) fn refusal<D: Screen>(
     refusal: &StoredRefusal,
     layout: Option<&RigLayout>,
 ) {
-    let method =
-        Method::from_number(refusal.method).map_or("unknown", |method| method.entry().title);
+    let method = Method::from_number(refusal.method).map_or("unknown", |method| method.title());
     canvas.line(0, method);
     let reason = Diagnostic::from(refusal.reason);
     canvas.lines(1, reason.code.words());

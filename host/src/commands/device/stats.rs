@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use massline_protocol::message::{Hardware, Identity, STEP_LIMIT_MS, Stats};
+use massline_protocol::message::{Battery, Hardware, Identity, STEP_LIMIT_MS, Stats};
 use massline_protocol::{BootReason, Clock};
 
-use crate::document::{CounterFinding, DeviceStats};
+use crate::document::{BatteryCharge, CounterFinding, DeviceStats};
 
 /// Identity and counters of a rig.
 #[derive(Debug)]
@@ -13,6 +13,7 @@ pub(super) struct Report<'a> {
     pub identity: &'a Identity,
     pub stats: Stats,
     pub hardware: Hardware,
+    pub battery: Option<Battery>,
 }
 
 /// A counter for display.
@@ -37,12 +38,14 @@ const DEEP_BROWN_OUT: &str = "when its supply fails, the chip goes on for too lo
                               `massline device brown-out` mends it";
 const SUPPLY_LOW: &str = "its supply is too low to write flash, so nothing is stored: charge its battery, or try another \
                           cable or USB port";
+const BATTERY_LOW: &str =
+    "its cell is below 3.5 V, so the ripple of the screen begins to reach the readings: charge it";
 const RESTARTED: &str = "it has restarted by itself and data that were not stored are lost: please report it with \
                          the last panic, if one is shown";
 
 impl Report<'_> {
     pub fn json(&self) -> DeviceStats {
-        let Self { identity, stats, hardware } = self;
+        let Self { identity, stats, hardware, battery } = self;
         let findings = self.findings().into_iter();
         DeviceStats {
             firmware: identity.firmware.as_str().to_owned(),
@@ -51,6 +54,8 @@ impl Report<'_> {
             clock: Clock::from(hardware.clock).name(),
             resets_below_mv: hardware.brown_out_mv,
             supply_is_low: hardware.supply_is_low,
+            battery: battery
+                .map(|Battery { millivolts, percent }| BatteryCharge { millivolts, percent }),
             uptime_ms: stats.uptime_ms,
             scans: stats.scans,
             triggers: stats.triggers,
@@ -107,6 +112,10 @@ impl Report<'_> {
             let volts = f64::from(level) / 1000.0;
             let _ = write!(text, "\nthe chip resets itself below {volts:.1} V");
         }
+        if let Some(Battery { millivolts, percent }) = self.battery {
+            let volts = f64::from(millivolts) / 1000.0;
+            let _ = write!(text, "\nbattery: {percent} %, {volts:.2} V");
+        }
         if !identity.last_panic.is_empty() {
             let _ = write!(text, "\nlast panic: {}", identity.last_panic);
         }
@@ -156,6 +165,7 @@ impl Report<'_> {
             (is_internal, ("clock", NO_CRYSTAL)),
             (is_deep, ("resets_below_mv", DEEP_BROWN_OUT)),
             (supply_is_low, ("supply_is_low", SUPPLY_LOW)),
+            (self.battery.is_some_and(|battery| battery.is_low()), ("battery", BATTERY_LOW)),
         ];
         all.into_iter().filter(|(applies, _)| *applies).map(|(_, finding)| finding)
     }
@@ -313,7 +323,8 @@ mod tests {
 
     fn findings(stats: Stats, boot_reason: BootReason) -> Vec<&'static str> {
         let identity = identity(boot_reason);
-        let report = Report { identity: &identity, stats, hardware: Hardware::default() };
+        let report =
+            Report { identity: &identity, stats, hardware: Hardware::default(), battery: None };
         report.findings().into_iter().map(|(counter, _)| counter).collect()
     }
 
@@ -327,7 +338,8 @@ mod tests {
                 supply_is_low,
                 ..Hardware::default()
             };
-            let report = Report { identity: &identity, stats: Stats::default(), hardware };
+            let battery = supply_is_low.then_some(Battery { millivolts: 3400, percent: 3 });
+            let report = Report { identity: &identity, stats: Stats::default(), hardware, battery };
             report.of_hardware().map(|(name, _)| name).collect()
         };
         assert_eq!(findings(Clock::Crystal, Some(2700), false), [""; 0]);
@@ -335,7 +347,7 @@ mod tests {
         assert_eq!(findings(Clock::Internal, Some(2800), false), ["clock"]);
         assert_eq!(
             findings(Clock::Internal, Some(1700), true),
-            ["clock", "resets_below_mv", "supply_is_low"]
+            ["clock", "resets_below_mv", "supply_is_low", "battery"]
         );
     }
 
@@ -379,8 +391,12 @@ mod tests {
     #[test]
     fn a_stack_that_is_not_measured_has_no_numbers() {
         let identity = identity(BootReason::PowerOn);
-        let report =
-            Report { identity: &identity, stats: Stats::default(), hardware: Hardware::default() };
+        let report = Report {
+            identity: &identity,
+            stats: Stats::default(),
+            hardware: Hardware::default(),
+            battery: None,
+        };
         assert_eq!(report.json().stack_free, None);
     }
 
@@ -413,7 +429,12 @@ mod tests {
             read_back_failures: 23,
             stack_size: 24,
         };
-        let report = Report { identity: &identity, stats: counted, hardware: Hardware::default() };
+        let report = Report {
+            identity: &identity,
+            stats: counted,
+            hardware: Hardware::default(),
+            battery: None,
+        };
         let document = serde_json::to_value(report.json()).unwrap();
         let groups = report.groups();
         let lines: Vec<&StatLine> = groups.iter().flat_map(|(_, lines)| lines).collect();
