@@ -39,8 +39,8 @@ pub(super) struct Tones<R> {
 impl<R: Real> Tones<R> {
     /// Measures the tones of readings whose mean is taken out. What is left in `readings` has no use.
     ///
-    /// One pass over the averages for each of 22 frequencies, half a second being looked at: it takes as many
-    /// multiplications as 40 passes over the readings. The number of frequencies grows with the time.
+    /// One pass over the averages for each frequency: 22 of them over half a second, and more over a longer time, in which
+    /// more can be told apart.
     pub fn measure(readings: &mut [R], rate: R) -> Self {
         let bin = rate.to_f64() / readings.len() as f64;
         let averages = Averages::new(readings, rate);
