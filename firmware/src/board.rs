@@ -7,7 +7,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_shared::units::ScanIndex;
 
-pub use crate::info::{BoardInfo, BrownOut, NO_CONVERTER_FAULT, StackUse, Supply};
+pub use crate::info::{BoardInfo, BrownOut, Circuit, NO_CONVERTER_FAULT, StackUse, Supply};
 pub use crate::panel::Panel;
 pub use massline_protocol::{BootReason, Clock, ConverterFault};
 

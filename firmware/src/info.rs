@@ -2,6 +2,7 @@
 
 use massline_protocol::message::Hardware;
 use massline_protocol::{BootReason, Clock, ConverterFault};
+pub use massline_shared::signal::self_test::Circuit;
 
 /// What a board reports about itself.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +21,8 @@ pub struct BoardInfo {
     pub clock: Clock,
     /// Its supply.
     pub supply: Supply,
+    /// What is special about its inputs.
+    pub circuit: Circuit,
     /// What is wrong with its external converter, and the channel in the first wrong frame.
     pub converter_fault: fn() -> (ConverterFault, u8),
     /// Message of the panic that ended the previous run; empty without one.

@@ -3,13 +3,11 @@
 use std::fmt::Write;
 
 use massline_protocol::message::Hardware;
-use massline_protocol::{Clock, ConverterFault};
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
-use massline_shared::signal::self_test::{ChannelAtRest, KnownSensors, SelfTest};
+use massline_shared::diagnosis::{Diagnostic, Subject};
+use massline_shared::signal::self_test::{ChannelAtRest, KnownSensors, SelfTest, left_capacitors};
 use massline_shared::signal::{AdcProperties, Calibration, HAMMER, Scan};
 
-use crate::calibration::capacitor::LEAST_CUTOFF_HZ;
 use crate::document::{ChannelCheck, DeviceCheck, Finding};
 use crate::flash::board::circuit_of;
 use crate::report::{channel_name, message};
@@ -39,7 +37,7 @@ impl Check {
         }
         let known =
             calibration.method.knows_sensors().then_some(KnownSensors(&calibration.calibration));
-        let mut findings = of_hardware(hardware);
+        let mut findings: Vec<_> = hardware.findings().collect();
         findings.extend(test.findings(circuit_of(board), known));
         findings.extend(left_capacitors(&calibration.calibration));
         Self { test: Some(test), findings }
@@ -47,8 +45,7 @@ impl Check {
 
     /// A rig whose converter does not answer.
     pub fn of_stopped(hardware: Hardware) -> Self {
-        let mut findings = of_hardware(hardware);
-        findings.push(of_converter(hardware));
+        let findings = hardware.findings().chain([hardware.stopped()]).collect();
         Self { test: None, findings }
     }
 
@@ -119,38 +116,6 @@ fn channel_json(channel: usize, at_rest: &ChannelAtRest<f64>) -> ChannelCheck {
     }
 }
 
-/// What is wrong with clock and supply.
-fn of_hardware(hardware: Hardware) -> Vec<Diagnostic> {
-    let all = [
-        (Clock::from(hardware.clock) == Clock::Internal, Code::CrystalDead),
-        (hardware.supply_is_low, Code::SupplyTooLow),
-    ];
-    let wrong = all.into_iter().filter(|(applies, _)| *applies);
-    wrong.map(|(_, code)| Diagnostic::whole(code, Severity::Error, 0.0)).collect()
-}
-
-/// Why the converter does not answer.
-fn of_converter(hardware: Hardware) -> Diagnostic {
-    let (code, value) = match ConverterFault::from(hardware.converter) {
-        ConverterFault::None => (Code::SamplerStopped, 0.0),
-        ConverterFault::LineHigh => (Code::ConverterLineHigh, 0.0),
-        ConverterFault::LineLow => (Code::ConverterLineLow, 0.0),
-        ConverterFault::NoCommands => (Code::ConverterWithoutCommands, 0.0),
-        ConverterFault::WrongTag => (Code::ConverterWrongTag, f32::from(hardware.wrong_tag)),
-    };
-    Diagnostic::whole(code, Severity::Error, value)
-}
-
-/// The channels whose cutoff, by a block test, is that of a breakout's own capacitor.
-fn left_capacitors(calibration: &Calibration) -> impl Iterator<Item = Diagnostic> {
-    calibration.channels.iter().enumerate().skip(1).filter_map(|(channel, of)| {
-        let cutoff = of.cutoff.0;
-        let is_low = cutoff > 0.0 && f64::from(cutoff) < LEAST_CUTOFF_HZ;
-        let subject = Subject::channel(channel);
-        is_low.then(|| Diagnostic::about(Code::CapacitorLeft, Severity::Error, subject, cutoff))
-    })
-}
-
 /// Code and subject of a finding, as in `axis_silent: sensor 1 x`.
 pub fn name(found: &Diagnostic) -> String {
     let code = found.code.to_string();
@@ -163,6 +128,8 @@ pub fn name(found: &Diagnostic) -> String {
 
 #[cfg(test)]
 mod tests {
+    use massline_protocol::{Clock, ConverterFault};
+
     use super::*;
 
     #[test]

@@ -8,6 +8,7 @@ use massline::commands::calibrate::demo::sensitivity_errors;
 use massline::layout_file::LayoutFile;
 use massline_firmware::panel::calibration_wizard::{CalibrationWizard, WizardProblem};
 use massline_firmware::panel::menu::DIGITS;
+use massline_firmware::panel::self_test::SelfTestState;
 use massline_firmware::panel::{Button, Cue, PanelModel};
 use massline_firmware::store::Store;
 use massline_shared::calibration::tumble::Position;
@@ -306,4 +307,53 @@ fn at_the_target_a_button_finishes_or_goes_on() {
         assert_eq!(done.averaged, 2 * u16::from(measured));
         rig.stop().unwrap();
     }
+}
+
+/// Goes from home to the self-test and waits for its end.
+fn tests_itself(person: &Person) -> (PanelModel, Framebuffer) {
+    person.sees(|model| model.layouts == 1);
+    person.presses(&[Next, Next, Next, Next, Yes]);
+    person.sees(|model| matches!(model.self_test, SelfTestState::Done { .. }))
+}
+
+#[test]
+fn a_sound_rig_tests_itself_by_buttons_alone() {
+    let source = scans(&steady_hand("default"), &three_bar(), 1);
+    let (rig, person) = power_on(&provisioned(), source);
+    let (model, framebuffer) = tests_itself(&person);
+    assert_eq!(model.self_test, SelfTestState::Done { findings: 0, channels: 10 });
+    pictures::check("run-self-test-sound", &framebuffer, &[]);
+    pictures::check("run-self-test-channels", &person.press(Next), &[]);
+    // Three pages of channels, then the first page again.
+    assert_eq!(person.presses(&[Next, Next, Next]), framebuffer);
+    person.press(Back);
+    assert_eq!(person.0.model().self_test, SelfTestState::Off);
+    rig.stop().unwrap();
+}
+
+#[test]
+fn a_self_test_names_the_hum_in_all_channels_once() {
+    let mut bench = steady_hand("default");
+    bench.mains.amplitude_v = 1e-3;
+    bench.mains.frequency_hz = 60.0;
+    let (rig, person) = power_on(&provisioned(), scans(&bench, &three_bar(), 1));
+    let (model, framebuffer) = tests_itself(&person);
+    assert_eq!(model.self_test, SelfTestState::Done { findings: 1, channels: 10 });
+    pictures::check("run-self-test-hum", &framebuffer, &[]);
+    rig.stop().unwrap();
+}
+
+#[test]
+fn no_self_test_disturbs_a_campaign_and_back_stops_it() {
+    let (rig, person) = power_on(&provisioned(), scans(&steady_hand("default"), &three_bar(), 1));
+    person.sees(|model| model.layouts == 1);
+    person.presses(&[Yes, Yes]);
+    person.sees(|model| model.phase == Phase::Armed);
+    // Back pauses the campaign and leads home.
+    person.press(Back);
+    person.sees(|model| model.phase == Phase::Paused);
+    person.presses(&[Next, Next, Next, Next, Yes]);
+    assert_eq!(person.0.model().self_test, SelfTestState::Off);
+    assert_eq!(person.0.model().phase, Phase::Paused);
+    rig.stop().unwrap();
 }

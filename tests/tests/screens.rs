@@ -4,12 +4,13 @@ mod pictures;
 
 use massline::layout_file::LayoutFile;
 use massline_firmware::board::{
-    BoardInfo, BootReason, BrownOut, Clock, NO_CONVERTER_FAULT, StackUse, Supply,
+    BoardInfo, BootReason, BrownOut, Circuit, Clock, NO_CONVERTER_FAULT, StackUse, Supply,
 };
 use massline_firmware::panel::calibration_wizard::{CalibrationWizard, Proposal, WizardProblem};
 use massline_firmware::panel::draw::{LayoutLine, View, draw};
 use massline_firmware::panel::menu::{ABOUT_PAGES, Menu, Question, Screen};
 use massline_firmware::panel::refused::Refused;
+use massline_firmware::panel::self_test::SelfTestState;
 use massline_firmware::panel::summary::{Detail, Page, Summary};
 use massline_firmware::panel::{Button, FurtherPlace, HitVerdict, PanelModel, PrecisionModel};
 use massline_firmware::store::RESULTS;
@@ -26,6 +27,7 @@ use massline_shared::identify::maximum_likelihood::{BudgetScales, LearnedBudget}
 use massline_shared::identify::{Consistency, Method};
 use massline_shared::layout::{RigLayout, TestProfile};
 use massline_shared::measurement::campaign::Phase;
+use massline_shared::signal::self_test::ChannelAtRest;
 use massline_virtual::framebuffer::Framebuffer;
 
 /// The state of a rig that is drawn on a screen.
@@ -36,6 +38,7 @@ struct Rig {
     results: Vec<ResultEntry>,
     summary: Option<Summary>,
     findings: Vec<Diagnostic>,
+    at_rest: Vec<ChannelAtRest<f32>>,
     info: BoardInfo,
     stats: Stats,
 }
@@ -73,6 +76,7 @@ impl Rig {
             results: (1..=3).rev().map(entry).collect(),
             summary: None,
             findings: Vec::new(),
+            at_rest: Vec::new(),
             info: BoardInfo {
                 name: "blackpill-f411",
                 firmware: "0.1.0",
@@ -82,6 +86,7 @@ impl Rig {
                 last_panic: "",
                 clock: Clock::Crystal,
                 supply: Supply::STEADY,
+                circuit: Circuit::default(),
                 converter_fault: NO_CONVERTER_FAULT,
                 stack: StackUse::default,
             },
@@ -124,6 +129,7 @@ impl Rig {
             results: &self.results,
             summary: self.summary.as_ref(),
             findings: &self.findings,
+            at_rest: &self.at_rest,
             info: &self.info,
             stats: &self.stats,
         };
@@ -465,6 +471,44 @@ fn the_pages_of_findings_look_as_their_pictures() {
     }
 }
 
+#[test]
+fn the_pages_of_a_self_test_look_as_their_pictures() {
+    let at = |self_test| {
+        let mut rig = Rig::at(Phase::Idle);
+        rig.model.self_test = self_test;
+        rig
+    };
+    at(SelfTestState::Running { percent: 40 }).show("self-test-runs", Screen::SelfTest, 0);
+    at(SelfTestState::Disturbed).show("self-test-disturbed", Screen::SelfTest, 0);
+    let channel = |level, noise, hum_50_hz, hum_60_hz| ChannelAtRest {
+        level,
+        noise,
+        hum_50_hz,
+        hum_60_hz,
+        screen: 0.0,
+        slow_range: 0.0,
+        is_stuck: false,
+        is_alike: false,
+    };
+    let mut at_rest = vec![channel(1.512, 456e-6, 12e-6, 8e-6); 10];
+    at_rest[0] = channel(0.107, 140e-6, 30e-6, 0.0);
+    // The widest that there is.
+    at_rest[2] = channel(3.3, 1.2345, 1.65, 99.9e-3);
+    let sound = SelfTestState::Done { findings: 0, channels: 10 };
+    for (page, name) in ["self-test-sound", "self-test-channels"].into_iter().enumerate() {
+        Rig { at_rest: at_rest.clone(), ..at(sound) }.show(name, Screen::SelfTest, page);
+    }
+    let findings = vec![
+        said(Code::SensorSilent, Severity::Error, Subject::Sensor(1), 0.002),
+        said(Code::PickUp50Hz, Severity::Error, Subject::Channel(9), 0.00123),
+    ];
+    let faulty = SelfTestState::Done { findings: 2, channels: 10 };
+    for (page, name) in [(1, "self-test-fault"), (4, "self-test-last-channels")] {
+        let rig = Rig { at_rest: at_rest.clone(), findings: findings.clone(), ..at(faulty) };
+        rig.show(name, Screen::SelfTest, page);
+    }
+}
+
 /// Checks the drawn text of every code, not only its number of characters.
 #[test]
 fn every_code_leaves_the_edges_of_the_screen_dark() {
@@ -485,6 +529,7 @@ fn every_code_leaves_the_edges_of_the_screen_dark() {
             results: &[],
             summary: None,
             findings: &rig.findings,
+            at_rest: &[],
             info: &rig.info,
             stats: &rig.stats,
         };

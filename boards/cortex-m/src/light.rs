@@ -24,7 +24,7 @@ pub fn flashes(info: &BoardInfo) -> u8 {
 
 #[cfg(test)]
 mod tests {
-    use massline_firmware::board::{NO_CONVERTER_FAULT, StackUse, Supply};
+    use massline_firmware::board::{Circuit, NO_CONVERTER_FAULT, StackUse, Supply};
 
     use super::*;
 
@@ -37,6 +37,7 @@ mod tests {
             git_dirty: false,
             boot_reason: BootReason::PowerOn,
             clock: Clock::Crystal,
+            circuit: Circuit::default(),
             supply: Supply::STEADY,
             converter_fault: NO_CONVERTER_FAULT,
             last_panic: "",

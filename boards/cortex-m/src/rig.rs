@@ -6,7 +6,7 @@ use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_firmware::Memory;
 use massline_firmware::board::{
-    Board, BoardInfo, Clock, Link, NO_CONVERTER_FAULT, Sampler, Supply,
+    Board, BoardInfo, Circuit, Clock, Link, NO_CONVERTER_FAULT, Sampler, Supply,
 };
 use static_cell::ConstStaticCell;
 
@@ -46,6 +46,7 @@ pub fn info(name: &'static str, flags: ResetFlags, clock: Clock, supply: Supply)
         boot_reason,
         clock,
         supply,
+        circuit: Circuit::default(),
         converter_fault: NO_CONVERTER_FAULT,
         last_panic,
         stack: stack::measure,

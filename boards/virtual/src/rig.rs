@@ -10,7 +10,8 @@ use std::time::Duration;
 
 use massline_firmware::Memory;
 use massline_firmware::board::{
-    Board, BoardInfo, BootReason, Clock, ConverterFault, NO_CONVERTER_FAULT, StackUse, Supply,
+    Board, BoardInfo, BootReason, Circuit, Clock, ConverterFault, NO_CONVERTER_FAULT, StackUse,
+    Supply,
 };
 use massline_firmware::panel::{Button, PanelModel};
 
@@ -243,6 +244,7 @@ fn board_info(options: &VirtualRigOptions) -> BoardInfo {
         last_panic: options.last_panic,
         clock: options.clock,
         supply: options.supply,
+        circuit: Circuit::default(),
         converter_fault: options.converter_fault,
         stack: StackUse::default,
     }

@@ -12,17 +12,22 @@
 //!       ├─ Layouts
 //!       ├─ Calibration ─┬─ Tumble ── proposal: keep?
 //!       │               └─ BlockMass ── Measure ── proposal: keep?
+//!       ├─ Self-test
 //!       ├─ Storage
 //!       └─ About
 //! ```
 
-use heapless::Vec;
+mod entry;
+
 use massline_shared::layout::TestProfile;
 use massline_shared::measurement::campaign::{Command, Phase};
 
 use super::calibration_wizard::CalibrationWizard;
 use super::refused::Refused;
+use super::self_test::SelfTestState;
 use super::{Button, PanelModel};
+
+pub use entry::{Entries, Entry};
 
 /// What is on the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,6 +54,8 @@ pub enum Screen {
     BlockMass,
     /// A calibration in progress: positions, problems, the proposal.
     CalibrationWizard,
+    /// The self-test.
+    SelfTest,
     /// How full the flash is, and its wear.
     Storage,
     /// Identity of the rig.
@@ -68,83 +75,6 @@ pub enum Question {
     Redo,
     /// The open result.
     Delete,
-}
-
-/// One line of a list.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Entry {
-    /// Opens the campaign's screen.
-    Measure,
-    /// Opens the list of results.
-    Results,
-    /// Opens the list of layouts.
-    Layouts,
-    /// Opens the list of calibrations.
-    Calibration,
-    /// Opens the screen about the flash.
-    Storage,
-    /// Opens the pages about the rig.
-    About,
-    /// Resume a paused campaign.
-    Resume,
-    /// Take back the last accepted hit.
-    Undo,
-    /// Measure the current DOF again.
-    Redo,
-    /// Skip the current DOF.
-    Skip,
-    /// Finish the current DOF with the hits that it has.
-    Finish,
-    /// Show how precise the answer would be so far.
-    Precision,
-    /// Show the campaign's diagnostics.
-    Findings,
-    /// End the campaign without a result.
-    End,
-    /// Accept the hit that waits for confirmation.
-    Accept,
-    /// Reject the hit that waits for confirmation.
-    Reject,
-    /// Calibrate the sensors by gravity.
-    Tumble,
-    /// Calibrate by a block of known mass.
-    Block,
-    /// Measure mass lines.
-    MassLines,
-    /// Measure the suspension modes.
-    Modes,
-}
-
-impl Entry {
-    /// Its text in the list.
-    pub fn label(self, model: &PanelModel) -> &'static str {
-        match self {
-            Self::Measure if model.phase == Phase::Paused => "Measure (paused)",
-            Self::Measure if runs(model) => "Measure (running)",
-            Self::Measure => "Measure",
-            Self::Results => "Results",
-            Self::Layouts => "Layouts",
-            Self::Calibration => "Calibrate",
-            Self::Storage => "Storage",
-            Self::About => "About",
-            Self::Resume if model.interrupted => "Try again",
-            Self::Resume if is_complete(model) => "Compute again",
-            Self::Resume => "Go on",
-            Self::Undo => "Undo last hit",
-            Self::Redo => "This place again",
-            Self::Skip => "Skip this place",
-            Self::Finish => "Enough hits here",
-            Self::Precision => "How precise so far",
-            Self::Findings => "What is wrong",
-            Self::End => "End, no result",
-            Self::Accept => "Keep this hit",
-            Self::Reject => "Reject this hit",
-            Self::Tumble => "Sensors by gravity",
-            Self::Block => "Block of known mass",
-            Self::MassLines => "Mass lines, short",
-            Self::Modes => "Modes, 40 s records",
-        }
-    }
 }
 
 /// An action that the rig is to perform.
@@ -169,6 +99,10 @@ pub enum Action {
     OpenLast,
     /// Delete the open result permanently.
     DeleteResult,
+    /// Begin a self-test.
+    StartSelfTest,
+    /// Stop it.
+    StopSelfTest,
     /// Begin a tumble test.
     StartTumble,
     /// Read the sensors in the current position.
@@ -180,9 +114,6 @@ pub enum Action {
     /// Discard readings and proposals.
     CancelCalibration,
 }
-
-/// Lines of a list.
-pub type Entries = Vec<Entry, 8>;
 
 /// Digits of the mass of a block: up to 99 999.9 g.
 pub const DIGITS: u8 = 6;
@@ -237,6 +168,7 @@ impl Menu {
                 Entry::Results,
                 Entry::Layouts,
                 Entry::Calibration,
+                Entry::SelfTest,
                 Entry::Storage,
                 Entry::About,
             ],
@@ -279,6 +211,7 @@ impl Menu {
             Screen::Results => model.results,
             Screen::Result => model.pages,
             Screen::BlockMass => DIGITS,
+            Screen::SelfTest => model.self_test.pages(),
             Screen::About => ABOUT_PAGES,
             _ => self.entries(model).len() as u8,
         }
@@ -312,6 +245,7 @@ impl Menu {
             Screen::CalibrationWizard if model.calibration_wizard == CalibrationWizard::Off => {
                 self.go(Screen::Calibration)
             }
+            Screen::SelfTest if model.self_test == SelfTestState::Off => self.go(Screen::Home),
             _ => {}
         }
         self.cursor = self.cursor.min(self.length(model).saturating_sub(1));
@@ -347,7 +281,10 @@ impl Menu {
         }
         match self.screen {
             Screen::Measure => self.ok_measuring(model),
-            Screen::Findings | Screen::Result | Screen::About => self.next(model),
+            Screen::SelfTest if model.self_test == SelfTestState::Disturbed => self.back(model),
+            Screen::Findings | Screen::Result | Screen::SelfTest | Screen::About => {
+                self.next(model)
+            }
             Screen::Layouts if model.layouts > 0 && model.idle => {
                 Some(Action::UseLayout(self.cursor))
             }
@@ -362,6 +299,9 @@ impl Menu {
 
     fn enter(&mut self, entry: Entry, model: &PanelModel) -> Option<Action> {
         use Command as C;
+        if self.screen == Screen::Home {
+            self.home = self.cursor;
+        }
         let screen = match entry {
             Entry::Measure => Screen::Measure,
             Entry::Results => Screen::Results,
@@ -374,6 +314,8 @@ impl Menu {
             Entry::Redo => Screen::Sure(Question::Redo),
             Entry::End => Screen::Sure(Question::End),
             Entry::Block => Screen::BlockMass,
+            Entry::SelfTest if model.idle => return Some(Action::StartSelfTest),
+            Entry::SelfTest => Screen::Refused(Refused::WrongPhase),
             Entry::Tumble if model.idle => return Some(Action::StartTumble),
             Entry::Tumble => Screen::Refused(Refused::WrongPhase),
             Entry::Resume => return Some(Action::Command(C::Resume)),
@@ -385,9 +327,6 @@ impl Menu {
             Entry::MassLines => return Some(Action::UseProfile(TestProfile::MassLine)),
             Entry::Modes => return Some(Action::UseProfile(TestProfile::Suspension)),
         };
-        if self.screen == Screen::Home {
-            self.home = self.cursor;
-        }
         self.go(screen);
         None
     }
@@ -496,6 +435,7 @@ impl Menu {
             Screen::Sure(Question::Delete) => (Screen::Result, None),
             Screen::BlockMass => (Screen::Calibration, None),
             Screen::CalibrationWizard => (Screen::Calibration, Some(Action::CancelCalibration)),
+            Screen::SelfTest => (Screen::Home, Some(Action::StopSelfTest)),
             _ => (Screen::Home, None),
         };
         self.go(screen);
@@ -514,10 +454,6 @@ pub const ABOUT_PAGES: u8 = 4;
 /// True when no hit is wanted any more.
 fn is_complete(model: &PanelModel) -> bool {
     model.hits > 0 && model.hits_done >= model.hits
-}
-
-fn runs(model: &PanelModel) -> bool {
-    !matches!(model.phase, Phase::Idle | Phase::Done)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 //! | [`mod@draw`] | the screens as pixels, on any `DrawTarget` |
 //! | [`words`] | a short text for everything that the rig can report |
 //! | [`number`] | numbers as text, without the float formatter of `core`, which takes 20 KB |
+//! | [`self_test`] | the self-test by buttons |
 //! | [`summary`] | the part of a stored result that is shown |
 //!
 //! ```text
@@ -21,6 +22,7 @@ mod modal;
 pub mod number;
 mod pace;
 pub mod refused;
+pub mod self_test;
 pub mod summary;
 pub(crate) mod task;
 pub mod words;
@@ -39,6 +41,7 @@ use massline_shared::measurement::{CampaignPrecision, GradedHit};
 use massline_shared::signal::CHANNELS;
 
 use self::calibration_wizard::CalibrationWizard;
+use self::self_test::SelfTestState;
 use crate::rig::Rig;
 
 /// Everything that can be shown and that decides what a button does.
@@ -100,6 +103,8 @@ pub struct PanelModel {
     pub pages: u8,
     /// State of the calibration.
     pub calibration_wizard: CalibrationWizard,
+    /// State of the self-test.
+    pub self_test: SelfTestState,
 }
 
 impl PanelModel {
@@ -133,6 +138,7 @@ impl PanelModel {
         results: 0,
         pages: 0,
         calibration_wizard: CalibrationWizard::Off,
+        self_test: SelfTestState::Off,
     };
 }
 

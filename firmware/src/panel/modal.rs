@@ -6,6 +6,7 @@ use massline_shared::diagnosis::Diagnostics;
 
 use super::calibration_wizard::{CalibrationWizard, Proposal, WizardProblem};
 use super::menu::{Question, Screen};
+use super::self_test::{SelfTestRun, SelfTestState};
 use super::summary::Summary;
 
 /// The state. The first variant is all zero bytes, so that the rig's memory lies in `.bss`.
@@ -27,6 +28,8 @@ pub(super) enum ModalState {
     Proposal(CalibrationRecord, Proposal),
     /// The calibration is stored.
     CalibrationStored,
+    /// The self-test; the flag is true when a tumble test has made the sensors known.
+    SelfTest(SelfTestRun, bool),
 }
 
 impl ModalState {
@@ -42,7 +45,9 @@ impl ModalState {
             Self::Retry(_, problem) | Self::Failed(problem) => CalibrationWizard::Wrong(*problem),
             Self::Proposal(_, proposal) => CalibrationWizard::Proposed(*proposal),
             Self::CalibrationStored => CalibrationWizard::Stored,
-            Self::Nothing | Self::Result(_) | Self::Refusal(_) => CalibrationWizard::Off,
+            Self::Nothing | Self::Result(_) | Self::Refusal(_) | Self::SelfTest(..) => {
+                CalibrationWizard::Off
+            }
         }
     }
 
@@ -52,7 +57,16 @@ impl ModalState {
             Self::Nothing => true,
             Self::Result(_) => matches!(screen, Screen::Result | Screen::Sure(Question::Delete)),
             Self::Refusal(_) => screen == Screen::Findings,
+            Self::SelfTest(..) => screen == Screen::SelfTest,
             _ => screen == Screen::CalibrationWizard,
+        }
+    }
+
+    /// State of the self-test.
+    pub fn self_test(&self) -> SelfTestState {
+        match self {
+            Self::SelfTest(run, _) => run.state(),
+            _ => SelfTestState::Off,
         }
     }
 

@@ -25,6 +25,7 @@ use super::menu::{Action, Menu, Screen};
 use super::modal::ModalState;
 use super::pace::TimeEstimator;
 use super::refused::Refused;
+use super::self_test::SelfTestRun;
 use super::summary::{self, PIECE, Page};
 use super::{Button, Cue, Panel, PanelModel, cues};
 use crate::deadline::Deadline;
@@ -78,6 +79,10 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
                     let shortage = store.lock().await.shortage(rig.campaign_size()).await;
                     controller.start(object, shortage)
                 }
+                PendingAction::SelfTest => {
+                    let stored = store.lock().await.calibration().await.unwrap_or_default();
+                    controller.start_self_test(stored.method.knows_sensors())
+                }
                 PendingAction::Open(..) | PendingAction::Delete(_) => {
                     run_pending(pending, &mut controller, piece).await
                 }
@@ -98,6 +103,8 @@ enum PendingAction {
     /// Read a result with what a page of it shows; the flag is true when it was not open before.
     Open(ResultHandle, Page, bool),
     Delete(u32),
+    /// Begin a self-test; the store says whether the sensors are known.
+    SelfTest,
     UseLayout(u32),
     UseProfile(TestProfile),
     SolveBlock,
@@ -122,8 +129,8 @@ async fn run_pending<F: NorFlash>(
             store.delete_result(number).await?;
             *controller.modal = ModalState::Nothing;
         }
-        // Handled by the caller, because it does not change the flash.
-        PendingAction::Start(_) => {}
+        // Handled by the caller, because they do not change the flash.
+        PendingAction::Start(_) | PendingAction::SelfTest => {}
         PendingAction::UseLayout(hash) => {
             store.use_layout(hash).await?;
             let mut room = [0; MAX_LAYOUT];
@@ -164,6 +171,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
     /// Updates the panel after a change; returns the cues to be played.
     fn follow(&mut self) -> Vec<Cue, 3> {
         self.take_reading();
+        self.step_self_test();
         let mut model = self.model();
         self.menu.follow(&model);
         if !self.modal.belongs_to(self.menu.screen()) {
@@ -193,6 +201,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         }
         model.pages = self.modal.summary().map_or(0, summary::Summary::pages);
         model.calibration_wizard = self.modal.calibration_wizard();
+        model.self_test = self.modal.self_test();
         model
     }
 
@@ -206,7 +215,12 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         let measurement = rig.measurement.borrow();
         let findings = match &*self.modal {
             ModalState::Refusal(findings) => findings,
+            ModalState::SelfTest(run, _) => run.findings(),
             _ => measurement.diagnostics(),
+        };
+        let at_rest = match &*self.modal {
+            ModalState::SelfTest(run, _) => run.channels(),
+            _ => &[],
         };
         let view = View {
             menu: &self.menu,
@@ -217,6 +231,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
             results: &results,
             summary: self.modal.summary(),
             findings,
+            at_rest,
             info: &rig.info,
             stats,
         };
@@ -254,6 +269,8 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
                 let mass = decigrams as f32 * 1e-4;
                 return Ok(Some(PendingAction::Start(Object::Block { mass })));
             }
+            Action::StartSelfTest => return self.when_idle(PendingAction::SelfTest),
+            Action::StopSelfTest => self.stop_self_test(),
             Action::StartTumble => {
                 *self.modal = ModalState::Tumble(TumbleTest::new(), false);
                 self.menu.open(Screen::CalibrationWizard);
@@ -352,6 +369,33 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         self.rig.take_reading()?;
         *self.modal = ModalState::Tumble(readings, true);
         Ok(())
+    }
+
+    fn start_self_test(&mut self, knows_sensors: bool) -> Result<(), Refused> {
+        self.rig.take_reading()?;
+        *self.modal = ModalState::SelfTest(SelfTestRun::Reading, knows_sensors);
+        self.menu.open(Screen::SelfTest);
+        Ok(())
+    }
+
+    /// Goes on with the self-test by one channel, and asks for the next turn: link and watchdog get on in between. Deadline:
+    /// [`crate::deadline::DEADLINE`].
+    fn step_self_test(&mut self) {
+        let ModalState::SelfTest(run, knows_sensors) = &mut *self.modal else { return };
+        let _deadline = Deadline::begin(&self.rig.stats);
+        let mut measurement = self.rig.measurement.borrow_mut();
+        if run.step(&mut measurement, &self.rig.info, *knows_sensors) {
+            self.rig.show.signal(());
+        }
+    }
+
+    /// Stops the self-test and the reading that it waits for.
+    fn stop_self_test(&mut self) {
+        if matches!(self.modal, ModalState::SelfTest(SelfTestRun::Reading, _)) {
+            self.rig.measurement.borrow_mut().drop_reading();
+            self.rig.steered();
+        }
+        *self.modal = ModalState::Nothing;
     }
 
     /// Cancels the calibration in progress and the reading that it waits for.

@@ -78,6 +78,16 @@ fn write_channel(text: &mut Text, channel: usize) -> core::fmt::Result {
     write!(text, "sensor {} {axis}", response / 3 + 1)
 }
 
+/// The hammer as `H`, and x of sensor 1 as `1x`.
+pub fn short_channel(channel: usize) -> Text {
+    let mut text = Text::new();
+    let _ = match channel.checked_sub(1) {
+        None => text.write_str("H"),
+        Some(response) => write!(text, "{}{}", response / 3 + 1, AXIS_LETTERS[response % 3]),
+    };
+    text
+}
+
 /// The method with this number, in at most six characters.
 pub fn method(number: u8) -> &'static str {
     match Method::from_number(number) {

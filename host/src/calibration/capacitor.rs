@@ -8,12 +8,10 @@ use std::f64::consts::TAU;
 
 use massline_shared::layout::AXIS_LETTERS;
 use massline_shared::signal::Calibration;
+use massline_shared::signal::self_test::LEAST_CUTOFF_HZ;
 
 use super::cutoffs::{FoundCutoff, RcCutoff};
 use crate::error::Error;
-
-/// A cutoff below this, Hz, does not come from the rig's own filter: the tolerance of the 32 kΩ leaves 432 Hz.
-pub const LEAST_CUTOFF_HZ: f64 = 300.0;
 
 /// An axis whose cutoff is too low.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +38,7 @@ pub fn extra_capacitors(cutoffs: &[RcCutoff]) -> Vec<ExtraCapacitor> {
     let low = |cutoff: &RcCutoff| {
         let FoundCutoff { cutoff_hz, changed, .. } = cutoff.found.ok()?;
         let RcCutoff { sensor, axis, .. } = *cutoff;
-        (cutoff_hz < LEAST_CUTOFF_HZ).then_some(ExtraCapacitor {
+        (cutoff_hz < f64::from(LEAST_CUTOFF_HZ)).then_some(ExtraCapacitor {
             sensor,
             axis,
             cutoff_hz,

@@ -74,12 +74,10 @@ pub fn conversion_order(name: &str) -> Option<Vec<Vec<u8>>> {
 
 /// What is special about the inputs of a board; nothing of a board that this program does not know.
 pub fn circuit_of(name: &str) -> Circuit {
-    let select = facts().find(|facts| facts.name == name).and_then(|facts| {
-        let wiring = facts.wiring?;
-        let select = wiring.flash_select?;
-        wiring.channels.iter().position(|channel| *channel == select)
-    });
-    Circuit { flash_select: select.and_then(|channel| u8::try_from(channel).ok()) }
+    let select = facts()
+        .find(|facts| facts.name == name)
+        .and_then(|facts| facts.wiring?.flash_select_channel());
+    Circuit { flash_select: select }
 }
 
 impl Board {

@@ -23,6 +23,7 @@ mod converter_fault;
 pub mod diagnostic;
 pub mod event;
 pub mod frame;
+mod hardware;
 mod layout;
 pub mod lines;
 pub mod lines_head;

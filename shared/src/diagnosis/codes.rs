@@ -74,6 +74,8 @@ macro_rules! codes {
 
             /// Text on the panel: at most three lines of 21 ASCII characters, separated by `
             /// `.
+            // Not inlined: it is a table of a kilobyte.
+            #[inline(never)]
             pub fn words(self) -> &'static str {
                 match self {
                     $(Self::$variant => $words,)*

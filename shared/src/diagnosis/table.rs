@@ -614,6 +614,11 @@ codes! {
     PickUp60Hz = 151, "pick_up_60_hz", Channel, Volts;
         "60 Hz mains pick-up:\ncheck ground wires,\nor use a battery.";
         "{subject} picks up {value} of 60 Hz from the mains: check the ground wires of its cable, move it away from mains, or run the rig from its battery";
+    /// Mains in all channels at rest. Value: the largest amplitude.
+    MainsInAllChannels = 166, "mains_in_all_channels", Whole, Volts;
+        "Mains hum in all\nchannels: unplug the\ncharger, use battery.";
+        "all channels pick up the mains, up to {value}: unplug charger and wall plugs, and run the rig from its battery or \
+         from a computer that runs from its own; check the ground wires of the sensors";
     /// The refresh of the screen shows in a channel. Value: the amplitude.
     ScreenRipple = 152, "screen_ripple", Channel, Volts;
         "The screen's ripple\nis in this channel:\ncheck its supply.";

@@ -5,11 +5,12 @@ use super::campaign::{
 };
 use super::hits::Task;
 use super::stored_lines::StoredLines;
-use super::{Activity, MeasuredDof, Measurement, NextAction, Recorded, Streamed, note};
+use super::{Activity, MeasuredDof, Measurement, Memory, NextAction, Recorded, Streamed, note};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::DofMassLines;
 use crate::layout::RIG_SENSORS;
 use crate::signal::RealFft;
+use crate::signal::self_test::SelfTest;
 
 /// Data of a finished DOF, by which a campaign is restored.
 #[derive(Clone, Debug, PartialEq)]
@@ -248,6 +249,12 @@ impl<R: RealFft> Measurement<'_, R> {
         if let Activity::Reading = self.activity {
             self.activity = Activity::Idle;
         }
+    }
+
+    /// Measures a channel of the reading for a self-test.
+    pub fn test_channel(&mut self, test: &mut SelfTest<R>, channel: usize) {
+        let Memory { record, scratch, .. } = &mut *self.memory;
+        test.add(record, channel, scratch);
     }
 
     /// Starts or stops the stream of all scans.

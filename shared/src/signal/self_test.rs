@@ -11,7 +11,7 @@
 mod findings;
 mod tones;
 
-pub use findings::{Circuit, KnownSensors};
+pub use findings::{Circuit, KnownSensors, LEAST_CUTOFF_HZ, left_capacitors};
 
 use super::{AdcProperties, CHANNELS, Samples};
 use crate::Real;

@@ -105,12 +105,8 @@ impl Cases<'_> {
     }
 
     /// Adds mains in all channels.
-    fn mains(&mut self, name: &'static str, code: &str, hertz: f64) {
-        let hammer = format!("{code}: the hammer");
-        let sensors = of_all_sensors(code);
-        let named: Vec<&str> =
-            std::iter::once(&hammer).chain(&sensors).map(String::as_str).collect();
-        self.change(name, &named, |rig| {
+    fn mains(&mut self, name: &'static str, hertz: f64) {
+        self.change(name, &["mains_in_all_channels"], |rig| {
             (rig.bench.mains.amplitude_v, rig.bench.mains.frequency_hz) = (1e-3, hertz);
         });
     }
@@ -239,8 +235,8 @@ fn tones(cases: &mut Cases<'_>) {
     let ground = all_of("pick_up_60_hz");
     let names = ground.each_ref().map(String::as_str);
     cases.add("a ground loop of 60 Hz in sensor 1", &names, hum(1..4, 5e-3, 60.1));
-    cases.mains("mains of 49.6 Hz in all channels", "pick_up_50_hz", 49.6);
-    cases.mains("mains of 60.4 Hz in all channels", "pick_up_60_hz", 60.4);
+    cases.mains("mains of 49.6 Hz in all channels", 49.6);
+    cases.mains("mains of 60.4 Hz in all channels", 60.4);
     let ground = all_of("screen_ripple");
     let names = ground.each_ref().map(String::as_str);
     for hertz in [95.3, 104.0, 106.0, 115.2] {

@@ -20,7 +20,9 @@ mod time;
 use cortex_m_rt::entry;
 use embassy_executor::Spawner;
 use massline_firmware::Memory;
-use massline_firmware::board::{Board, BoardInfo, BootReason, Clock, NO_CONVERTER_FAULT, Supply};
+use massline_firmware::board::{
+    Board, BoardInfo, BootReason, Circuit, Clock, NO_CONVERTER_FAULT, Supply,
+};
 use massline_mps2_an386::facts::NAME;
 use massline_mps2_an386::flash::MemoryFlash;
 use massline_mps2_an386::ring::Ring;
@@ -37,6 +39,7 @@ const INFO: BoardInfo = BoardInfo {
     last_panic: "",
     clock: Clock::Unknown,
     supply: Supply::STEADY,
+    circuit: Circuit { flash_select: None },
     converter_fault: NO_CONVERTER_FAULT,
     stack: stack::measure,
 };

@@ -25,12 +25,12 @@ use massline_cortex_m::panel::Wiring;
 use massline_cortex_m::rig::{self, Rig, Watchdog as _};
 use massline_cortex_m::stack;
 use massline_cortex_m::twin::{ActiveLink, TwinLink};
-use massline_firmware::board::Clock;
+use massline_firmware::board::{BoardInfo, Circuit, Clock};
 use static_cell::StaticCell;
 use supply::SUPPLY;
 
 use crate::STORE_IN_BANK_2;
-use crate::facts::NAME;
+use crate::facts::{FLASH_SELECT, NAME};
 
 /// The store's part of the flash.
 pub type Store = Window<flash::Bank2Region<'static, flash::Blocking>, ecc::Ecc>;
@@ -70,7 +70,9 @@ pub fn parts() -> Parts {
     static USED: ActiveLink = ActiveLink::new();
     stack_guard::set();
     let clock = crystal::start(pac::RCC);
+    let circuit = Circuit { flash_select: FLASH_SELECT };
     let info = rig::info(NAME, reset_flags(), clock, SUPPLY);
+    let info = BoardInfo { circuit, ..info };
     let p = embassy_stm32::init(clocks(clock));
     supply::watch();
     let serial = serial::open(serial::Parts {

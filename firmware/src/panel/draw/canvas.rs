@@ -13,7 +13,7 @@ use embedded_graphics::prelude::*;
 use embedded_graphics::primitives::{Line, PointsIter, Rectangle};
 use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
 
-use crate::panel::number;
+use crate::panel::{number, words};
 
 /// Pixels of the screen.
 pub const SIZE: Size = Size::new(128, 64);
@@ -162,6 +162,12 @@ pub(in crate::panel) fn clipped(text: &str, width: usize) -> number::Text {
         let _ = cut.push(drawn);
     }
     cut
+}
+
+/// A text in two: as many characters as fit a line, and the rest.
+pub(in crate::panel) fn wrapped(text: &str) -> (&str, &str) {
+    let end = text.char_indices().nth(words::WIDTH).map_or(text.len(), |(at, _)| at);
+    text.split_at_checked(end).unwrap_or((text, ""))
 }
 
 /// A formatted text, cut to the length of a line.

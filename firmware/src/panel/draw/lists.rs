@@ -4,7 +4,7 @@ use massline_protocol::Clock;
 use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::layout::{RigLayout, TestProfile};
 
-use super::canvas::{Canvas, Screen, clipped, text};
+use super::canvas::{Canvas, Screen, clipped, text, wrapped};
 use super::{LayoutLine, View};
 use crate::info::BoardInfo;
 use crate::panel::menu::{ABOUT_PAGES, Question};
@@ -110,7 +110,7 @@ pub(super) fn about<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
         _ if info.last_panic.is_empty() => canvas.line(0, "No panic before this."),
         _ => {
             canvas.line(0, "Last panic:");
-            wrapped(canvas, 1, info.last_panic);
+            paragraph(canvas, 1, info.last_panic);
         }
     }
 }
@@ -131,11 +131,10 @@ fn hardware<D: Screen>(canvas: &mut Canvas<'_, D>, info: &BoardInfo) {
 }
 
 /// A long text, wrapped over the remaining lines and cut at the end of the screen.
-fn wrapped<D: Screen>(canvas: &mut Canvas<'_, D>, first: usize, text: &str) {
+fn paragraph<D: Screen>(canvas: &mut Canvas<'_, D>, first: usize, text: &str) {
     let mut rest = text;
     for line in first..super::canvas::LINES {
-        let end = rest.char_indices().nth(words::WIDTH).map_or(rest.len(), |(at, _)| at);
-        let (now, later) = rest.split_at_checked(end).unwrap_or((rest, ""));
+        let (now, later) = wrapped(rest);
         canvas.line(line, now);
         rest = later;
     }

@@ -9,11 +9,13 @@ mod modes;
 mod precision;
 mod result;
 mod safe_mode;
+mod self_test;
 mod sketch;
 
 use massline_protocol::message::{ResultEntry, Stats};
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::{RigLayout, TestProfile};
+use massline_shared::signal::self_test::ChannelAtRest;
 
 use self::canvas::{Canvas, Screen as Pixels};
 pub use self::safe_mode::{StoreState, safe_mode};
@@ -39,8 +41,10 @@ pub struct View<'a> {
     pub results: &'a [ResultEntry],
     /// The open result.
     pub summary: Option<&'a Summary>,
-    /// The diagnostics of the campaign or of a refused layout.
+    /// The diagnostics of the campaign, of a refused layout or of the self-test.
     pub findings: &'a [Diagnostic],
+    /// What the channels read in the self-test.
+    pub at_rest: &'a [ChannelAtRest<f32>],
     /// What the board reports about itself.
     pub info: &'a BoardInfo,
     /// Counters of the rig.
@@ -77,6 +81,7 @@ pub fn draw<D: Pixels>(view: &View<'_>, target: &mut D) {
         Screen::BlockMass => calibration::block_mass(canvas, view),
         Screen::CalibrationWizard => calibration::calibration_wizard(canvas, view),
         Screen::Storage => lists::storage(canvas, view),
+        Screen::SelfTest => self_test::page(canvas, view),
         Screen::About => lists::about(canvas, view),
         Screen::Sure(question) => lists::sure(canvas, view, question),
         Screen::Refused(reason) => lists::refused(canvas, reason),

@@ -1,6 +1,6 @@
 //! The screen of a rig in safe mode.
 
-use super::canvas::{Canvas, Screen, clipped};
+use super::canvas::{Canvas, Screen, clipped, wrapped};
 use crate::panel::words::WIDTH;
 
 /// What has become of the store.
@@ -39,9 +39,4 @@ pub fn safe_mode(screen: &mut impl Screen, state: StoreState, failure: &str) {
         StoreState::Failed => (1, "The flash could not\nbe erased.\nOK: try again"),
     };
     canvas.lines(first, text);
-}
-
-/// A text cut after as many characters as fit a line.
-fn wrapped(text: &str) -> (&str, &str) {
-    text.split_at(text.char_indices().nth(WIDTH).map_or(text.len(), |(at, _)| at))
 }

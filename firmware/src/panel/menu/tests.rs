@@ -43,17 +43,28 @@ fn calibration_wizards() -> impl Strategy<Value = CalibrationWizard> {
     ]
 }
 
+fn self_tests() -> impl Strategy<Value = SelfTestState> {
+    prop_oneof![
+        Just(SelfTestState::Off),
+        (0..101_u8).prop_map(|percent| SelfTestState::Running { percent }),
+        (0..17_u8, 0..11_u8)
+            .prop_map(|(findings, channels)| SelfTestState::Done { findings, channels }),
+        Just(SelfTestState::Disturbed),
+    ]
+}
+
 prop_compose! {
     fn models()(
         phase in prop::sample::select(PHASES.to_vec()),
         (accepted, averaged, hits_done) in (0..6_u8, 0..16_u16, 0..16_u16),
         (findings, layouts, results, pages) in (0..17_u8, 0..5_u8, 0..9_u8, 0..22_u8),
         (interrupted, block, streaming) in any::<(bool, bool, bool)>(),
-        calibration_wizard in calibration_wizards(),
+        (calibration_wizard, self_test) in (calibration_wizards(), self_tests()),
     ) -> PanelModel {
         let of_phase = model(phase);
         PanelModel {
             accepted, averaged, hits_done, findings, layouts, results, pages, interrupted, block, calibration_wizard,
+            self_test,
             // The rig is not idle while it streams or takes a reading either.
             idle: of_phase.idle && !streaming,
             ..of_phase
@@ -87,7 +98,8 @@ fn suits(action: Action, model: &PanelModel) -> bool {
         Action::OpenLast => phase == Phase::Done,
         Action::SolveBlock => phase == Phase::Done && model.block,
         Action::DeleteResult => model.pages > 0,
-        Action::StartTumble => model.idle,
+        Action::StartTumble | Action::StartSelfTest => model.idle,
+        Action::StopSelfTest => model.self_test != SelfTestState::Off,
         Action::ReadPosition => matches!(
             model.calibration_wizard,
             CalibrationWizard::Wanted(_) | CalibrationWizard::Wrong(_)
@@ -131,8 +143,9 @@ proptest! {
         menu.follow(&last);
         for _ in 0..DEEPEST {
             menu.press(Button::Back, &last);
-            // The rig carries out what Back requests: it discards the calibration in progress.
-            menu.follow(&PanelModel { calibration_wizard: CalibrationWizard::Off, ..last });
+            // The rig carries out what Back requests: it discards the calibration in progress, and the self-test.
+            let (calibration_wizard, self_test) = (CalibrationWizard::Off, SelfTestState::Off);
+            menu.follow(&PanelModel { calibration_wizard, self_test, ..last });
         }
         prop_assert_eq!(menu.screen(), Screen::Home);
     }
@@ -193,6 +206,7 @@ fn every_screen_is_reached_by_buttons_alone() {
         "Calibration",
         "BlockMass",
         "CalibrationWizard",
+        "SelfTest",
         "Storage",
         "About",
         "Sure(End)",
@@ -262,6 +276,17 @@ fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Me
                 calibration_wizard(CalibrationWizard::Wanted(1)),
                 calibration_wizard(CalibrationWizard::Proposed(PROPOSAL))
             ]
+        }
+        Action::StartSelfTest => {
+            let state = |self_test| (at(Screen::SelfTest), PanelModel { self_test, ..*model });
+            std::vec![
+                state(SelfTestState::Running { percent: 50 }),
+                state(SelfTestState::Disturbed),
+                state(SelfTestState::Done { findings: 2, channels: 10 }),
+            ]
+        }
+        Action::StopSelfTest => {
+            std::vec![(menu, PanelModel { self_test: SelfTestState::Off, ..*model })]
         }
         Action::SolveBlock => {
             let calibration_wizard = CalibrationWizard::Proposed(PROPOSAL);

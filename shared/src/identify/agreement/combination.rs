@@ -289,7 +289,8 @@ impl<R: Real> Joint<R> {
     /// Weights `C⁻¹ 1/(1ᵀ C⁻¹ 1)`.
     fn weights(&self) -> Option<[R; MOST_METHODS]> {
         let whitened = self.whitened(|_| R::one())?;
-        let solved = self.factor.tr_solve_lower_triangular(&whitened)?;
+        // The solver of the transposed form formats shapes when they differ, which takes a kilobyte on a rig.
+        let solved = self.factor.transpose().solve_upper_triangular(&whitened)?;
         let mut weights = [R::zero(); MOST_METHODS];
         let mut sum = R::zero();
         for i in 0..self.count {

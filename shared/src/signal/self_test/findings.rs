@@ -6,32 +6,38 @@ use crate::signal::{Calibration, HAMMER};
 use crate::{Real, STANDARD_GRAVITY};
 
 /// Levels of an ADXL326 at rest, V at a supply of 3 V: its zero by the data sheet, and 1 g.
-const AT_REST: [f64; 2] = [1.14, 1.86];
+const AT_REST: [f32; 2] = [1.14, 1.86];
 /// Below this nothing drives an input, V; an ADXL326 goes down to 0.1 V.
-const SILENT: f64 = 0.06;
+const SILENT: f32 = 0.06;
 /// Above this an input is at the supply, V; an ADXL326 goes up to 2.8 V at 16 g.
-const AT_SUPPLY: f64 = 2.85;
+const AT_SUPPLY: f32 = 2.85;
 /// Below this is no acceleration within the range, V.
-const NO_ACCELERATION: f64 = 0.5;
+const NO_ACCELERATION: f32 = 0.5;
 /// Noise that is too much, V: five times that of an ADXL326.
-const NOISY: f64 = 0.0024;
+const NOISY: f32 = 0.0024;
 /// Tones that are named, V: 5 mg.
-const TONE: f64 = 285e-6;
+const TONE: f32 = 285e-6;
 /// Slow motion that is named, V: 20 mg.
-const MOTION: f64 = 0.00114;
+const MOTION: f32 = 0.00114;
 /// Level of the hammer's input with nothing plugged in, V: 82 kΩ to ground and 1 MΩ to a supply of 3.0 to 3.4 V, which makes
 /// 0.227 to 0.258 V, and 2 % of each resistor.
-const HAMMER_OPEN: [f64; 2] = [0.218, 0.268];
+const HAMMER_OPEN: [f32; 2] = [0.218, 0.268];
 /// Below this the hammer's input is shorted, V; a conditioner at 0 V gives 0.11 V.
-const HAMMER_SHORTED: f64 = 0.03;
+const HAMMER_SHORTED: f32 = 0.03;
 /// Level of PA4 to which the pull-up of a flash chip brings it, V.
-const FLASH_SELECT: [f64; 2] = [2.3, 2.85];
+const FLASH_SELECT: [f32; 2] = [2.3, 2.85];
 /// Level of x when the cable is the wrong way round and feeds the sensor through it, V: the supply less a diode.
-const FED: [f64; 2] = [2.0, 2.85];
+const FED: [f32; 2] = [2.0, 2.85];
 /// How far above half of that the mean of y and z may be then, V: their zeros.
-const FED_ZERO: f64 = 0.1;
+const FED_ZERO: f32 = 0.1;
 /// How far from 1 g a calibrated sensor may read.
-const GRAVITY_ERROR: f64 = 0.08;
+const GRAVITY_ERROR: f32 = 0.08;
+/// Sensitivity of an ADXL326, V/g.
+const VOLT_PER_G: f32 = Calibration::ADXL326_VOLT_PER_G as f32;
+/// 1 g, m/s².
+const GRAVITY: f32 = STANDARD_GRAVITY as f32;
+/// A cutoff below this, Hz, does not come from the rig's own filter: the tolerance of the 32 kΩ leaves 432 Hz.
+pub const LEAST_CUTOFF_HZ: f32 = 300.0;
 
 /// What is special about the inputs of a board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,12 +59,13 @@ impl<R: Real> SelfTest<R> {
         for sensor in 0..self.count().saturating_sub(1) / 3 {
             self.sensor(sensor, circuit, known, &mut found);
         }
+        found.join_mains(self.count());
         found.0
     }
 
     fn hammer(&self, found: &mut Found) {
         let Some(hammer) = self.channels().get(HAMMER) else { return };
-        let level = hammer.level.to_f64();
+        let level = hammer.level.to_f32();
         let code = match level {
             _ if level < HAMMER_SHORTED => Code::HammerAtGround,
             _ if level > AT_SUPPLY => Code::HammerAtSupply,
@@ -77,10 +84,10 @@ impl<R: Real> SelfTest<R> {
     ) {
         let first = 1 + 3 * sensor;
         let Some(axes) = self.channels().get(first..first + 3) else { return };
-        let levels = [0, 1, 2].map(|axis| axes[axis].level.to_f64());
+        let levels = [0, 1, 2].map(|axis| axes[axis].level.to_f32());
         let [least, most] = [
-            levels.iter().fold(f64::MAX, |a, b| a.min(*b)),
-            levels.iter().fold(0.0, |a: f64, b| a.max(*b)),
+            levels.iter().fold(f32::MAX, |a, b| a.min(*b)),
+            levels.iter().fold(0.0, |a: f32, b| a.max(*b)),
         ];
         let whole = match () {
             () if most < SILENT => Some((Code::SensorSilent, most)),
@@ -98,8 +105,8 @@ impl<R: Real> SelfTest<R> {
             all_rest &= axis_is_at_rest(channel, at_rest, circuit, found);
         }
         if axes.iter().any(ChannelAtRest::moves) && !axes.iter().any(ChannelAtRest::hums) {
-            let moved = axes.iter().map(|axis| axis.slow_range.to_f64()).fold(0.0, f64::max);
-            let acceleration = moved / Calibration::ADXL326_VOLT_PER_G * STANDARD_GRAVITY;
+            let moved = axes.iter().map(|axis| axis.slow_range.to_f32()).fold(0.0, f32::max);
+            let acceleration = moved / VOLT_PER_G * GRAVITY;
             found.add(Code::NotAtRest, Subject::sensor(sensor), acceleration);
         } else if let Some(KnownSensors(calibration)) = known
             && all_rest
@@ -109,9 +116,19 @@ impl<R: Real> SelfTest<R> {
     }
 }
 
+/// The channels whose cutoff, by a block test, is that of a breakout's own capacitor.
+pub fn left_capacitors(calibration: &Calibration) -> impl Iterator<Item = Diagnostic> {
+    calibration.channels.iter().enumerate().skip(1).filter_map(|(channel, of)| {
+        let cutoff = of.cutoff.0;
+        let is_low = cutoff > 0.0 && cutoff < LEAST_CUTOFF_HZ;
+        let subject = Subject::channel(channel);
+        is_low.then(|| Diagnostic::about(Code::CapacitorLeft, Severity::Error, subject, cutoff))
+    })
+}
+
 /// True when x is at a supply of which y and z have half: contact 5 of a cable that is the wrong way round feeds the output of
 /// x.
-fn is_fed_through_x([x, y, z]: [f64; 3]) -> bool {
+fn is_fed_through_x([x, y, z]: [f32; 3]) -> bool {
     (FED[0]..FED[1]).contains(&x)
         && (y + z) / 2.0 < x / 2.0 + FED_ZERO
         && y.min(z) > NO_ACCELERATION
@@ -124,7 +141,7 @@ fn axis_is_at_rest<R: Real>(
     circuit: Circuit,
     found: &mut Found,
 ) -> bool {
-    let level = at_rest.level.to_f64();
+    let level = at_rest.level.to_f32();
     let code = match level {
         _ if (AT_REST[0]..=AT_REST[1]).contains(&level) => {
             tones_and_noise(channel, at_rest, found);
@@ -147,8 +164,8 @@ fn axis_is_at_rest<R: Real>(
 /// Names the worst of a channel's tones and noise.
 fn tones_and_noise<R: Real>(channel: usize, at_rest: &ChannelAtRest<R>, found: &mut Found) {
     let [mains_50, mains_60, screen] =
-        [at_rest.hum_50_hz, at_rest.hum_60_hz, at_rest.screen].map(|tone| tone.to_f64());
-    let noise = at_rest.noise.to_f64();
+        [at_rest.hum_50_hz, at_rest.hum_60_hz, at_rest.screen].map(|tone| tone.to_f32());
+    let noise = at_rest.noise.to_f32();
     let (code, value) = match () {
         () if at_rest.is_stuck && channel != HAMMER => (Code::ChannelStuck, 0.0),
         () if at_rest.hums() => match at_rest.largest_tone() {
@@ -165,15 +182,13 @@ fn tones_and_noise<R: Real>(channel: usize, at_rest: &ChannelAtRest<R>, found: &
 }
 
 /// Names a calibrated sensor that does not read 1 g.
-fn one_gravity(sensor: usize, levels: [f64; 3], calibration: &Calibration, found: &mut Found) {
+fn one_gravity(sensor: usize, levels: [f32; 3], calibration: &Calibration, found: &mut Found) {
     let squares =
         levels.iter().zip(&calibration.channels[1 + 3 * sensor..]).map(|(level, channel)| {
-            let g = (level - f64::from(channel.zero.0))
-                / f64::from(channel.sensitivity)
-                / STANDARD_GRAVITY;
+            let g = (level - channel.zero.0) / channel.sensitivity / GRAVITY;
             g * g
         });
-    let read = libm::sqrt(squares.sum());
+    let read = libm::sqrtf(squares.sum());
     if (read - 1.0).abs() > GRAVITY_ERROR {
         found.add(Code::NotOneGravity, Subject::sensor(sensor), read);
     }
@@ -182,17 +197,17 @@ fn one_gravity(sensor: usize, levels: [f64; 3], calibration: &Calibration, found
 impl<R: Real> ChannelAtRest<R> {
     /// True when a tone stands out of the noise. A tone of noise alone is a 26th of it, rms.
     fn hums(&self) -> bool {
-        self.largest_tone() > TONE && self.largest_tone() > self.noise.to_f64() / 4.0
+        self.largest_tone() > TONE && self.largest_tone() > self.noise.to_f32() / 4.0
     }
 
     /// True when the channel shows a slow motion. Of white noise the means of blocks have a third of its standard deviation
     /// as their range, of a swing of a few hertz nearly three times.
     fn moves(&self) -> bool {
-        self.slow_range.to_f64() > MOTION && self.slow_range > self.noise
+        self.slow_range.to_f32() > MOTION && self.slow_range > self.noise
     }
 
-    fn largest_tone(&self) -> f64 {
-        self.hum_50_hz.max(self.hum_60_hz).max(self.screen).to_f64()
+    fn largest_tone(&self) -> f32 {
+        self.hum_50_hz.max(self.hum_60_hz).max(self.screen).to_f32()
     }
 }
 
@@ -200,8 +215,21 @@ impl<R: Real> ChannelAtRest<R> {
 struct Found(Diagnostics);
 
 impl Found {
-    fn add(&mut self, code: Code, subject: Subject, value: f64) {
+    fn add(&mut self, code: Code, subject: Subject, value: f32) {
         // A list that is full names enough.
-        let _ = self.0.push(Diagnostic::about(code, Severity::Error, subject, value as f32));
+        let _ = self.0.push(Diagnostic::about(code, Severity::Error, subject, value));
+    }
+
+    /// Joins the mains of all channels, which has one cause, to one finding.
+    fn join_mains(&mut self, channels: usize) {
+        for code in [Code::PickUp50Hz, Code::PickUp60Hz] {
+            let of_code = self.0.iter().filter(|found| found.code == code);
+            if of_code.clone().count() < channels.max(2) {
+                continue;
+            }
+            let largest = of_code.map(|found| found.value).fold(0.0, f32::max);
+            self.0.retain(|found| found.code != code);
+            self.add(Code::MainsInAllChannels, Subject::Whole, largest);
+        }
     }
 }

@@ -22,6 +22,8 @@ const SCREEN: [f64; 2] = [94.5, 115.5];
 const DISTANCE: f64 = 1.5;
 /// Steps of the search, bins.
 const STEP: f64 = 0.5;
+/// Most steps between 94.5 and 100 Hz and between 100 and 115.5 Hz; a record of 6 s has that many.
+const MOST_STEPS: f64 = 200.0;
 /// How far a tone shows at other frequencies, bins: half of the window's main lobe.
 const LOBE: f64 = 2.0;
 /// The readings are averaged in groups to this rate, Hz: enough for the tones, and fewer to go through.
@@ -42,18 +44,18 @@ impl<R: Real> Tones<R> {
     /// One pass over the averages for each frequency: 22 of them over half a second, and more over a longer time, in which
     /// more can be told apart.
     pub fn measure(readings: &mut [R], rate: R) -> Self {
-        let bin = rate.to_f64() / readings.len() as f64;
+        let bin = rate / R::of(readings.len() as f64);
         let averages = Averages::new(readings, rate);
-        let mut mains = MAINS.map(|both| both.map(|hertz| averages.amplitude(hertz)));
-        let (mut screen, mut screen_hertz) = (R::zero(), 0.0);
-        for hertz in search(bin) {
+        let mut mains = MAINS.map(|both| both.map(|hertz| averages.amplitude(R::of(hertz))));
+        let (mut screen, mut screen_hertz) = (R::zero(), R::zero());
+        for_each_screen(bin, |hertz| {
             let amplitude = averages.amplitude(hertz);
             if amplitude > screen {
                 (screen, screen_hertz) = (amplitude, hertz);
             }
-        }
+        });
         for (amplitudes, [_, twice]) in mains.iter_mut().zip(MAINS) {
-            if (screen_hertz - twice).abs() >= LOBE * bin {
+            if (screen_hertz - R::of(twice)).abs() >= bin * R::of(LOBE) {
                 continue;
             }
             // One tone, seen at both.
@@ -73,15 +75,23 @@ impl<R: Real> Tones<R> {
     }
 }
 
-/// The frequencies at which the screen is looked for, Hz: none in a record that is too short to tell it from the mains.
-fn search(bin: f64) -> impl Iterator<Item = f64> {
-    let [[_, low], [_, high]] = MAINS;
-    let distance = DISTANCE * bin;
-    let parts = [[SCREEN[0], low - distance], [low + distance, SCREEN[1].min(high - distance)]];
-    parts.into_iter().filter(|[from, to]| from <= to).flat_map(move |[from, to]| {
-        let steps = libm::ceil((to - from) / (STEP * bin)).max(1.0);
-        (0..=steps as u32).map(move |step| from + (to - from) * f64::from(step) / steps)
-    })
+/// Calls `look` with each frequency at which the screen is looked for, Hz: with none in a record that is too short to tell it
+/// from the mains.
+fn for_each_screen<R: Real>(bin: R, mut look: impl FnMut(R)) {
+    let [[_, low], [_, high]] = MAINS.map(|both| both.map(R::of));
+    let [slowest, fastest] = SCREEN.map(R::of);
+    let (distance, largest_step) = (bin * R::of(DISTANCE), bin * R::of(STEP));
+    for [from, to] in [[slowest, low - distance], [low + distance, fastest.min(high - distance)]] {
+        if from > to {
+            continue;
+        }
+        let steps = ((to - from) / largest_step).ceil().max(R::one()).min(R::of(MOST_STEPS));
+        let mut step = R::zero();
+        while step <= steps {
+            look(from + (to - from) * step / steps);
+            step += R::one();
+        }
+    }
 }
 
 /// Windowed readings, averaged in groups.
@@ -96,7 +106,7 @@ impl<'a, R: Real> Averages<'a, R> {
     /// Averages in place.
     fn new(readings: &'a mut [R], rate: R) -> Self {
         let number = R::of(readings.len() as f64);
-        let group = (rate.to_f64() / AVERAGED_RATE).max(1.0) as usize;
+        let group = (rate / R::of(AVERAGED_RATE)).max(R::one()).to_f32() as usize;
         let step = turn(R::of(core::f64::consts::TAU) / number);
         let mut window = turn(R::zero());
         let groups = readings.len() / group;
@@ -113,8 +123,8 @@ impl<'a, R: Real> Averages<'a, R> {
     }
 
     /// Amplitude at a frequency, Hz.
-    fn amplitude(&self, hertz: f64) -> R {
-        let half_angle = R::of(core::f64::consts::PI * hertz) / self.rate;
+    fn amplitude(&self, hertz: R) -> R {
+        let half_angle = R::of(core::f64::consts::PI) * hertz / self.rate;
         let step = turn(R::of(2.0) * half_angle * self.group);
         let mut rotation = turn(R::zero());
         let mut total = Complex::new(R::zero(), R::zero());
@@ -200,12 +210,27 @@ mod tests {
 
     #[test]
     fn a_short_record_shows_no_screen_and_a_long_one_more_of_its_rates() {
-        // An eighth of a second: 100 Hz cannot be told from any rate of the screen.
-        assert_eq!(search(4000.0 / 384.0).count(), 0);
+        // A tenth of a second: 100 Hz cannot be told from any rate of the screen.
+        let count = |readings: f64| {
+            let mut count = 0;
+            for_each_screen(4000.0 / readings, |_: f64| count += 1);
+            count
+        };
+        assert_eq!(count(384.0), 0);
         assert_eq!(measured(106.0, 1.0, 384).screen, 0.0);
         // Half a second, as the documentation of `measure` has it: these and four of the mains.
-        assert_eq!(search(4000.0 / 2048.0).count(), 18);
+        assert_eq!(count(2048.0), 18);
         // Two seconds tell 98.5 Hz from 100 Hz.
         assert!(measured(98.5, 1.0, 8192).screen > 0.955);
+    }
+
+    #[test]
+    fn a_rate_that_no_rig_has_ends_as_well() {
+        for rate in [0.0, -1.0, f64::NAN, f64::INFINITY, f64::MIN_POSITIVE, f64::MAX] {
+            for readings in [0, 1, 2048] {
+                Tones::measure(&mut std::vec![1.0; readings], rate);
+                Tones::measure(&mut std::vec![1.0_f32; readings], rate as f32);
+            }
+        }
     }
 }
