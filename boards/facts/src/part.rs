@@ -47,9 +47,36 @@ impl Part {
     }
 }
 
+/// A value such as `10 nF` or `1 kΩ` in F or Ω; `None` for one without such a unit.
+pub fn in_si(value: &str) -> Option<f64> {
+    let (number, unit) = value.split_once(' ')?;
+    let prefix = unit.strip_suffix(['F', 'Ω'])?;
+    let factor = match prefix {
+        "p" => 1e-12,
+        "n" => 1e-9,
+        "µ" => 1e-6,
+        "" => 1.0,
+        "k" => 1e3,
+        "M" => 1e6,
+        _ => return None,
+    };
+    Some(number.parse::<f64>().ok()? * factor)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn values_have_units() {
+        for (text, value) in [("10 nF", 1e-8), ("100 Ω", 100.0), ("1 kΩ", 1e3), ("10 µF", 1e-5)]
+        {
+            assert!((in_si(text).unwrap() / value - 1.0).abs() < 1e-12, "{text}");
+        }
+        for text in ["SSD1306", "3 V", "OLED SSD1306", "a Ω", "1 xF"] {
+            assert_eq!(in_si(text), None, "{text}");
+        }
+    }
 
     #[test]
     fn a_part_of_each_sensor_is_counted_for_each() {

@@ -2,7 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
+use massline_boards::part::in_si;
 
 use crate::source::{Drawn, Parts};
 
@@ -54,7 +55,7 @@ pub struct Figures {
 /// # Errors
 /// When a part has no value with a unit.
 pub fn figures(parts: &Parts, board: &Drawn) -> anyhow::Result<Figures> {
-    let value = |name: &str| number(&parts.value(board, name)).with_context(|| name.to_owned());
+    let value = |name: &str| in_si(&parts.value(board, name)).with_context(|| name.to_owned());
     let (filter, resistor, input) = (value("C11")?, value("R11")?, value("C41")?);
     let at_sensor = SENSOR_OHM / (TAU * MAINS.1 * SENSOR_OHM * filter).hypot(1.0);
     let current = current(parts, board);
@@ -74,21 +75,6 @@ pub fn figures(parts: &Parts, board: &Drawn) -> anyhow::Result<Figures> {
         hours: charge / current,
         euro: parts.bill(board).map(|p| f64::from(p.count(count) * p.cents)).sum::<f64>() / 100.0,
     })
-}
-
-/// A value such as `10 nF` in its unit.
-fn number(text: &str) -> anyhow::Result<f64> {
-    let (number, unit) = text.split_once(' ').context("no unit")?;
-    ensure!(unit.ends_with(['F', 'Ω']), "unit {unit}");
-    let factor = match unit.chars().next() {
-        Some('p') => 1e-12,
-        Some('n') => 1e-9,
-        Some('µ') => 1e-6,
-        Some('k') => 1e3,
-        Some('M') => 1e6,
-        _ => 1.0,
-    };
-    Ok(number.parse::<f64>()? * factor)
 }
 
 /// Acceleration that the current through a capacitance to mains pretends, g rms.
@@ -141,15 +127,6 @@ fn current(parts: &Parts, board: &Drawn) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn values_have_units() {
-        for (text, value) in [("10 nF", 1e-8), ("100 Ω", 100.0), ("1 kΩ", 1e3), ("10 µF", 1e-5)]
-        {
-            assert!((number(text).unwrap() / value - 1.0).abs() < 1e-12, "{text}");
-        }
-        assert!(number("SSD1306").is_err() && number("3 V").is_err());
-    }
 
     /// By hand: 2π · 50 Hz · 1 pF · 230 V = 72.26 nA; in 32 kΩ beside 10 nF, 31.84 kΩ, 2.301 mV, 40.4 mg.
     #[test]

@@ -61,13 +61,14 @@ impl Chain {
         let density =
             per_channel(hammer.noise_n_per_sqrt_hz, sensor.noise_g_per_sqrt_hz * STANDARD_GRAVITY);
         let cutoff: Channels = std::array::from_fn(|k| nominal_cutoff[k] * (1.0 + errors.rc[k]));
+        let tau = cutoff.map(|cutoff| (TAU * cutoff).recip());
         let scan = adc.rate_hz.recip();
         let h = scan / f64::from(adc.oversampling);
         let (true_scan, true_h) = (scan * adc.clock_stretch(), h * adc.clock_stretch());
         let mut chain = Self {
             range,
             compresses: faults::compresses(bench),
-            tau: cutoff.map(|cutoff| (TAU * cutoff).recip()),
+            tau,
             whole: [[0.0; CHANNELS]; 3],
             partial: [[0.0; CHANNELS]; 3],
             sampled_in: [0; CHANNELS],
@@ -75,7 +76,7 @@ impl Chain {
             noise: FilteredNoise::new(&density, &cutoff, true_scan),
             flicker: Flicker::new(&per_channel(0.0, density[1]), sensor.noise_corner_hz, true_scan),
             flicker_rng: ChaCha8Rng::seed_from_u64(0),
-            converter: Converter::new(bench, errors),
+            converter: Converter::new(bench, errors, &tau),
             input: [0.0; CHANNELS],
             output: [0.0; CHANNELS],
         };
@@ -93,7 +94,7 @@ impl Chain {
     }
 
     /// Sets the chain to its steady state for a constant input. The white noise of the sensors is drawn
-    /// from `noise`, mains and jitter from `disturbances`, 1/f noise and wander from branches of it.
+    /// from `noise`, mains and jitter from `disturbances`, 1/f noise, wander and supply from branches of it.
     pub(super) fn settle(
         &mut self,
         input: &Channels,

@@ -1,7 +1,7 @@
-//! From the outputs of the low-passes to codes: buffers, hum of the mains, multiplexer and converter.
+//! From the outputs of the low-passes to codes: buffers, supply, hum of the mains, multiplexer and converter.
 //!
 //! ```text
-//! low-pass + noise ─▶ rails of the buffer ─▶ zero, drift, wander, mains ─▶ multiplexer's memory ─▶ nonlinearity ─▶ code
+//! low-pass + noise ─▶ rails of the buffer ─▶ zero, drift, wander ─▶ supply ─▶ mains ─▶ memory ─▶ nonlinearity ─▶ code
 //! ```
 
 use massline_shared::signal::{CHANNELS, Scan};
@@ -16,6 +16,7 @@ use super::mains::Mains;
 use super::nonlinearity::Nonlinearity;
 use super::slow::Slow;
 use super::streams::{Branch, branch};
+use super::supply::Supply;
 
 /// Everything between the filters and the codes.
 #[derive(Clone, Debug)]
@@ -30,6 +31,8 @@ pub(super) struct Converter {
     drift: Channels,
     /// V.
     wander: Option<Slow<CHANNELS>>,
+    /// `None` when it is steady.
+    supply: Option<Supply>,
     mains: Mains,
     /// Share of the voltage sampled before.
     memory: f64,
@@ -53,7 +56,8 @@ pub(super) struct Converter {
 }
 
 impl Converter {
-    pub(super) fn new(bench: &Bench, errors: &TestErrors) -> Self {
+    /// `tau` are the time constants of the low-passes, s.
+    pub(super) fn new(bench: &Bench, errors: &TestErrors, tau: &Channels) -> Self {
         let (sensor, hammer, adc) = (&bench.sensor, &bench.hammer, &bench.adc);
         let nominal = per_channel(hammer.zero_v, sensor.zero_v);
         let interval = adc.clock_stretch() / adc.rate_hz;
@@ -65,6 +69,7 @@ impl Converter {
             zero: std::array::from_fn(|k| nominal[k] + errors.zero_v[k]),
             drift: per_channel(0.0, sensor.drift_v_per_s),
             wander: Slow::new(per_channel(0.0, sensor.wander_v), sensor.wander_s, interval),
+            supply: Supply::new(bench, tau),
             mains: Mains::new(bench),
             memory: adc.memory,
             held: 0.0,
@@ -81,12 +86,15 @@ impl Converter {
         }
     }
 
-    /// Sets the time to zero with all channels at rest. Mains and jitter are drawn from `rng`, the wander from
-    /// a branch of it.
+    /// Sets the time to zero with all channels at rest. Mains and jitter are drawn from `rng`, wander and supply from
+    /// branches of it.
     pub(super) fn restart(&mut self, rest: &Channels, mut rng: ChaCha8Rng) {
         self.wander_rng = branch(&rng, Branch::Wander);
         if let Some(wander) = &mut self.wander {
             wander.settle(&mut self.wander_rng);
+        }
+        if let Some(supply) = &mut self.supply {
+            supply.restart(branch(&rng, Branch::Supply));
         }
         self.mains.draw_phase(&mut rng);
         self.rng = rng;
@@ -104,7 +112,11 @@ impl Converter {
         limits: &Channels,
     ) -> Scan {
         let late = if self.jitter_s > 0.0 { self.jitter_s * normal(&mut self.rng) } else { 0.0 };
-        let start = self.scans as f64 * self.interval + late;
+        let scan = self.scans as f64 * self.interval;
+        let start = scan + late;
+        if let Some(supply) = &mut self.supply {
+            supply.begin(scan, scan + self.interval);
+        }
         let mut held = self.held;
         let volts: Channels = std::array::from_fn(|k| {
             let value = sampled.value[k] + sampled.slope[k] * late + noise[k];
@@ -131,7 +143,11 @@ impl Converter {
     fn voltage(&self, channel: usize, value: f64, time: f64) -> f64 {
         let output = self.zero[channel] + self.volts_per_unit[channel] * value;
         let wandered = self.wander.as_ref().map_or(0.0, |wander| wander.value()[channel]);
-        let volts = output + self.drift[channel] * time + wandered + self.mains.voltage(time);
+        let mut volts = output + self.drift[channel] * time + wandered;
+        if let Some(supply) = &self.supply {
+            volts *= supply.factor(channel, time);
+        }
+        volts += self.mains.voltage(time);
         volts.clamp(0.0, self.reference_v)
     }
 }

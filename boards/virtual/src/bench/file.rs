@@ -13,7 +13,7 @@ use super::faults::Fault;
 use super::locate::{BenchFileError, Located};
 use super::settings::{
     AdcSettings, EnvironmentSettings, HammerSettings, MainsSettings, OperatorSettings, SIGMA,
-    SensorSettings, TapSettings,
+    SensorSettings, SupplySettings, TapSettings,
 };
 use super::sprung_part::SprungPart;
 use super::suspension::{Cord, Suspension, rigid_modes};
@@ -143,6 +143,8 @@ struct BenchFile {
     #[serde(default)]
     mains: MainsSettings,
     #[serde(default)]
+    supply: SupplySettings,
+    #[serde(default)]
     environment: EnvironmentSettings,
     #[serde(default)]
     tap: TapSettings,
@@ -186,6 +188,7 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
         ("hammer", file.hammer.problem()),
         ("adc", file.adc.problem()),
         ("mains", file.mains.problem()),
+        ("supply", file.supply.problem()),
         ("environment", file.environment.problem()),
         ("tap", file.tap.problem()),
         ("operator", file.operator.problem()),
@@ -226,6 +229,7 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
         hammer: file.hammer,
         adc: file.adc,
         mains: file.mains,
+        supply: file.supply,
         environment: file.environment,
         tap: file.tap,
         operator: file.operator,

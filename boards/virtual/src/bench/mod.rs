@@ -15,7 +15,7 @@
 //! | module | subject |
 //! | --- | --- |
 //! | [`file`](mod@file) | the bench file |
-//! | [`settings`] | its tables about sensors, hammer, converter, mains, environment, taps and operator |
+//! | [`settings`] | its tables about sensors, hammer, converter, mains, supply, environment, taps and operator |
 //! | [`body`] | composes the object from boxes, cylinders and points |
 //! | [`suspension`] | how the object hangs, and its rigid modes |
 //! | [`sprung_part`] | a part of the object on springs of its own, such as a tyre |
@@ -30,6 +30,7 @@
 //! | `slow` | random processes that change little from scan to scan: wander, draught |
 //! | `converter` | from filtered signals to codes: rails, drift, memory of the multiplexer |
 //! | `mains` | the hum of the mains |
+//! | `supply` | ripple and droops of the supply |
 //! | `nonlinearity` | integral and differential nonlinearity of the converter |
 //! | [`errors`] | errors that stay constant over a test |
 //! | [`error_sizes`] | how large they and those of the hits are |
@@ -68,6 +69,7 @@ mod simulation;
 mod slow;
 pub mod sprung_part;
 mod streams;
+mod supply;
 pub mod suspension;
 pub mod taps;
 pub mod tumble;
@@ -85,7 +87,7 @@ pub use tumble::{TumbleHandle, TumbleSource};
 use file::{ElasticMode, Node};
 use settings::{
     AdcSettings, EnvironmentSettings, HammerSettings, MainsSettings, OperatorSettings,
-    SensorSettings, TapSettings,
+    SensorSettings, SupplySettings, TapSettings,
 };
 use sprung_part::SprungPart;
 use suspension::{Suspension, SuspensionError};
@@ -120,6 +122,8 @@ pub struct Bench {
     pub adc: AdcSettings,
     /// The hum of the mains in the channels.
     pub mains: MainsSettings,
+    /// The supply of sensors and converter.
+    pub supply: SupplySettings,
     /// What moves the object besides the hammer.
     pub environment: EnvironmentSettings,
     /// Properties of good taps.

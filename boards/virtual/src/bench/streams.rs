@@ -19,6 +19,8 @@ pub(super) enum Branch {
     Wander = 2,
     /// Draught and creaks.
     Environment = 3,
+    /// Ripple and droops of the supply.
+    Supply = 4,
 }
 
 /// Bits of a stream's number that tell its branches apart; no stream of its own uses them.

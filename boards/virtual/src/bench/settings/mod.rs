@@ -1,4 +1,4 @@
-//! The tables of a bench file about sensors, hammer, converter, mains, environment, taps and operator, with
+//! The tables of a bench file about sensors, hammer, converter, mains, supply, environment, taps and operator, with
 //! the defaults of the default bench.
 
 use std::ops::RangeInclusive;
@@ -7,11 +7,13 @@ mod converter;
 mod environment;
 mod instruments;
 mod person;
+mod supply;
 
 pub use converter::{AdcSettings, MainsSettings};
 pub use environment::EnvironmentSettings;
 pub use instruments::{HammerSettings, SensorSettings};
 pub use person::{OperatorSettings, TapSettings};
+pub use supply::SupplySettings;
 
 /// A key and what is wrong with its value, if anything.
 pub(super) type SettingProblem = Option<(&'static str, String)>;

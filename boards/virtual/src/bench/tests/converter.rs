@@ -18,7 +18,7 @@ use crate::bench::{Bench, BenchSource, ErrorSizes};
 use crate::source::ScanSource;
 
 /// As [`exact`], with 16 bits.
-fn fine(faults: &[&str]) -> Bench {
+pub(super) fn fine(faults: &[&str]) -> Bench {
     let mut bench = exact(faults);
     bench.adc.bits = 16;
     bench
@@ -27,7 +27,7 @@ fn fine(faults: &[&str]) -> Bench {
 /// Codes of 16 bits per volt.
 const PER_VOLT: f64 = 65536.0 / 3.0;
 
-fn volts(scan: &Scan) -> [f64; 10] {
+pub(super) fn volts(scan: &Scan) -> [f64; 10] {
     scan.map(|code| f64::from(code) / PER_VOLT)
 }
 
@@ -63,7 +63,7 @@ fn hum(bench: &Bench, arming: u32) -> Vec<[f64; 10]> {
 }
 
 /// Amplitude and phase of a channel at a frequency over whole periods.
-fn component(record: &[[f64; 10]], channel: usize, hz: f64) -> Complex<f64> {
+pub(super) fn component(record: &[[f64; 10]], channel: usize, hz: f64) -> Complex<f64> {
     let turn = |n: usize| Complex::new(0.0, -TAU * hz * n as f64 / 4000.0).exp();
     let sum: Complex<f64> =
         record.iter().enumerate().map(|(n, values)| turn(n) * values[channel]).sum();

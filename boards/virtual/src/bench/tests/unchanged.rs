@@ -13,7 +13,7 @@ fn fault(bench: &mut Bench, text: &str) {
 }
 
 /// Every disturbance.
-const ALL: [(&str, Change); 34] = [
+const ALL: [(&str, Change); 36] = [
     ("rail:2z", |b| fault(b, "rail:2z:20")),
     ("rail:hammer", |b| fault(b, "rail:hammer:10")),
     ("hammer", |b| fault(b, "hammer:0.9")),
@@ -38,6 +38,8 @@ const ALL: [(&str, Change); 34] = [
     ("memory", |b| b.adc.memory = 0.02),
     ("amplitude_v", |b| b.mains.amplitude_v = 0.02),
     ("hum", |b| fault(b, "hum:0.02")),
+    ("ripple_v", |b| b.supply.ripple_v = 0.02),
+    ("droop_v", |b| (b.supply.droop_v, b.supply.droop_rate_per_s) = (0.05, 20.0)),
     ("clock_error", |b| b.adc.clock_error = 0.01),
     ("rc_error", |b| b.hammer.rc_error = 0.2),
     ("lost_rate", |b| b.adc.lost_rate = 0.01),
