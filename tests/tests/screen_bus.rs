@@ -100,8 +100,10 @@ impl Model {
             }
         }
         match bytes {
-            [0x00, 0x21, first, _last] => self.column.set(usize::from(*first)),
-            [0x00, 0x22, first, _last] => self.page.set(usize::from(*first)),
+            [0x00, page @ 0xB0..=0xB7] => self.page.set(usize::from(page - 0xB0)),
+            [0x00, low @ 0x00..=0x0F, high @ 0x10..=0x1F] => {
+                self.column.set(usize::from((high - 0x10) << 4 | low));
+            }
             [0x40, pixels @ ..] => pixels.iter().for_each(|pixels| self.draw(*pixels)),
             _ => {}
         }

@@ -14,7 +14,7 @@ use ssd1306::prelude::{DisplayRotation, I2CInterface};
 use ssd1306::size::DisplaySize128x64;
 use ssd1306::{I2CDisplayInterface, Ssd1306Async};
 
-use crate::frame::{Page, WIDTH};
+use crate::frame::Page;
 use crate::gauge;
 
 /// A page takes 3 ms at 400 kHz; a bus that exceeds this time hangs.
@@ -26,8 +26,6 @@ const CLOCKS: usize = 9;
 /// Pause before a screen that does not answer is tried again, doubled after each attempt: its supply may rise more slowly
 /// than the chip's.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(100);
-/// How the screen counts the address of the next byte.
-const MODE: AddrMode = AddrMode::Horizontal;
 /// Longest pause between two attempts.
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 
@@ -73,17 +71,15 @@ pub async fn drive(
     loop {
         free(bus.lines()).await;
         let mut open = bus.open();
-        let begun = async { screen(&mut open).init_with_addr_mode(MODE).await };
+        let begun = async { screen(&mut open).init_with_addr_mode(AddrMode::Page).await };
         if let Ok(Ok(())) = with_timeout(BUS_TIMEOUT, begun).await {
             pages.woken();
             pause = Duration::MIN;
             while let Ok(battery) = with_timeout(BUS_TIMEOUT, gauge::read(&mut open)).await {
                 charged(battery);
                 let again = Instant::now() + gauge::INTERVAL;
-                // The driver holds the bus, so after each reading there is a new one, which does not know the mode of addresses.
-                let screen = &mut screen(&mut open);
-                let begun = with_timeout(BUS_TIMEOUT, screen.set_addr_mode(MODE)).await;
-                if !matches!(begun, Ok(Ok(()))) || !show(screen, pages, again).await {
+                // The driver holds the bus, so there is a new one after each reading.
+                if !show(&mut screen(&mut open), pages, again).await {
                     break;
                 }
             }
@@ -117,8 +113,8 @@ async fn send_page<I: I2c>(
     number: u8,
     page: &Page,
 ) -> Result<(), DisplayError> {
-    let row = 8 * number;
-    screen.set_draw_area((0, row), (WIDTH as u8, row + 8)).await?;
+    screen.set_row(8 * number).await?;
+    screen.set_column(0).await?;
     screen.draw(page).await
 }
 

@@ -27,6 +27,9 @@ macro_rules! codes {
             Unknown(u16),
         }
 
+        /// The rows of the table.
+        enum Row { $($variant),* }
+
         impl Code {
             /// Every code that this program knows.
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
@@ -74,13 +77,14 @@ macro_rules! codes {
 
             /// Text on the panel: at most three lines of 21 ASCII characters, separated by `
             /// `.
-            // Not inlined: it is a table of a kilobyte.
-            #[inline(never)]
             pub fn words(self) -> &'static str {
-                match self {
-                    $(Self::$variant => $words,)*
-                    Self::Unknown(_) => UNKNOWN_WORDS,
-                }
+                // One text, because a table of addresses would take another kilobyte of a rig's flash.
+                const ALL: &str = concat!($($words, "\0"),*);
+                let row = match self {
+                    $(Self::$variant => Row::$variant as usize,)*
+                    Self::Unknown(_) => return UNKNOWN_WORDS,
+                };
+                ALL.split('\0').nth(row).unwrap_or(UNKNOWN_WORDS)
             }
 
             /// Sentence for reports, with the remedy. Placeholders: `{subject}`, `{value}` with its unit; for

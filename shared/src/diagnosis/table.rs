@@ -619,6 +619,16 @@ codes! {
         "Mains hum in all\nchannels: unplug the\ncharger, use battery.";
         "all channels pick up the mains, up to {value}: unplug charger and wall plugs, and run the rig from its battery or \
          from a computer that runs from its own; check the ground wires of the sensors";
+    /// The refresh of the screen shows in all sensors. Value: the largest amplitude.
+    ScreenInAllSensors = 167, "screen_in_all_sensors", Whole, Volts;
+        "The screen's ripple\nis in all sensors:\ncheck its supply.";
+        "all sensors have the screen's ripple at about 105 Hz, up to {value}: check the regulator that supplies the screen, and \
+         its ground wire";
+    /// Most channels do the same at every instant, because the supply is not steady.
+    SupplyUnsteady = 168, "supply_unsteady", Whole, None;
+        "Supply not steady:\ncharge, or look for a\nloose power wire.";
+        "most channels do the same at every instant, because their supply is not steady: charge the battery, try another cable, \
+         and look for a loose contact in the wires of 3V3 and ground";
     /// The refresh of the screen shows in a channel. Value: the amplitude.
     ScreenRipple = 152, "screen_ripple", Channel, Volts;
         "The screen's ripple\nis in this channel:\ncheck its supply.";

@@ -99,8 +99,16 @@ impl Cases<'_> {
     /// Adds a ripple of the supply that a sensor reads as 10 mg.
     fn ripple(&mut self, name: &'static str, hertz: f64) {
         let volts = self.circuit.ripple(570e-6, hertz);
-        self.change(name, &of_all_sensors("screen_ripple").each_ref().map(String::as_str), |rig| {
+        self.change(name, &["screen_in_all_sensors"], |rig| {
             (rig.bench.supply.ripple_v, rig.bench.supply.ripple_hz) = (volts, hertz);
+        });
+    }
+
+    /// Adds a supply that sags by this, V, at random instants.
+    fn droops(&mut self, name: &'static str, volts: f64) {
+        self.change(name, &["supply_unsteady"], |rig| {
+            let supply = &mut rig.bench.supply;
+            (supply.droop_v, supply.droop_s, supply.droop_rate_per_s) = (volts, 2e-3, 10.0);
         });
     }
 
@@ -110,11 +118,6 @@ impl Cases<'_> {
             (rig.bench.mains.amplitude_v, rig.bench.mains.frequency_hz) = (1e-3, hertz);
         });
     }
-}
-
-/// A code for each channel of a sensor.
-fn of_all_sensors(code: &str) -> [String; 9] {
-    std::array::from_fn(|k| format!("{code}: sensor {} {}", 1 + k / 3, ["x", "y", "z"][k % 3]))
 }
 
 /// Faults of rigs around a board.
@@ -269,6 +272,8 @@ fn others(cases: &mut Cases<'_>) {
             wire(4, select)(wires, time);
         });
     }
+    cases.droops("loose power wire", 0.2);
+    cases.droops("loose power wire, worse", 0.4);
     cases.change("dead crystal", &["crystal_dead"], |rig| rig.clock = Clock::Internal);
     cases.change("supply too low", &["supply_too_low"], |rig| {
         rig.supply = Supply { is_low: || true, brown_out: None, battery: None };

@@ -7,8 +7,8 @@ use crate::{Real, STANDARD_GRAVITY};
 
 /// Levels of an ADXL326 at rest, V at a supply of 3 V: its zero by the data sheet, and 1 g.
 const AT_REST: [f32; 2] = [1.14, 1.86];
-/// Below this nothing drives an input, V; an ADXL326 goes down to 0.1 V.
-const SILENT: f32 = 0.06;
+/// Below this nothing drives an input, V: 100 kΩ to ground, and a leakage of 1 µA at most.
+const SILENT: f32 = 0.11;
 /// Above this an input is at the supply, V; an ADXL326 goes up to 2.8 V at 16 g.
 const AT_SUPPLY: f32 = 2.85;
 /// Below this is no acceleration within the range, V.
@@ -30,6 +30,8 @@ const FLASH_SELECT: [f32; 2] = [2.3, 2.85];
 const FED: [f32; 2] = [2.0, 2.85];
 /// How far above half of that the mean of y and z may be then, V: their zeros.
 const FED_ZERO: f32 = 0.1;
+/// Channels like one before them that have one cause: a solder bridge connects fewer.
+const MANY_ALIKE: usize = 3;
 /// How far from 1 g a calibrated sensor may read.
 const GRAVITY_ERROR: f32 = 0.08;
 /// Sensitivity of an ADXL326, V/g.
@@ -59,7 +61,12 @@ impl<R: Real> SelfTest<R> {
         for sensor in 0..self.count().saturating_sub(1) / 3 {
             self.sensor(sensor, circuit, known, &mut found);
         }
-        found.join_mains(self.count());
+        found.join(Code::PickUp50Hz, self.count(), Code::MainsInAllChannels);
+        found.join(Code::PickUp60Hz, self.count(), Code::MainsInAllChannels);
+        // The hammer's input does not depend on the supply as the sensors do.
+        found.join(Code::ScreenRipple, self.count() - 1, Code::ScreenInAllSensors);
+        found.join(Code::ChannelsAlike, MANY_ALIKE, Code::SupplyUnsteady);
+        found.leave_out_what_an_unsteady_supply_does();
         found.0
     }
 
@@ -220,16 +227,23 @@ impl Found {
         let _ = self.0.push(Diagnostic::about(code, Severity::Error, subject, value));
     }
 
-    /// Joins the mains of all channels, which has one cause, to one finding.
-    fn join_mains(&mut self, channels: usize) {
-        for code in [Code::PickUp50Hz, Code::PickUp60Hz] {
-            let of_code = self.0.iter().filter(|found| found.code == code);
-            if of_code.clone().count() < channels.max(2) {
-                continue;
-            }
-            let largest = of_code.map(|found| found.value).fold(0.0, f32::max);
-            self.0.retain(|found| found.code != code);
-            self.add(Code::MainsInAllChannels, Subject::Whole, largest);
+    /// Joins findings of one code to one about the whole when there are this many: they have one cause then.
+    fn join(&mut self, code: Code, least: usize, whole: Code) {
+        let of_code = self.0.iter().filter(|found| found.code == code);
+        if of_code.clone().count() < least.max(2) {
+            return;
+        }
+        let largest = of_code.map(|found| found.value).fold(0.0, f32::max);
+        self.0.retain(|found| found.code != code);
+        self.add(whole, Subject::Whole, largest);
+    }
+
+    /// With an unsteady supply noise and tones of single channels say nothing.
+    fn leave_out_what_an_unsteady_supply_does(&mut self) {
+        use Code::{ChannelNoisy, PickUp50Hz, PickUp60Hz, ScreenRipple, SupplyUnsteady};
+        if self.0.iter().any(|found| found.code == SupplyUnsteady) {
+            let of_channels = [ChannelNoisy, PickUp50Hz, PickUp60Hz, ScreenRipple];
+            self.0.retain(|found| !of_channels.contains(&found.code));
         }
     }
 }

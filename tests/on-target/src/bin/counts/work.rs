@@ -17,6 +17,7 @@ use massline_shared::layout::{
 use massline_shared::measurement::campaign::{self, Step};
 use massline_shared::measurement::{Measurement, Memory, NextAction};
 use massline_shared::responses::Responses;
+use massline_shared::signal::self_test::SelfTest;
 use massline_shared::signal::{
     AdcProperties, CHANNELS, Calibration, RECORD_SCANS, Record, RestStatistics, Scan,
 };
@@ -98,6 +99,10 @@ fn measure_a_dof(memory: &mut Memory<f32>) {
     report("hit_step", analysis.longest);
     report("dof_closing", measure(|| rig.work()));
     assert_measured(&rig, &truth);
+    // The last channel is compared with all others.
+    let mut test = SelfTest::new(&ADC);
+    report("self_test_channel", measure(|| rig.test_channel(&mut test, CHANNELS - 1)));
+    assert!(test.channels()[CHANNELS - 1].level > 0.0);
 }
 
 /// One hit with hum of three harmonics in all ten channels.
