@@ -74,12 +74,13 @@ impl<'b> Kind<'b> {
         }
     }
 
-    /// True for a drive of this kind that belongs to this board: an ST-LINK is named after its board.
+    /// True for a drive of this kind that belongs to this board: an ST-LINK is named after its board. On Windows the path has
+    /// no name, and any drive of this kind is one.
     fn is_of_board(self, drive: &Path) -> bool {
-        let label = drive.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        let label = drive.file_name().map(|name| name.to_string_lossy());
         let named = match self {
             Self::Uf2(_) => true,
-            Self::StLink(link) => label.contains(&link.label),
+            Self::StLink(link) => label.is_none_or(|label| label.contains(&link.label)),
         };
         self.is(drive) && named
     }
@@ -96,8 +97,15 @@ impl<'b> Kind<'b> {
         Error::device(
             "no_drive",
             format!(
-                "no drive {what}: {steps}. The cable must carry data. If your system does not mount drives by \
-                 itself: udisksctl mount -b /dev/disk/by-label/{label}, and give its path by --drive"
+                "no drive {what}: {steps}. The cable must carry data. {}",
+                if cfg!(windows) {
+                    "If Explorer shows the drive, give its letter: --drive E:\\".to_owned()
+                } else {
+                    format!(
+                        "If your system does not mount drives by itself: udisksctl mount -b \
+                         /dev/disk/by-label/{label}, and give its path by --drive"
+                    )
+                }
             ),
         )
     }
@@ -141,8 +149,12 @@ fn read_text(path: &Path) -> Option<String> {
     file::read(path, 1 << 16).ok().map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// The mount points of FAT file systems, or of all volumes on macOS.
+/// The mount points of FAT file systems, of all volumes on macOS, or all drives of Windows.
 fn mounted() -> Vec<PathBuf> {
+    if cfg!(windows) {
+        let drives = ('A'..='Z').map(|letter| PathBuf::from(format!("{letter}:\\")));
+        return drives.filter(|drive| drive.is_dir()).collect();
+    }
     match fs::read_to_string("/proc/self/mounts") {
         Ok(mounts) => mounts.lines().filter_map(fat_drive).collect(),
         // macOS.

@@ -121,7 +121,13 @@ fn devices() -> Result<impl Iterator<Item = DeviceInfo>> {
 }
 
 fn failed(error: impl std::fmt::Display) -> Error {
-    Error::device("usb_failed", format!("the chip in DFU mode cannot be used: {error}"))
+    // Windows gives a device to a program only through a driver, which it does not choose by itself.
+    let driver = if cfg!(windows) {
+        "; if it has not yet got the driver WinUSB, install it: boards/BRING-UP.md, \"Windows and the Black Pill\""
+    } else {
+        ""
+    };
+    Error::device("usb_failed", format!("the chip in DFU mode cannot be used: {error}{driver}"))
 }
 
 /// Why a transfer failed.
