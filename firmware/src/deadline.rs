@@ -9,14 +9,15 @@
 //! | --- | --- | --- | --- |
 //! | a block of 20 scans | sampling | not measured separately | far below 1 ms |
 //! | `hit_step`: one channel of a hit | sampler stopped | 0.35 M | 5 ms |
-//! | `hit_grading`: a record | sampler stopped | 0.57 M | 8 ms |
+//! | `hit_grading`: a record | sampler stopped | 0.66 M | 10 ms |
 //! | `dof_closing`: all mass lines of a DOF | sampler stopped | 0.54 M | 8 ms |
 //! | `ml_learn_step_12`: a step of the fit, twelve hit DOFs | sampler stopped | 1.6 M | 24 ms |
 //! | `solver_answers_step`: a step from responses to modes | sampler stopped | 1.6 M | 24 ms |
 //! | the bytes of a result, for each piece of it | sampler stopped | not measured separately | not measured |
-//! | `layout_check` | whenever a layout arrives | 0.62 M | 9 ms |
-//! | `record_checksum`: the host requests a record | any time except sampling | 0.66 M | 10 ms |
-//! | `rest_statistics`: six of them make a tumble test | idle | 0.25 M | 4 ms |
+//! | `layout_check` | whenever a layout arrives | 0.65 M | 10 ms |
+//! | `record_checksum`: the host requests a record | any time except sampling | 0.90 M | 14 ms |
+//! | `rest_statistics`: six of them make a tumble test | idle | 0.24 M | 4 ms |
+//! | `self_test_channel`: a channel of a self-test by buttons | idle | 0.56 M | 8 ms |
 //!
 //! On most chips, erasing a page of flash or writing a word stops the core: see
 //! [`crate::board::Board::flash`]. That happens only while the sampler is stopped, and is not counted here.

@@ -72,7 +72,7 @@ impl Check {
     pub fn text(&self) -> String {
         let mut text = if self.test.is_some() { self.table() } else { String::new() };
         if self.findings.is_empty() {
-            return text + "nothing is wrong with what can be seen at rest";
+            return text + "no fault found (checked at rest only)";
         }
         text += "what is wrong";
         for found in &self.findings {

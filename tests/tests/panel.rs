@@ -15,12 +15,14 @@ use massline_shared::calibration::tumble::Position;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 use massline_shared::layout::Target;
 use massline_shared::measurement::campaign::Phase;
+use massline_shared::signal::{AdcProperties, Scan};
 use massline_tests::campaign::{layout_file, scans, steady_hand, three_bar, with_every_dof};
 use massline_tests::held_scans::HeldScans;
 use massline_tests::person::{Person, power_on, provisioned_with};
-use massline_virtual::bench::{Bench, TumbleHandle, TumbleSource};
+use massline_virtual::bench::{Bench, BenchSource, TumbleHandle, TumbleSource};
 use massline_virtual::flash::{Flash, FlashBacking};
 use massline_virtual::framebuffer::Framebuffer;
+use massline_virtual::source::ScanSource;
 
 /// The clock in the title and the level bars, which depend on the speed of this machine.
 const LIVE: [pictures::Mask; 2] = [(90..128, 0..11), (0..128, 52..64)];
@@ -344,7 +346,7 @@ fn a_self_test_names_the_hum_in_all_channels_once() {
 }
 
 #[test]
-fn no_self_test_disturbs_a_campaign_and_back_stops_it() {
+fn a_self_test_is_refused_during_a_campaign() {
     let (rig, person) = power_on(&provisioned(), scans(&steady_hand("default"), &three_bar(), 1));
     person.sees(|model| model.layouts == 1);
     person.presses(&[Yes, Yes]);
@@ -352,8 +354,43 @@ fn no_self_test_disturbs_a_campaign_and_back_stops_it() {
     // Back pauses the campaign and leads home.
     person.press(Back);
     person.sees(|model| model.phase == Phase::Paused);
-    person.presses(&[Next, Next, Next, Next, Yes]);
+    let refused = person.presses(&[Next, Next, Next, Next, Yes]);
+    pictures::check("run-self-test-refused", &refused, &[]);
     assert_eq!(person.0.model().self_test, SelfTestState::Off);
     assert_eq!(person.0.model().phase, Phase::Paused);
+    rig.stop().unwrap();
+}
+
+/// Scans that end after so many.
+struct Ending(Box<BenchSource>, usize);
+
+impl ScanSource for Ending {
+    fn adc(&self) -> AdcProperties {
+        self.0.adc()
+    }
+
+    fn armed(&mut self, arming: u32, dof: usize) {
+        self.0.armed(arming, dof);
+    }
+
+    fn next_scan(&mut self) -> Option<Scan> {
+        self.1 = self.1.checked_sub(1)?;
+        self.0.next_scan()
+    }
+}
+
+#[test]
+fn back_stops_a_self_test_that_still_reads() {
+    let source = Ending(scans(&steady_hand("default"), &three_bar(), 1), 1000);
+    let (rig, person) = power_on(&provisioned(), Box::new(source));
+    person.sees(|model| model.layouts == 1);
+    // A second one can be begun, because the rig no longer reads for the first.
+    for to_the_line in [&[Next, Next, Next, Next, Yes][..], &[Yes]] {
+        person.presses(to_the_line);
+        let (model, _) = person.sees(|model| model.self_test != SelfTestState::Off);
+        assert_eq!(model.self_test, SelfTestState::Running { percent: 0 });
+        person.press(Back);
+        person.sees(|model| model.self_test == SelfTestState::Off && model.idle);
+    }
     rig.stop().unwrap();
 }

@@ -52,6 +52,12 @@ struct Model {
     /// Registers of a gauge on the same bus, from its voltage on, and how often it was read.
     gauge: Cell<Option<[u8; 4]>>,
     asked: Cell<u32>,
+    /// It holds the bus for ever.
+    gauge_hangs: Cell<bool>,
+    /// The machine computes between two looks at the bus.
+    is_slow: Cell<bool>,
+    /// How often the screen was switched on.
+    starts: Cell<u32>,
 }
 
 impl Model {
@@ -69,6 +75,9 @@ impl Model {
             page: Cell::new(0),
             gauge: Cell::new(None),
             asked: Cell::new(0),
+            gauge_hangs: Cell::new(false),
+            is_slow: Cell::new(false),
+            starts: Cell::new(0),
         }
     }
 
@@ -89,17 +98,26 @@ impl Model {
     }
 
     async fn take(&self, bytes: &[u8]) {
+        if self.is_slow.get() {
+            // The peripheral sends by itself; the rig looks when it has begun, when the address is taken, and at the end.
+            for _ in 0..3 {
+                yield_now().await;
+            }
+        }
         for _ in bytes {
             if self.hangs.get().is_some() {
                 return pending().await;
             }
-            Timer::after(BYTE).await;
+            if !self.is_slow.get() {
+                Timer::after(BYTE).await;
+            }
             let taken = self.taken.replace(self.taken.get() + 1);
             if self.glitch.get() == Some(taken) {
                 self.hangs.set(Some((self.steps.get(), 0)));
             }
         }
         match bytes {
+            [0x00, 0xAF] => self.starts.set(self.starts.get() + 1),
             [0x00, page @ 0xB0..=0xB7] => self.page.set(usize::from(page - 0xB0)),
             [0x00, low @ 0x00..=0x0F, high @ 0x10..=0x1F] => {
                 self.column.set(usize::from((high - 0x10) << 4 | low));
@@ -111,7 +129,7 @@ impl Model {
 
     /// The gauge answers, if there is one; the screen may still hold the data line.
     async fn answer(&self, operations: &mut [Operation<'_>]) -> Result<(), i2c::ErrorKind> {
-        if self.hangs.get().is_some() {
+        if self.hangs.get().is_some() || self.gauge_hangs.get() {
             return pending().await;
         }
         let registers = self.gauge.get().ok_or(i2c::ErrorKind::Other)?;
@@ -340,4 +358,52 @@ fn the_gauge_is_read_between_the_pages_and_may_be_missing() {
     assert!(matches!(ended, Some(Either::Second(()))));
     // At 0, 10 and 30 s.
     assert_eq!(model.asked.get(), 3);
+}
+
+/// A step of the computation is 40 ms at most; what a poll of the bus costs then has nothing to do with the bus.
+#[test]
+fn while_the_rig_computes_pages_arrive_and_the_screen_stays_on() {
+    let model = Model::new(None);
+    model.is_slow.set(true);
+    let application = Application(RefCell::new(picture()));
+    let wanted = pages(picture());
+    let time = async {
+        for _ in 0..3 {
+            let late = Instant::now() + Duration::from_secs(60);
+            while *model.shown.borrow() != wanted {
+                assert!(Instant::now() < late, "not shown in a minute");
+                yield_now().await;
+                advance_to(Instant::now() + Duration::from_millis(40));
+            }
+            *model.shown.borrow_mut() = [[0; WIDTH]; PAGES];
+            application.woken();
+        }
+    };
+    let drive = drive(Bus(&model), &application, |_| {});
+    let ended = Executor::default().run(select(drive, time));
+    assert!(matches!(ended, Some(Either::Second(()))));
+    assert_eq!(model.starts.get(), 1, "switched on once");
+}
+
+/// A gauge that holds the bus costs the charge, and no picture.
+#[test]
+fn a_gauge_that_hangs_takes_the_screen_with_it_only_for_a_moment() {
+    let model = Model::new(None);
+    model.gauge.set(Some([0xFF; 4]));
+    model.gauge_hangs.set(true);
+    let application = Application(RefCell::new(picture()));
+    let wanted = pages(picture());
+    let charge = Cell::new(Some(Battery { millivolts: 3840, percent: 64 }));
+    let time = async {
+        let until = Instant::now() + Duration::from_secs(1);
+        while Instant::now() < until {
+            yield_now().await;
+            advance_to(Instant::now() + STEP);
+        }
+    };
+    let drive = drive(Bus(&model), &application, |read| charge.set(read));
+    let ended = Executor::default().run(select(drive, time));
+    assert!(matches!(ended, Some(Either::Second(()))));
+    assert_eq!(*model.shown.borrow(), wanted);
+    assert_eq!(charge.get(), None);
 }

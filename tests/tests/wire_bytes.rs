@@ -263,6 +263,7 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("EraseStore answer", answer::<EraseStore>(())),
         ("GetBattery request", request::<GetBattery>(())),
         ("GetBattery answer", answer::<GetBattery>(Some(battery()))),
+        ("GetBattery answer without one", answer::<GetBattery>(None)),
         ("GetHardware request", request::<GetHardware>(())),
         ("GetHardware answer", answer::<GetHardware>(hardware())),
         ("SetBrownOut request", request::<SetBrownOut>(())),

@@ -47,14 +47,15 @@ pub fn after_failures(reason: BootReason, before: u32) -> (BootReason, u32) {
     }
 }
 
-/// A number as it is kept in memory that is not initialised at the start: beside its complement.
-pub fn kept_number(number: u32) -> [u32; 2] {
-    [number, !number]
+/// A number as it is kept in memory that is not initialised at the start: beside its complement, with a mark of the firmware
+/// that keeps it.
+pub fn kept_number(number: u32, mark: u32) -> [u32; 2] {
+    [number, !number ^ mark]
 }
 
-/// The number kept there; 0 when it did not survive.
-pub fn number_kept([number, complement]: [u32; 2]) -> u32 {
-    if number == !complement { number } else { 0 }
+/// The number kept there; 0 when it did not survive, or other firmware has kept it.
+pub fn number_kept([number, complement]: [u32; 2], mark: u32) -> u32 {
+    if complement == !number ^ mark { number } else { 0 }
 }
 
 /// A panic message, as words of memory that is not initialised at the start: a mark, the length, a checksum, the text.
@@ -162,10 +163,13 @@ mod tests {
 
     #[test]
     fn a_number_in_memory_without_power_is_zero() {
-        assert_eq!(number_kept(kept_number(2)), 2);
-        for noise in [[0, 0], [u32::MAX; 2], [2, 2], [3, !2]] {
-            assert_eq!(number_kept(noise), 0);
+        for mark in [0, 7] {
+            assert_eq!(number_kept(kept_number(2, mark), mark), 2);
+            for noise in [[0, 0], [u32::MAX; 2], [2, 2], [3, !2]] {
+                assert_eq!(number_kept(noise, mark), 0);
+            }
         }
+        assert_eq!(number_kept(kept_number(2, 7), 8), 0, "of other firmware");
     }
 
     fn read(kept: [u32; Words::SIZE]) -> Option<heapless::String<{ Words::CAPACITY }>> {

@@ -42,9 +42,9 @@ pub async fn read(bus: &mut impl I2c) -> Option<Battery> {
     let mut registers = [0; 4];
     bus.write_read(ADDRESS, &[VOLTAGE], &mut registers).await.ok()?;
     let [high, low, percent, _] = registers;
-    // 78.125 µV are 5/64 mV, so the result is at most 5120.
+    // 78.125 µV are 5/64 mV, so the result is at most 5119.
     let millivolts = (u32::from(u16::from_be_bytes([high, low])) * 5 / 64) as u16;
-    OF_A_CELL.contains(&millivolts).then_some(Battery { millivolts, percent })
+    OF_A_CELL.contains(&millivolts).then_some(Battery { millivolts, percent: percent.min(100) })
 }
 
 #[cfg(test)]
@@ -101,10 +101,12 @@ mod tests {
     }
 
     #[test]
-    fn what_was_read_last_is_told() {
-        for told in [Some(Battery { millivolts: 4187, percent: 100 }), None] {
-            note(told);
-            assert_eq!(battery(), told);
+    fn what_was_read_last_is_kept() {
+        for last in [Some(Battery { millivolts: 4187, percent: 100 }), None] {
+            note(last);
+            assert_eq!(battery(), last);
         }
+        // A gauge counts a little beyond a full cell.
+        assert_eq!(read_of(Some([0xD0, 0x00, 103, 0])).unwrap().percent, 100);
     }
 }

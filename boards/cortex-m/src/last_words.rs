@@ -23,14 +23,19 @@ pub fn take() -> &'static str {
     words.map_or("", |words| TEXT.init(words).as_str())
 }
 
-/// Number of starts in a row that had failed before this one; 0 after the power was off.
+/// Number of starts of this firmware in a row that had failed before this one; 0 after the power was off.
 pub fn failures() -> u32 {
-    number_kept(FAILURES.read())
+    number_kept(FAILURES.read(), mark())
 }
 
 /// Notes this number for the next start.
 pub fn note_failures(failures: u32) {
-    FAILURES.write(kept_number(failures));
+    FAILURES.write(kept_number(failures, mark()));
+}
+
+/// Marks the firmware of this commit: what older firmware has failed at says nothing about it.
+fn mark() -> u32 {
+    massline_protocol::crc32(env!("MASSLINE_GIT_HASH").as_bytes())
 }
 
 /// Defines the handlers for a panic, a hard fault and an interrupt without a handler. Each stores a message

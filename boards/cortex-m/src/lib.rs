@@ -14,6 +14,7 @@ mod hardware_tests;
 )]
 mod kept;
 pub mod light;
+mod patience;
 pub mod screen;
 pub mod sequence;
 pub mod supply;

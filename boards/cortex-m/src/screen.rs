@@ -4,7 +4,7 @@
 //! transfer ever begins. Nine clocks end whatever byte it believes in, a stop ends the transfer, and the peripheral is set up anew.
 
 use display_interface::DisplayError;
-use embassy_time::{Duration, Instant, Timer, with_deadline, with_timeout};
+use embassy_time::{Duration, Instant, Timer, with_deadline};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal_async::i2c::I2c;
 use massline_protocol::message::Battery;
@@ -16,9 +16,8 @@ use ssd1306::{I2CDisplayInterface, Ssd1306Async};
 
 use crate::frame::Page;
 use crate::gauge;
+use crate::patience::PatientBus;
 
-/// A page takes 3 ms at 400 kHz; a bus that exceeds this time hangs.
-pub const BUS_TIMEOUT: Duration = Duration::from_millis(20);
 /// Half a period of the clocks that free the bus: slower than any screen.
 const HALF_CLOCK: Duration = Duration::from_micros(5);
 /// Clocks that end a byte and its acknowledgement.
@@ -43,6 +42,11 @@ pub trait ScreenBus {
     /// Resets the peripheral and sets it up.
     fn open(&mut self) -> Self::Open<'_>;
 
+    /// False while the peripheral would wait for the bus without letting anything else run. To be asked while it is open.
+    fn is_free() -> bool {
+        true
+    }
+
     /// Clock and data as pins, without the peripheral, let go.
     fn lines(&mut self) -> [Self::Line<'_>; 2];
 }
@@ -61,29 +65,28 @@ type Screen<I> = Ssd1306Async<I2CInterface<I>, DisplaySize128x64, BasicMode>;
 /// Shows the pages; never returns. A screen that has answered is tried again at once, because its bus may only hang; while it
 /// does not answer, pages are discarded, and it is tried again later.
 ///
-/// Every [`gauge::INTERVAL`] the gauge of the battery is read, which is on the same bus, and `charged` is told the charge.
-pub async fn drive(
-    mut bus: impl ScreenBus,
+/// Every [`gauge::INTERVAL`] the gauge of the battery is read, which is on the same bus, and `charged` gets the charge. A
+/// gauge that does not answer costs the screen nothing but a new start of the bus.
+pub async fn drive<B: ScreenBus>(
+    mut bus: B,
     pages: &impl Pages,
     charged: impl Fn(Option<Battery>),
 ) -> ! {
     let mut pause = Duration::MIN;
+    let mut reading = Instant::now();
     loop {
         free(bus.lines()).await;
-        let mut open = bus.open();
-        let begun = async { screen(&mut open).init_with_addr_mode(AddrMode::Page).await };
-        if let Ok(Ok(())) = with_timeout(BUS_TIMEOUT, begun).await {
+        let mut open = PatientBus::new(bus.open(), B::is_free);
+        // The driver holds the bus, so there is a new one after each reading.
+        if screen(&mut open).init_with_addr_mode(AddrMode::Page).await.is_ok() {
             pages.woken();
             pause = Duration::MIN;
-            while let Ok(battery) = with_timeout(BUS_TIMEOUT, gauge::read(&mut open)).await {
-                charged(battery);
-                let again = Instant::now() + gauge::INTERVAL;
-                // The driver holds the bus, so there is a new one after each reading.
-                if !show(&mut screen(&mut open), pages, again).await {
-                    break;
-                }
+            while show(&mut screen(&mut open), pages, reading).await {
+                charged(gauge::read(&mut open).await);
+                reading = Instant::now() + gauge::INTERVAL;
             }
         } else {
+            charged(gauge::read(&mut open).await);
             let again = Instant::now() + pause;
             while with_deadline(again, pages.next()).await.is_ok() {}
             pause = (pause * 2).clamp(SHORTEST_PAUSE, LONGEST_PAUSE);
@@ -100,8 +103,7 @@ fn screen<I: I2c>(bus: I) -> Screen<I> {
 /// Sends pages until this time; false when the screen does not take one.
 async fn show<I: I2c>(screen: &mut Screen<I>, pages: &impl Pages, until: Instant) -> bool {
     while let Ok((number, page)) = with_deadline(until, pages.next()).await {
-        let sent = with_timeout(BUS_TIMEOUT, send_page(screen, number, &page)).await;
-        if !matches!(sent, Ok(Ok(()))) {
+        if send_page(screen, number, &page).await.is_err() {
             return false;
         }
     }

@@ -71,6 +71,10 @@ where
         )
     }
 
+    fn is_free() -> bool {
+        super::is_free()
+    }
+
     fn lines(&mut self) -> [Self::Line<'_>; 2] {
         [line(self.clock.reborrow()), line(self.data.reborrow())]
     }

@@ -1,6 +1,6 @@
 //! The self-test by buttons: a reading at rest, whose channels are measured one by one, and what it says about wiring and parts.
 
-use massline_shared::diagnosis::Diagnostics;
+use massline_shared::diagnosis::{Diagnostic, Diagnostics};
 use massline_shared::measurement::{Measurement, Recorded};
 use massline_shared::signal::self_test::{ChannelAtRest, KnownSensors, SelfTest, left_capacitors};
 
@@ -94,7 +94,8 @@ impl SelfTestRun {
         info: &BoardInfo,
         knows_sensors: bool,
     ) -> bool {
-        if matches!(self, Self::Done(..) | Self::Disturbed) || measurement.reads() {
+        let waits = matches!(self, Self::Reading) && measurement.reads();
+        if waits || matches!(self, Self::Done(..) | Self::Disturbed) {
             return false;
         }
         *self = match (&mut *self, measurement.recorded()) {
@@ -102,9 +103,12 @@ impl SelfTestRun {
                 Self::Measuring(SelfTest::new(measurement.adc()), 0)
             }
             (Self::Reading, Recorded::ReadingFailed) => {
-                let hardware = info.hardware();
-                Self::Done(None, hardware.findings().chain([hardware.stopped()]).collect())
+                let (mut findings, hardware) = (Diagnostics::new(), info.hardware());
+                put(&mut findings, &mut hardware.findings());
+                put(&mut findings, &mut [hardware.stopped()].into_iter());
+                Self::Done(None, findings)
             }
+            (Self::Measuring(..), _) if !measurement.is_idle() => Self::Disturbed,
             (Self::Measuring(test, next), Recorded::Reading) if *next < test.count() => {
                 measurement.test_channel(test, *next);
                 Self::Measuring(*test, *next + 1)
@@ -112,15 +116,22 @@ impl SelfTestRun {
             (Self::Measuring(test, _), Recorded::Reading) => {
                 let calibration = measurement.calibration();
                 let known = knows_sensors.then_some(KnownSensors(calibration));
-                let at_rest = test.findings(info.circuit, known);
-                let all = info.hardware().findings().chain(at_rest);
-                // A list that is full names enough.
-                let findings = all.chain(left_capacitors(calibration));
-                Self::Done(Some(*test), findings.take(Diagnostics::new().capacity()).collect())
+                let mut findings = Diagnostics::new();
+                put(&mut findings, &mut info.hardware().findings());
+                put(&mut findings, &mut test.findings(info.circuit, known).iter().copied());
+                put(&mut findings, &mut left_capacitors(calibration));
+                Self::Done(Some(*test), findings)
             }
             _ => Self::Disturbed,
         };
         true
+    }
+}
+
+/// Adds faults to a list. One that is full names enough.
+fn put(findings: &mut Diagnostics, more: &mut dyn Iterator<Item = Diagnostic>) {
+    for found in more {
+        let _ = findings.push(found);
     }
 }
 
@@ -152,21 +163,22 @@ mod tests {
         stack: StackUse::default,
     };
 
+    const ADC: AdcProperties = AdcProperties {
+        rate: Hertz(4000.0),
+        bits: 12,
+        channels: CHANNELS as u8,
+        reference: Volts(3.3),
+        channel_delay: Seconds(0.0),
+    };
+
     fn codes(run: &SelfTestRun) -> Vec<Code> {
         run.findings().iter().map(|found| found.code).collect()
     }
 
     /// Runs a self-test after `feed`, until it has nothing to do; returns it and the number of its steps.
     fn run(feed: impl Fn(&mut Measurement<'_, f32>)) -> (SelfTestRun, usize) {
-        let adc = AdcProperties {
-            rate: Hertz(4000.0),
-            bits: 12,
-            channels: CHANNELS as u8,
-            reference: Volts(3.3),
-            channel_delay: Seconds(0.0),
-        };
         let mut memory = Box::new(Memory::<f32>::new());
-        let mut measurement = Measurement::new(adc, &mut memory);
+        let mut measurement = Measurement::new(ADC, &mut memory);
         measurement.take_reading().expect("the rig is idle");
         measurement.sampling_started();
         let (mut run, mut steps) = (SelfTestRun::Reading, 0);
@@ -208,6 +220,23 @@ mod tests {
         let (run, _) = run(|measurement| measurement.stopped());
         assert_eq!(codes(&run), [Code::CrystalDead, Code::ConverterWrongTag]);
         assert_eq!(run.state(), SelfTestState::Done { findings: 2, channels: 0 });
+    }
+
+    #[test]
+    fn another_reading_between_two_channels_ends_it() {
+        let mut memory = Box::new(Memory::<f32>::new());
+        let mut measurement = Measurement::new(ADC, &mut memory);
+        measurement.take_reading().expect("the rig is idle");
+        measurement.sampling_started();
+        measurement.feed(ScanIndex(0), &[[1000; CHANNELS]; RECORD_SCANS]);
+        let mut run = SelfTestRun::Reading;
+        for _ in 0..3 {
+            assert!(run.step(&mut measurement, &INFO, false));
+        }
+        assert_eq!(run.state(), SelfTestState::Running { percent: 20 });
+        measurement.take_reading().expect("the rig is idle");
+        assert!(run.step(&mut measurement, &INFO, false));
+        assert_eq!(run.state(), SelfTestState::Disturbed);
     }
 
     #[test]

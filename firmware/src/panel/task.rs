@@ -7,6 +7,7 @@ use massline_shared::signal::{AdcProperties, RestStatistics, ringing_s};
 use core::future::pending;
 
 use embassy_futures::select::{Either3, select3};
+use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, Instant, Timer};
@@ -27,7 +28,7 @@ use super::menu::{Action, Menu, Screen};
 use super::modal::ModalState;
 use super::pace::TimeEstimator;
 use super::refused::Refused;
-use super::self_test::SelfTestRun;
+use super::self_test::{SelfTestRun, SelfTestState};
 use super::summary::{self, PIECE, Page};
 use super::{Button, Cue, Panel, PanelModel, cues};
 use crate::deadline::Deadline;
@@ -71,6 +72,10 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
         panel.report(&controller.before);
         controller.draw(&*store.lock().await, panel.screen());
         panel.flush().await;
+        if matches!(controller.before.self_test, SelfTestState::Running { .. }) {
+            // A panel may take the picture without waiting, and the next step is due at once.
+            yield_now().await;
+        }
         rig.pulse.waits(Part::Panel);
         let event = select3(rig.show.wait(), panel.button(), charge_changes(&rig.info)).await;
         rig.pulse.works(Part::Panel);

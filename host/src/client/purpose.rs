@@ -29,7 +29,7 @@ pub(super) fn purpose(kind: u16) -> &'static str {
         GetMassLines::KIND => "send the mass lines of a DOF",
         EraseStore::KIND => "erase its store",
         GetHardware::KIND => "say how its clock and supply are",
-        GetBattery::KIND => "say how its battery is charged",
+        GetBattery::KIND => "report the charge of its battery",
         SetBrownOut::KIND => "raise the level at which it resets itself",
         _ => UNKNOWN,
     }

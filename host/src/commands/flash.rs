@@ -249,7 +249,7 @@ impl Facts<'_> {
             store: range(board.store.start, board.store.end.into()),
             flashed: self.done.is_some(),
             verified: self.done.map(|done| done != Done::Unverified),
-            resets_below_mv: match &self.level {
+            brown_out_mv: match &self.level {
                 Some(AfterStart::Raised(level)) => Some(*level),
                 _ => None,
             },

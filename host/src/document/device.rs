@@ -96,7 +96,7 @@ pub struct DeviceStats {
     /// What its clocks are derived from: `crystal`, `internal` or `unknown`.
     pub clock: &'static str,
     /// Supply below which its chip resets itself; `null` when the board has no such level to set.
-    pub resets_below_mv: Option<u16>,
+    pub brown_out_mv: Option<u16>,
     /// Whether its supply is too low to write flash.
     pub supply_is_low: bool,
     /// Charge of its battery, by its gauge; `null` when there is none.
@@ -210,7 +210,7 @@ pub struct Looked {
 #[schemars(rename = "device_brown_out")]
 pub struct DeviceBrownOut {
     /// Supply below which it does, from the next time that it is switched on.
-    pub resets_below_mv: u16,
+    pub brown_out_mv: u16,
 }
 
 /// What a rig reads at rest, and the faults of wiring and parts that this shows.

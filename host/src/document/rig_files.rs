@@ -41,7 +41,7 @@ pub struct Flashing {
     pub verified: Option<bool>,
     /// Supply below which the chip resets itself, raised after flashing; `null` after a dry run, when the rig did not answer, and
     /// for a board without such a level.
-    pub resets_below_mv: Option<u16>,
+    pub brown_out_mv: Option<u16>,
 }
 
 /// Addresses in a board's memory.

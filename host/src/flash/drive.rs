@@ -75,12 +75,12 @@ impl<'b> Kind<'b> {
     }
 
     /// True for a drive of this kind that belongs to this board: an ST-LINK is named after its board. On Windows the path has
-    /// no name, and any drive of this kind is one.
+    /// no name, so that the user must say which ST-LINK is meant.
     fn is_of_board(self, drive: &Path) -> bool {
         let label = drive.file_name().map(|name| name.to_string_lossy());
         let named = match self {
             Self::Uf2(_) => true,
-            Self::StLink(link) => label.is_none_or(|label| label.contains(&link.label)),
+            Self::StLink(link) => label.is_some_and(|label| label.contains(&link.label)),
         };
         self.is(drive) && named
     }

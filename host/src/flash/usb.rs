@@ -123,7 +123,7 @@ fn devices() -> Result<impl Iterator<Item = DeviceInfo>> {
 fn failed(error: impl std::fmt::Display) -> Error {
     // Windows gives a device to a program only through a driver, which it does not choose by itself.
     let driver = if cfg!(windows) {
-        "; if it has not yet got the driver WinUSB, install it: boards/BRING-UP.md, \"Windows and the Black Pill\""
+        "; if the WinUSB driver is not installed, install it: boards/BRING-UP.md, \"Windows and the Black Pill\""
     } else {
         ""
     };

@@ -253,12 +253,12 @@ pub struct Hardware {
 pub struct Battery {
     /// Voltage of the cell, mV.
     pub millivolts: u16,
-    /// Charge in percent of a full one; a gauge may count a little beyond 100.
+    /// Charge in percent of a full one.
     pub percent: u8,
 }
 
 impl Battery {
-    /// Below this voltage of the cell, mV, a board's regulator passes on its ripple.
+    /// Below this voltage of the cell, mV, little charge is left, and a linear regulator passes on the ripple of the cell.
     pub const LOW_MV: u16 = 3500;
 
     /// True when it should be charged.

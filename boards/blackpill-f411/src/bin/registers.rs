@@ -4,10 +4,13 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
+#[path = "../../../cortex-m/stm32/ram_registers.rs"]
+mod ram_registers;
+
+#[cfg(target_os = "none")]
 mod firmware {
     use core::panic::PanicInfo;
 
-    use core::cell::UnsafeCell;
     use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
     use cortex_m_semihosting::hprintln;
 
@@ -25,6 +28,8 @@ mod firmware {
     use massline_blackpill_f411::chip::{crystal, registers, supply, watchdog};
     use massline_blackpill_f411::plan::{INPUTS, RANKS};
     use massline_firmware::board::Clock;
+
+    use super::ram_registers::RamRegisters;
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
@@ -57,25 +62,8 @@ mod firmware {
         assert!(ADC1.cr1().read().scan(), "all ranks are converted");
     }
 
-    /// Registers in RAM.
-    struct Block(UnsafeCell<[u32; 40]>);
-
-    // SAFETY: one thread runs.
-    unsafe impl Sync for Block {}
-
-    impl Block {
-        const fn new() -> Self {
-            Self(UnsafeCell::new([0; 40]))
-        }
-
-        /// The address of registers in it. It is longer than those of any peripheral used here.
-        fn address(&self) -> *mut () {
-            self.0.get().cast()
-        }
-    }
-
     fn flash() {
-        static BLOCK: Block = Block::new();
+        static BLOCK: RamRegisters = RamRegisters::new();
         // SAFETY: the block is as long as the registers and is accessed as them alone.
         let flash = unsafe { Flash::from_ptr(BLOCK.address()) };
         // As the HAL leaves it for 96 MHz.
@@ -102,7 +90,7 @@ mod firmware {
 
     /// Without the limit of `start`, the first of these would never end.
     fn dead_or_alive_crystal() {
-        static BLOCK: Block = Block::new();
+        static BLOCK: RamRegisters = RamRegisters::new();
         // SAFETY: as above.
         let rcc = unsafe { Rcc::from_ptr(BLOCK.address()) };
         assert_eq!(crystal::start(rcc), Clock::Internal, "a dead crystal");
@@ -114,7 +102,7 @@ mod firmware {
     }
 
     fn period_of_the_watchdog() {
-        static BLOCK: Block = Block::new();
+        static BLOCK: RamRegisters = RamRegisters::new();
         // SAFETY: as above.
         let iwdg = unsafe { Iwdg::from_ptr(BLOCK.address()) };
         watchdog::start(iwdg);
@@ -126,8 +114,8 @@ mod firmware {
     }
 
     fn levels_of_supply() {
-        static POWER: Block = Block::new();
-        static FLASH: Block = Block::new();
+        static POWER: RamRegisters = RamRegisters::new();
+        static FLASH: RamRegisters = RamRegisters::new();
         // SAFETY: as above.
         let (pwr, flash) =
             unsafe { (Pwr::from_ptr(POWER.address()), Flash::from_ptr(FLASH.address())) };
@@ -145,9 +133,9 @@ mod firmware {
             w.set_wdg_sw(true);
         });
         let mut expected = flash.optcr().read();
-        assert_eq!(supply::resets_below(flash), 1700);
+        assert_eq!(supply::brown_out_mv(flash), 1700);
         supply::raise(flash);
-        assert_eq!(supply::resets_below(flash), 2700);
+        assert_eq!(supply::brown_out_mv(flash), 2700);
         expected.set_bor_lev(0);
         expected.set_optstrt(true);
         expected.set_optlock(true);
@@ -155,7 +143,7 @@ mod firmware {
         flash.optcr().modify(|w| w.set_optstrt(false));
         supply::raise(flash);
         assert!(!flash.optcr().read().optstrt(), "what is there is not written again");
-        hprintln!("resets below {} mV", supply::resets_below(flash));
+        hprintln!("brown-out level: {} mV", supply::brown_out_mv(flash));
     }
 
     #[panic_handler]

@@ -33,6 +33,11 @@ pub fn screen(
     Bus { i2c, clock, data, tx, rx, interrupts: Interrupts }
 }
 
+/// The HAL's transfers wait for the bus by interrupts.
+fn is_free() -> bool {
+    true
+}
+
 /// A passive piezo buzzer, silent.
 pub fn buzzer(timer: Peri<'static, TIM4>, pin: Peri<'static, PB8>) -> Buzzer {
     let pin = PwmPin::new(pin, OutputType::PushPull);

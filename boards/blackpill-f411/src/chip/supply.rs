@@ -11,7 +11,7 @@ use massline_firmware::board::{BrownOut, Supply};
 /// are written from 2.7 V on.
 const DETECTOR_LEVEL: u8 = 7;
 /// Levels of the option bytes, mV.
-const RESETS_BELOW_MV: [u16; 4] = [2700, 2400, 2100, 1700];
+const LEVELS_MV: [u16; 4] = [2700, 2400, 2100, 1700];
 const HIGHEST: u8 = 0;
 /// RM0383, 3.6.2.
 const KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
@@ -19,7 +19,7 @@ const KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
 /// The supply of this board.
 pub const SUPPLY: Supply = Supply {
     is_low: || is_low(PWR),
-    brown_out: Some(BrownOut { read: || resets_below(FLASH), raise: || raise(FLASH) }),
+    brown_out: Some(BrownOut { read: || brown_out_mv(FLASH), raise: || raise(FLASH) }),
     battery: Some(gauge::battery),
 };
 
@@ -37,8 +37,8 @@ pub fn is_low(power: Pwr) -> bool {
 }
 
 /// The voltage below which the chip holds itself in reset, mV.
-pub fn resets_below(flash: Flash) -> u16 {
-    RESETS_BELOW_MV[usize::from(flash.optcr().read().bor_lev() & 3)]
+pub fn brown_out_mv(flash: Flash) -> u16 {
+    LEVELS_MV[usize::from(flash.optcr().read().bor_lev() & 3)]
 }
 
 /// Writes the highest level into the option bytes, unless it is there.

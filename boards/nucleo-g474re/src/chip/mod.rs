@@ -2,16 +2,16 @@
 
 pub mod adc;
 #[path = "../../../cortex-m/stm32/crystal.rs"]
-mod crystal;
+pub mod crystal;
 mod ecc;
 mod panel;
 mod serial;
 #[path = "../../../cortex-m/armv7m/stack_guard.rs"]
 mod stack_guard;
-mod supply;
+pub mod supply;
 mod usb;
 #[path = "../../../cortex-m/stm32/watchdog.rs"]
-mod watchdog;
+pub mod watchdog;
 
 pub use watchdog::Watchdog;
 
@@ -74,7 +74,7 @@ pub fn parts() -> Parts {
     let info = rig::info(NAME, reset_flags(), clock, SUPPLY);
     let info = BoardInfo { circuit, ..info };
     let p = embassy_stm32::init(clocks(clock));
-    supply::watch();
+    supply::watch(pac::PWR);
     let serial = serial::open(serial::Parts {
         uart: p.LPUART1,
         tx: p.PA2,

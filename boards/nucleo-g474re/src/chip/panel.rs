@@ -2,6 +2,7 @@
 
 use embassy_stm32::gpio::OutputType;
 use embassy_stm32::i2c;
+use embassy_stm32::pac::I2C1 as I2C1_REGISTERS;
 use embassy_stm32::peripherals::{DMA1_CH4, DMA1_CH5, I2C1, PA15, PB6, PB7, TIM4};
 use embassy_stm32::time::khz;
 use embassy_stm32::timer::Channel;
@@ -31,6 +32,11 @@ pub fn screen(
     rx: Peri<'static, DMA1_CH5>,
 ) -> Bus {
     Bus { i2c, clock, data, tx, rx, interrupts: Interrupts }
+}
+
+/// True when a transfer can begin: the HAL's waits for it in a loop.
+fn is_free() -> bool {
+    !I2C1_REGISTERS.isr().read().busy()
 }
 
 /// A passive piezo buzzer, silent.

@@ -23,7 +23,7 @@ fn charge(battery: Option<Battery>) -> Text {
     match battery {
         None => Text::new(),
         Some(battery) if battery.is_low() => text(format_args!("charge!")),
-        Some(battery) => text(format_args!("{} %", battery.percent.min(100))),
+        Some(battery) => text(format_args!("{} %", battery.percent)),
     }
 }
 
@@ -136,7 +136,7 @@ fn hardware<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     canvas.pair(0, "clock", info.clock.name());
     if let Some(millivolts) = hardware.brown_out_mv {
         let (volts, tenths) = (millivolts / 1000, millivolts / 100 % 10);
-        canvas.pair(1, "reset below", &text(format_args!("{volts}.{tenths} V")));
+        canvas.pair(1, "brown-out", &text(format_args!("{volts}.{tenths} V")));
     }
     if let Some(battery) = view.model.battery {
         let volts = fixed(f32::from(battery.millivolts) / 1000.0, 2);

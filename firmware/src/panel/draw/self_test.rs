@@ -26,12 +26,12 @@ pub(super) fn page<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
         }
         SelfTestState::Disturbed => {
             canvas.title("Self-test", "");
-            canvas.lines(0, "Disturbed: something\nelse was measured.");
+            canvas.lines(0, "Stopped: another\nmeasurement began.");
             canvas.line(4, "OK");
         }
         SelfTestState::Done { findings: 0, .. } if page == 0 => {
             canvas.title("Self-test", &pages);
-            canvas.lines(1, "Nothing is wrong with\nwhat can be seen at\nrest.");
+            canvas.lines(1, "No fault found.\n(Checked at rest\nonly.)");
         }
         SelfTestState::Done { findings, .. } => {
             let first = usize::from(findings.max(1));

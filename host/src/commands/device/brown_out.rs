@@ -36,7 +36,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             "this board, or its firmware, has no level to set; update the firmware of an STM32",
         )
     })?;
-    output.answer(&DeviceBrownOut { resets_below_mv: level }, |_| text(level))
+    output.answer(&DeviceBrownOut { brown_out_mv: level }, |_| text(level))
 }
 
 /// What was achieved, for people.

@@ -38,8 +38,7 @@ const DEEP_BROWN_OUT: &str = "when its supply fails, the chip goes on for too lo
                               `massline device brown-out` mends it";
 const SUPPLY_LOW: &str = "its supply is too low to write flash, so nothing is stored: charge its battery, or try another \
                           cable or USB port";
-const BATTERY_LOW: &str =
-    "its cell is below 3.5 V, so the ripple of the screen begins to reach the readings: charge it";
+const BATTERY_LOW: &str = "its cell is below 3.5 V: charge it";
 const RESTARTED: &str = "it has restarted by itself and data that were not stored are lost: please report it with \
                          the last panic, if one is shown";
 
@@ -52,7 +51,7 @@ impl Report<'_> {
             boot_reason: BootReason::from(identity.boot_reason).name(),
             last_panic: identity.last_panic.as_str().to_owned(),
             clock: Clock::from(hardware.clock).name(),
-            resets_below_mv: hardware.brown_out_mv,
+            brown_out_mv: hardware.brown_out_mv,
             supply_is_low: hardware.supply_is_low,
             battery: battery
                 .map(|Battery { millivolts, percent }| BatteryCharge { millivolts, percent }),
@@ -110,7 +109,8 @@ impl Report<'_> {
         }
         if let Some(level) = self.hardware.brown_out_mv {
             let volts = f64::from(level) / 1000.0;
-            let _ = write!(text, "\nthe chip resets itself below {volts:.1} V");
+            let _ =
+                write!(text, "\nbrown-out level: {volts:.1} V, below which the chip resets itself");
         }
         if let Some(Battery { millivolts, percent }) = self.battery {
             let volts = f64::from(millivolts) / 1000.0;
@@ -163,7 +163,7 @@ impl Report<'_> {
         let is_deep = brown_out_mv.is_some_and(|level| level < LOWEST_BROWN_OUT_MV);
         let all = [
             (is_internal, ("clock", NO_CRYSTAL)),
-            (is_deep, ("resets_below_mv", DEEP_BROWN_OUT)),
+            (is_deep, ("brown_out_mv", DEEP_BROWN_OUT)),
             (supply_is_low, ("supply_is_low", SUPPLY_LOW)),
             (self.battery.is_some_and(|battery| battery.is_low()), ("battery", BATTERY_LOW)),
         ];
@@ -347,7 +347,7 @@ mod tests {
         assert_eq!(findings(Clock::Internal, Some(2800), false), ["clock"]);
         assert_eq!(
             findings(Clock::Internal, Some(1700), true),
-            ["clock", "resets_below_mv", "supply_is_low", "battery"]
+            ["clock", "brown_out_mv", "supply_is_low", "battery"]
         );
     }
 

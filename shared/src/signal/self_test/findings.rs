@@ -24,14 +24,14 @@ const MOTION: f32 = 0.00114;
 const HAMMER_OPEN: [f32; 2] = [0.218, 0.268];
 /// Below this the hammer's input is shorted, V; a conditioner at 0 V gives 0.11 V.
 const HAMMER_SHORTED: f32 = 0.03;
-/// Level of PA4 to which the pull-up of a flash chip brings it, V.
-const FLASH_SELECT: [f32; 2] = [2.3, 2.85];
+/// Level of PA4 to which the pull-up of a flash chip, 4.7 to 20 kΩ, brings it against 100 kΩ to ground, V.
+const FLASH_SELECT: [f32; 2] = [2.3, 2.95];
 /// Level of x when the cable is the wrong way round and feeds the sensor through it, V: the supply less a diode.
 const FED: [f32; 2] = [2.0, 2.85];
 /// How far above half of that the mean of y and z may be then, V: their zeros.
 const FED_ZERO: f32 = 0.1;
-/// Channels like one before them that have one cause: a solder bridge connects fewer.
-const MANY_ALIKE: usize = 3;
+/// Channels with the same finding that may have one cause: a bridge, or what is wrong with one sensor, concerns fewer.
+const MANY: usize = 4;
 /// How far from 1 g a calibrated sensor may read.
 const GRAVITY_ERROR: f32 = 0.08;
 /// Sensitivity of an ADXL326, V/g.
@@ -56,18 +56,20 @@ impl<R: Real> SelfTest<R> {
     /// The faults, those that explain others first. A channel that has been named is not named again. `known` is `None`
     /// without a tumble test.
     pub fn findings(&self, circuit: Circuit, known: Option<KnownSensors<'_>>) -> Diagnostics {
-        let mut found = Found(Diagnostics::new());
+        let mut found = Found { all: Diagnostics::new(), judged: 0 };
         self.hammer(&mut found);
         for sensor in 0..self.count().saturating_sub(1) / 3 {
             self.sensor(sensor, circuit, known, &mut found);
         }
-        found.join(Code::PickUp50Hz, self.count(), Code::MainsInAllChannels);
-        found.join(Code::PickUp60Hz, self.count(), Code::MainsInAllChannels);
+        let mains = found.judged;
         // The hammer's input does not depend on the supply as the sensors do.
-        found.join(Code::ScreenRipple, self.count() - 1, Code::ScreenInAllSensors);
-        found.join(Code::ChannelsAlike, MANY_ALIKE, Code::SupplyUnsteady);
+        let sensors = mains.saturating_sub(1);
+        found.join(Code::PickUp50Hz, mains, Code::MainsInAllChannels);
+        found.join(Code::PickUp60Hz, mains, Code::MainsInAllChannels);
+        found.join(Code::ScreenRipple, sensors, Code::ScreenInAllSensors);
+        found.join(Code::ChannelsAlike, 0, Code::SupplyUnsteady);
         found.leave_out_what_an_unsteady_supply_does();
-        found.0
+        found.all
     }
 
     fn hammer(&self, found: &mut Found) {
@@ -173,6 +175,7 @@ fn tones_and_noise<R: Real>(channel: usize, at_rest: &ChannelAtRest<R>, found: &
     let [mains_50, mains_60, screen] =
         [at_rest.hum_50_hz, at_rest.hum_60_hz, at_rest.screen].map(|tone| tone.to_f32());
     let noise = at_rest.noise.to_f32();
+    found.judged += 1;
     let (code, value) = match () {
         () if at_rest.is_stuck && channel != HAMMER => (Code::ChannelStuck, 0.0),
         () if at_rest.hums() => match at_rest.largest_tone() {
@@ -219,31 +222,36 @@ impl<R: Real> ChannelAtRest<R> {
 }
 
 /// Faults so far.
-struct Found(Diagnostics);
+struct Found {
+    all: Diagnostics,
+    /// Number of channels whose tones and noise were judged.
+    judged: usize,
+}
 
 impl Found {
     fn add(&mut self, code: Code, subject: Subject, value: f32) {
         // A list that is full names enough.
-        let _ = self.0.push(Diagnostic::about(code, Severity::Error, subject, value));
+        let _ = self.all.push(Diagnostic::about(code, Severity::Error, subject, value));
     }
 
-    /// Joins findings of one code to one about the whole when there are this many: they have one cause then.
+    /// Joins findings of one code when there are this many, and [`MANY`]: they have one cause then, which explains others.
     fn join(&mut self, code: Code, least: usize, whole: Code) {
-        let of_code = self.0.iter().filter(|found| found.code == code);
-        if of_code.clone().count() < least.max(2) {
+        let of_code = self.all.iter().filter(|found| found.code == code);
+        if of_code.clone().count() < least.max(MANY) {
             return;
         }
         let largest = of_code.map(|found| found.value).fold(0.0, f32::max);
-        self.0.retain(|found| found.code != code);
-        self.add(whole, Subject::Whole, largest);
+        self.all.retain(|found| found.code != code);
+        // There is room again.
+        let _ = self.all.insert(0, Diagnostic::whole(whole, Severity::Error, largest));
     }
 
     /// With an unsteady supply noise and tones of single channels say nothing.
     fn leave_out_what_an_unsteady_supply_does(&mut self) {
         use Code::{ChannelNoisy, PickUp50Hz, PickUp60Hz, ScreenRipple, SupplyUnsteady};
-        if self.0.iter().any(|found| found.code == SupplyUnsteady) {
+        if self.all.iter().any(|found| found.code == SupplyUnsteady) {
             let of_channels = [ChannelNoisy, PickUp50Hz, PickUp60Hz, ScreenRipple];
-            self.0.retain(|found| !of_channels.contains(&found.code));
+            self.all.retain(|found| !of_channels.contains(&found.code));
         }
     }
 }
