@@ -13,7 +13,7 @@ use embedded_hal_async::i2c::{Error, ErrorKind, ErrorType, I2c, Operation};
 const TICK: Duration = Duration::from_millis(1);
 /// Ticks after which a transfer is given up. The longest takes 3 ms at 400 kHz, or eight polls that are late.
 const TICKS: u32 = 20;
-/// Looks at a peripheral that is still ending the transfer before: 3 µs, the stop.
+/// Looks at a peripheral that is still ending the transfer before: 10 µs or more, of which its stop takes 4.
 const LOOKS: u32 = 200;
 
 /// A bus with patience.
