@@ -47,7 +47,7 @@ fn a_whole_measurement_of_modes_by_buttons_alone() {
     person.sees(|model| model.layouts == 2);
     pictures::check("modes-01-layouts", &person.presses(&[Next, Next, Yes]), &[]);
     // The first layout, and back to the first line of home: Measure.
-    person.presses(&[Yes, Back, Next, Next, Next, Next]);
+    person.presses(&[Yes, Back, Next, Next, Next, Next, Next]);
     pictures::check("modes-02-mass-lines", &person.press(Yes), &[]);
     pictures::check("modes-03-what", &person.press(Next), &[]);
     pictures::check("modes-04-ready", &person.presses(&[Next, Yes]), &[]);

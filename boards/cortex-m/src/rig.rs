@@ -33,7 +33,15 @@ pub trait Watchdog {
 
 /// Information about the board with this name, including the panic message of the previous run. To be
 /// called once, before anything else but the clock, on which it does not depend.
-pub fn info(name: &'static str, flags: ResetFlags, clock: Clock, supply: Supply) -> BoardInfo {
+///
+/// `flash_select` is the channel on which some of these boards have the select pin of a flash chip.
+pub fn info(
+    name: &'static str,
+    flash_select: Option<u8>,
+    flags: ResetFlags,
+    clock: Clock,
+    supply: Supply,
+) -> BoardInfo {
     let last_panic = last_words::take();
     let reason = reason(flags, !last_panic.is_empty());
     let (boot_reason, failures) = after_failures(reason, last_words::failures());
@@ -46,7 +54,7 @@ pub fn info(name: &'static str, flags: ResetFlags, clock: Clock, supply: Supply)
         boot_reason,
         clock,
         supply,
-        circuit: Circuit::default(),
+        circuit: Circuit { flash_select },
         converter_fault: NO_CONVERTER_FAULT,
         last_panic,
         stack: stack::measure,

@@ -24,7 +24,7 @@ use massline_cortex_m::flash::{Supervisor, Window};
 use massline_cortex_m::panel::{ActiveLow, Wiring};
 use massline_cortex_m::rig::{self, Rig, Watchdog as _};
 use massline_cortex_m::stack;
-use massline_firmware::board::{BoardInfo, Circuit, Clock};
+use massline_firmware::board::Clock;
 use static_cell::StaticCell;
 use supply::SUPPLY;
 
@@ -69,9 +69,7 @@ async fn run(parts: Parts) {
 pub fn parts() -> Parts {
     stack_guard::set();
     let clock = crystal::start(pac::RCC);
-    let circuit = Circuit { flash_select: FLASH_SELECT };
-    let info = rig::info(NAME, reset_flags(), clock, SUPPLY);
-    let info = BoardInfo { circuit, ..info };
+    let info = rig::info(NAME, FLASH_SELECT, reset_flags(), clock, SUPPLY);
     let p: Peripherals = embassy_stm32::init(clocks(clock));
     supply::watch(pac::PWR);
     flash_interface::enable_caches(pac::FLASH);

@@ -25,7 +25,7 @@ use massline_cortex_m::panel::Wiring;
 use massline_cortex_m::rig::{self, Rig, Watchdog as _};
 use massline_cortex_m::stack;
 use massline_cortex_m::twin::{ActiveLink, TwinLink};
-use massline_firmware::board::{BoardInfo, Circuit, Clock};
+use massline_firmware::board::Clock;
 use static_cell::StaticCell;
 use supply::SUPPLY;
 
@@ -70,9 +70,7 @@ pub fn parts() -> Parts {
     static USED: ActiveLink = ActiveLink::new();
     stack_guard::set();
     let clock = crystal::start(pac::RCC);
-    let circuit = Circuit { flash_select: FLASH_SELECT };
-    let info = rig::info(NAME, reset_flags(), clock, SUPPLY);
-    let info = BoardInfo { circuit, ..info };
+    let info = rig::info(NAME, FLASH_SELECT, reset_flags(), clock, SUPPLY);
     let p = embassy_stm32::init(clocks(clock));
     supply::watch(pac::PWR);
     let serial = serial::open(serial::Parts {

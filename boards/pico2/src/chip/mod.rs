@@ -15,7 +15,7 @@ use massline_cortex_m::boot::ResetFlags;
 use massline_cortex_m::flash::{Unsupervised, Window};
 use massline_cortex_m::panel::Wiring;
 use massline_cortex_m::rig::{self, Rig, WATCHDOG, Watchdog as _};
-use massline_firmware::board::{BoardInfo, Circuit, Clock};
+use massline_firmware::board::{BoardInfo, Clock};
 use static_cell::StaticCell;
 use supply::SUPPLY;
 
@@ -76,9 +76,8 @@ pub fn parts() -> Parts {
     if !crystal::starts() {
         crystal::blink_forever::<Watchdog>();
     }
-    let circuit = Circuit { flash_select: FLASH_SELECT };
-    let info = rig::info(NAME, reset_flags(), Clock::Crystal, SUPPLY);
-    let info = BoardInfo { circuit, converter_fault: adc::fault, ..info };
+    let info = rig::info(NAME, FLASH_SELECT, reset_flags(), Clock::Crystal, SUPPLY);
+    let info = BoardInfo { converter_fault: adc::fault, ..info };
     let p = embassy_rp::init(Default::default());
     supply::watch(supply::Parts { adc: p.ADC, vsys: p.PIN_29, constant_rate: p.PIN_23 });
     let (usb, link) = usb::open(p.USB);
