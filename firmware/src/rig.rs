@@ -48,6 +48,8 @@ pub(crate) struct Rig<'m> {
 }
 
 impl<'m> Rig<'m> {
+    // Not inlined: what it is made of lies on its stack.
+    #[inline(never)]
     pub fn new(
         info: BoardInfo,
         adc: AdcProperties,

@@ -1,5 +1,7 @@
 //! The application and the tasks beside it, as one future, which the task of a board's program awaits.
 
+use core::pin::pin;
+
 use embassy_futures::join::join4;
 use embassy_time::{Duration, Timer};
 use embedded_hal::digital::{InputPin, OutputPin};
@@ -91,8 +93,10 @@ where
         let Self { info, sampler, link, flash, panel } = self;
         let feed_watchdog = D::feed;
         let board = Board { info, sampler, link, flash, panel: RigPanel::open(), feed_watchdog };
-        let application = massline_firmware::run(board, MEMORY.take());
-        join4(application, panel.run(info), beside, note_success()).await;
+        // Pinned in their places: a future that is moved lies on the stack of whoever polls it.
+        let application = pin!(massline_firmware::run(board, MEMORY.take()));
+        let (panel, beside) = (pin!(panel.run(info)), pin!(beside));
+        join4(application, panel, beside, note_success()).await;
     }
 }
 

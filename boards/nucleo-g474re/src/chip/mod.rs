@@ -62,7 +62,8 @@ pub fn main() -> ! {
 #[embassy_executor::task]
 async fn run(parts: Parts) {
     let Parts { rig, mut usb } = parts;
-    rig.run::<Watchdog>(usb.run()).await;
+    // Built in its place: before it is moved there it would lie on the stack of whoever polls it, for ever.
+    core::pin::pin!(rig.run::<Watchdog>(usb.run())).await;
 }
 
 /// Initialises the chip. To be called once.
