@@ -45,7 +45,7 @@ impl Check {
 
     /// A rig whose converter does not answer.
     pub fn of_stopped(hardware: Hardware) -> Self {
-        let findings = hardware.findings().chain([hardware.stopped()]).collect();
+        let findings = hardware.findings().chain([hardware.converter_finding()]).collect();
         Self { test: None, findings }
     }
 

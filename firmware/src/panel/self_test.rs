@@ -105,7 +105,7 @@ impl SelfTestRun {
             (Self::Reading, Recorded::ReadingFailed) => {
                 let (mut findings, hardware) = (Diagnostics::new(), info.hardware());
                 put(&mut findings, &mut hardware.findings());
-                put(&mut findings, &mut [hardware.stopped()].into_iter());
+                put(&mut findings, &mut [hardware.converter_finding()].into_iter());
                 Self::Done(None, findings)
             }
             (Self::Measuring(..), _) if !measurement.is_idle() => Self::Disturbed,

@@ -17,7 +17,7 @@ impl Hardware {
     }
 
     /// Why the converter does not answer.
-    pub fn stopped(self) -> Diagnostic {
+    pub fn converter_finding(self) -> Diagnostic {
         let (code, value) = match ConverterFault::from(self.converter) {
             ConverterFault::None => (Code::SamplerStopped, 0.0),
             ConverterFault::LineHigh => (Code::ConverterLineHigh, 0.0),
