@@ -5,6 +5,8 @@
 //! | [`menu`] | which screen is shown, and what a button does on it: pure, without pixels |
 //! | [`mod@draw`] | the screens as pixels, on any `DrawTarget` |
 //! | [`words`] | a short text for everything that the rig can report |
+//! | `task` | the loop: waits for changes and buttons, and for the flash |
+//! | `controller` | what the loop does between two waits |
 //! | [`number`] | numbers as text, without the float formatter of `core`, which takes 20 KB |
 //! | [`self_test`] | the self-test by buttons |
 //! | [`summary`] | the part of a stored result that is shown |
@@ -16,7 +18,9 @@
 //! ```
 
 pub mod calibration_wizard;
+mod controller;
 pub mod draw;
+mod layout_under;
 pub mod menu;
 mod modal;
 pub mod number;

@@ -22,17 +22,24 @@ use massline_boards::Board;
 use serde::Deserialize;
 
 use crate::image::Image;
+use crate::stack::calls::{self, CallPath};
+use crate::stack::high_water;
 
 fn main() -> anyhow::Result<ExitCode> {
     let checkout = massline::qemu::checkout()?;
     let budgets = Budgets::read(&checkout.join("tests/budgets.toml"))?;
     let elf = massline::qemu::build_firmware()?;
-    let high_water = stack::measure(&elf, checkout)?;
+    let high_water = high_water::measure(&elf, checkout)?;
     let counts = counts::measure(checkout)?;
     let mut lines = Vec::new();
     for board in &massline_boards::boards(checkout)? {
-        let image = image::measure(&image::build(checkout, board, &elf)?)?;
-        lines.extend(image_lines(board, image, high_water.most()));
+        let elf = image::build(checkout, board, &elf)?;
+        let path = calls::deepest(&elf)?;
+        let board_lines = image_lines(board, image::measure(&elf)?, high_water.most(), &path);
+        if board_lines.iter().any(BudgetLine::exceeded) {
+            println!("{}: the deepest path of calls, {} bytes:\n{path}", board.name, path.bytes);
+        }
+        lines.extend(board_lines);
     }
     let stack = budgets.stack.high_water_bytes;
     for (profile, measured) in
@@ -52,7 +59,7 @@ fn main() -> anyhow::Result<ExitCode> {
     Ok(if exceeded { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-fn image_lines(board: &Board, image: Image, high_water: u64) -> Vec<BudgetLine> {
+fn image_lines(board: &Board, image: Image, high_water: u64, path: &CallPath) -> Vec<BudgetLine> {
     let Board { name, budget, .. } = board;
     vec![
         BudgetLine::new(&format!("{name}: flash, bytes"), budget.flash_bytes, image.flash),
@@ -62,16 +69,17 @@ fn image_lines(board: &Board, image: Image, high_water: u64) -> Vec<BudgetLine> 
             image.static_ram + u64::from(board.image.stack_bytes),
         ),
         BudgetLine::new(
-            &format!("{name}: stack, bytes"),
+            &format!("{name}: stack, bytes; deepest calls {}", path.bytes),
             board.image.stack_bytes.into(),
-            needed_stack(high_water),
+            needed_stack(high_water.max(path.bytes)),
         ),
     ]
 }
 
-/// The stack of the emulated board plus a quarter, and 2 KiB for the interrupts of a chip.
-fn needed_stack(high_water: u64) -> u64 {
-    high_water + high_water.div_ceil(4) + 2048
+/// What is measured on the emulated board or added up along the calls of the board's own image, plus a
+/// quarter, and 2 KiB for the interrupts of a chip.
+fn needed_stack(most: u64) -> u64 {
+    most + most.div_ceil(4) + 2048
 }
 
 /// The limits of `tests/budgets.toml`.

@@ -4,8 +4,14 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
+use massline_blackpill_f411::chip;
+
+#[cfg(target_os = "none")]
 #[path = "../../../cortex-m/stm32/ram_registers.rs"]
 mod ram_registers;
+#[cfg(target_os = "none")]
+#[path = "../../../cortex-m/stm32/read_back.rs"]
+mod read_back;
 
 #[cfg(target_os = "none")]
 mod firmware {
@@ -18,25 +24,22 @@ mod firmware {
     use embassy_stm32::pac::flash::Flash;
     use embassy_stm32::pac::flash::regs::Acr;
     use embassy_stm32::pac::flash::vals::Latency;
-    use embassy_stm32::pac::iwdg::Iwdg;
-    use embassy_stm32::pac::iwdg::vals::Pr;
     use embassy_stm32::pac::pwr::Pwr;
-    use embassy_stm32::pac::rcc::Rcc;
     use massline_blackpill_f411::chip::flash_interface::{
         drop_cached, empty_and_on, enable_caches,
     };
-    use massline_blackpill_f411::chip::{crystal, registers, supply, watchdog};
+    use massline_blackpill_f411::chip::{registers, supply};
     use massline_blackpill_f411::plan::{INPUTS, RANKS};
-    use massline_firmware::board::Clock;
 
     use super::ram_registers::RamRegisters;
+    use super::read_back;
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
         adc();
         flash();
-        dead_or_alive_crystal();
-        period_of_the_watchdog();
+        read_back::dead_or_alive_crystal();
+        read_back::period_of_the_watchdog();
         levels_of_supply();
         debug::exit(EXIT_SUCCESS);
         unreachable!("the emulator has ended")
@@ -86,31 +89,6 @@ mod firmware {
         assert_eq!(register.latency(), Latency::WS3, "wait states");
         assert!(register.icen() && register.dcen() && register.prften(), "caches and prefetch");
         assert!(!(register.icrst() || register.dcrst()), "caches are not held empty");
-    }
-
-    /// Without the limit of `start`, the first of these would never end.
-    fn dead_or_alive_crystal() {
-        static BLOCK: RamRegisters = RamRegisters::new();
-        // SAFETY: as above.
-        let rcc = unsafe { Rcc::from_ptr(BLOCK.address()) };
-        assert_eq!(crystal::start(rcc), Clock::Internal, "a dead crystal");
-        assert!(!rcc.cr().read().hseon(), "a dead crystal is switched off");
-        rcc.cr().modify(|w| w.set_hserdy(true));
-        assert_eq!(crystal::start(rcc), Clock::Crystal, "a crystal that oscillates");
-        assert!(rcc.cr().read().hseon(), "it is switched on");
-        hprintln!("crystal: {:?}", crystal::start(rcc));
-    }
-
-    fn period_of_the_watchdog() {
-        static BLOCK: RamRegisters = RamRegisters::new();
-        // SAFETY: as above.
-        let iwdg = unsafe { Iwdg::from_ptr(BLOCK.address()) };
-        watchdog::start(iwdg);
-        let (divider, reload) = (iwdg.pr().read().pr(), iwdg.rlr().read().rl());
-        assert_eq!(divider, Pr::DIVIDE_BY64, "divider");
-        // 64 * 4000 / 32 kHz
-        assert_eq!(reload, 3999, "a period of 8 s");
-        hprintln!("watchdog: {} periods of 2 ms", u32::from(reload) + 1);
     }
 
     fn levels_of_supply() {

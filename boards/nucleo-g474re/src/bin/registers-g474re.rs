@@ -3,8 +3,14 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
+use massline_nucleo_g474re::chip;
+
+#[cfg(target_os = "none")]
 #[path = "../../../cortex-m/stm32/ram_registers.rs"]
 mod ram_registers;
+#[cfg(target_os = "none")]
+#[path = "../../../cortex-m/stm32/read_back.rs"]
+mod read_back;
 
 #[cfg(target_os = "none")]
 mod firmware {
@@ -13,48 +19,25 @@ mod firmware {
     use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
     use cortex_m_semihosting::hprintln;
     use embassy_stm32::pac::flash::Flash;
-    use embassy_stm32::pac::iwdg::Iwdg;
     use embassy_stm32::pac::pwr::Pwr;
-    use embassy_stm32::pac::rcc::Rcc;
-    use massline_firmware::board::Clock;
-    use massline_nucleo_g474re::chip::{crystal, supply, watchdog};
+    use massline_nucleo_g474re::chip::supply;
 
     use super::ram_registers::RamRegisters;
+    use super::read_back;
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        dead_or_alive_crystal();
-        period_of_the_watchdog();
+        read_back::dead_or_alive_crystal();
+        read_back::period_of_the_watchdog();
         levels_of_supply();
         debug::exit(EXIT_SUCCESS);
         unreachable!("the emulator has ended")
     }
 
-    /// Without the limit of `start`, the first of these would never end.
-    fn dead_or_alive_crystal() {
-        static RCC: RamRegisters = RamRegisters::new();
-        // SAFETY: the registers are accessed as those of this peripheral alone.
-        let rcc = unsafe { Rcc::from_ptr(RCC.address()) };
-        assert_eq!(crystal::start(rcc), Clock::Internal, "a dead crystal");
-        assert!(!rcc.cr().read().hseon(), "a dead crystal is switched off");
-        rcc.cr().modify(|w| w.set_hserdy(true));
-        assert_eq!(crystal::start(rcc), Clock::Crystal, "a crystal that oscillates");
-        assert!(rcc.cr().read().hseon(), "it is switched on");
-    }
-
-    fn period_of_the_watchdog() {
-        static IWDG: RamRegisters = RamRegisters::new();
-        // SAFETY: as above.
-        let iwdg = unsafe { Iwdg::from_ptr(IWDG.address()) };
-        watchdog::start(iwdg);
-        // 64 * 4000 / 32 kHz
-        assert_eq!(iwdg.rlr().read().rl(), 3999, "a period of 8 s");
-    }
-
     fn levels_of_supply() {
         static POWER: RamRegisters = RamRegisters::new();
         static FLASH: RamRegisters = RamRegisters::new();
-        // SAFETY: as above.
+        // SAFETY: each block is accessed as the registers of this peripheral alone.
         let (pwr, flash) =
             unsafe { (Pwr::from_ptr(POWER.address()), Flash::from_ptr(FLASH.address())) };
         supply::watch(pwr);

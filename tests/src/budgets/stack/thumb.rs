@@ -1,0 +1,130 @@
+//! What an instruction of a Cortex-M does to the stack, and where it jumps to. Encodings: Arm's ARMv7-M
+//! manual (DDI 0403), chapter A7.7; a Cortex-M33 has the same.
+
+/// One instruction, as far as it matters to the stack.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum Effect {
+    Nothing,
+    /// The stack grows by these bytes.
+    Grows(u32),
+    /// The stack grows by what a register holds.
+    GrowsUnknown,
+    /// A call, or a jump that nothing decides, to this distance from the instruction, bytes.
+    Jump(i32),
+}
+
+/// Whether an instruction has a second halfword, from its first (A5.1).
+pub const fn is_long(first: u16) -> bool {
+    first >> 11 >= 0b11101
+}
+
+/// The effect of an instruction of one halfword.
+pub fn short(halfword: u16) -> Effect {
+    match halfword {
+        // SUB (SP minus immediate), T1
+        _ if halfword & 0xFF80 == 0xB080 => Effect::Grows(4 * u32::from(halfword & 0x7F)),
+        // PUSH, T1: eight registers and LR
+        _ if halfword & 0xFE00 == 0xB400 => Effect::Grows(4 * (halfword & 0x1FF).count_ones()),
+        // B, T2
+        _ if halfword & 0xF800 == 0xE000 => {
+            Effect::Jump(signed(u32::from(halfword & 0x7FF) << 1, 12) + 4)
+        }
+        _ => Effect::Nothing,
+    }
+}
+
+/// The effect of an instruction of two halfwords.
+pub fn long(first: u16, second: u16) -> Effect {
+    let to_sp = second & 0x8F00 == 0x0D00;
+    match first {
+        // SUB (SP minus immediate), T2 and T3
+        _ if first & 0xFBFF == 0xF1AD && to_sp => Effect::Grows(modified_immediate(first, second)),
+        _ if first & 0xFBFF == 0xF2AD && to_sp => Effect::Grows(immediate(first, second)),
+        // SUB (SP minus register), T1
+        _ if first & 0xFFEF == 0xEBAD && to_sp => Effect::GrowsUnknown,
+        // STMDB with the address kept in SP, which is PUSH, T2
+        0xE92D => Effect::Grows(4 * second.count_ones()),
+        // STR with the address kept in SP before the access, which is PUSH, T3
+        0xF84D if second & 0x0F00 == 0x0D00 => Effect::Grows(u32::from(second & 0xFF)),
+        // VPUSH, T1 and T2
+        _ if first & 0xFFBF == 0xED2D && second & 0x0E00 == 0x0A00 => {
+            Effect::Grows(4 * u32::from(second & 0xFF))
+        }
+        // BL, T1, and B, T4
+        _ if first & 0xF800 == 0xF000 && matches!(second >> 12 & 0b1101, 0b1101 | 0b1001) => {
+            Effect::Jump(branch_offset(first, second) + 4)
+        }
+        _ => Effect::Nothing,
+    }
+}
+
+/// The twelve bits of an immediate, i:imm3:imm8.
+fn immediate(first: u16, second: u16) -> u32 {
+    let [i, high, low] = [first >> 10 & 1, second >> 12 & 7, second & 0xFF].map(u32::from);
+    i << 11 | high << 8 | low
+}
+
+/// An immediate of twelve bits that stands for one of 32 (A5.3.2).
+fn modified_immediate(first: u16, second: u16) -> u32 {
+    let bits = immediate(first, second);
+    let byte = bits & 0xFF;
+    match bits >> 8 {
+        0 => byte,
+        1 => byte << 16 | byte,
+        2 => byte << 24 | byte << 8,
+        3 => byte * 0x0101_0101,
+        _ => (bits & 0x7F | 0x80).rotate_right(bits >> 7),
+    }
+}
+
+fn branch_offset(first: u16, second: u16) -> i32 {
+    let [sign, high] = [first >> 10 & 1, first & 0x3FF].map(u32::from);
+    let [j1, j2, low] = [second >> 13 & 1, second >> 11 & 1, second & 0x7FF].map(u32::from);
+    let [i1, i2] = [j1, j2].map(|j| 1 ^ j ^ sign);
+    signed(sign << 24 | i1 << 23 | i2 << 22 | high << 12 | low << 1, 25)
+}
+
+/// A number of so many bits in two's complement.
+fn signed(value: u32, bits: u32) -> i32 {
+    (value << (32 - bits)) as i32 >> (32 - bits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Assembled by LLVM for thumbv7em-none-eabihf.
+    #[test]
+    fn what_an_assembler_makes_is_read() {
+        for (instruction, halfword, effect) in [
+            ("push {r4, r5, r7, lr}", 0xB5B0, Effect::Grows(16)),
+            ("push {r0}", 0xB401, Effect::Grows(4)),
+            ("sub sp, #508", 0xB0FF, Effect::Grows(508)),
+            ("add sp, #508", 0xB07F, Effect::Nothing),
+            ("b .-4", 0xE7FC, Effect::Jump(-4)),
+            ("b .+100", 0xE030, Effect::Jump(100)),
+        ] {
+            assert!(!is_long(halfword), "{instruction}");
+            assert_eq!(short(halfword), effect, "{instruction}");
+        }
+        for (instruction, [first, second], effect) in [
+            ("push.w {r8, r9, r10, r11}", [0xE92D, 0x0F00], Effect::Grows(16)),
+            ("str r11, [sp, #-4]!", [0xF84D, 0xBD04], Effect::Grows(4)),
+            ("vpush {d8, d9, d10}", [0xED2D, 0x8B06], Effect::Grows(24)),
+            ("vpush {s16}", [0xED2D, 0x8A01], Effect::Grows(4)),
+            ("sub.w sp, sp, #16384", [0xF5AD, 0x4D80], Effect::Grows(16_384)),
+            ("sub.w sp, sp, #3776", [0xF5AD, 0x6D6C], Effect::Grows(3776)),
+            ("sub.w sp, sp, #0x00100010", [0xF1AD, 0x1D10], Effect::Grows(0x0010_0010)),
+            ("subw sp, sp, #1234", [0xF2AD, 0x4DD2], Effect::Grows(1234)),
+            ("sub.w sp, sp, r4", [0xEBAD, 0x0D04], Effect::GrowsUnknown),
+            ("add.w sp, sp, #16384", [0xF50D, 0x4D80], Effect::Nothing),
+            ("bl .+4096", [0xF000, 0xFFFE], Effect::Jump(4096)),
+            ("bl .-4096", [0xF7FE, 0xFFFE], Effect::Jump(-4096)),
+            ("b.w .+300000", [0xF049, 0xB9EE], Effect::Jump(300_000)),
+            ("beq.w .+4096", [0xF000, 0x87FE], Effect::Nothing),
+        ] {
+            assert!(is_long(first), "{instruction}");
+            assert_eq!(long(first, second), effect, "{instruction}");
+        }
+    }
+}
