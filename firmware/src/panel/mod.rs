@@ -7,6 +7,7 @@
 //! | [`words`] | a short text for everything that the rig can report |
 //! | `task` | the loop: waits for changes and buttons, and for the flash |
 //! | `controller` | what the loop does between two waits |
+//! | `layout_under` | the layout in use, under another profile |
 //! | [`number`] | numbers as text, without the float formatter of `core`, which takes 20 KB |
 //! | [`self_test`] | the self-test by buttons |
 //! | [`summary`] | the part of a stored result that is shown |

@@ -99,7 +99,7 @@ async fn charge_changes(info: &BoardInfo) {
     }
 }
 
-/// Does what needs the flash.
+/// Does what the panel has left to be done with the flash.
 async fn run_pending<F: NorFlash>(
     pending: PendingAction,
     controller: &mut PanelController<'_, '_, F>,

@@ -37,7 +37,7 @@ mod firmware {
     fn levels_of_supply() {
         static POWER: RamRegisters = RamRegisters::new();
         static FLASH: RamRegisters = RamRegisters::new();
-        // SAFETY: each block is accessed as the registers of this peripheral alone.
+        // SAFETY: each block is accessed as the registers of its peripheral alone.
         let (pwr, flash) =
             unsafe { (Pwr::from_ptr(POWER.address()), Flash::from_ptr(FLASH.address())) };
         supply::watch(pwr);
