@@ -32,7 +32,7 @@ use study::{Row, SET_NAMES, Study, Wheel};
 #[command(after_help = "\
 A wheel of 17.3 kg hangs on mounts with modes at 2.8 to 7.7 Hz, so that no mass line begins below
 23 Hz. Its responses from 0.5 to 12.5 Hz are computed, noise is added, and every method answers
-that uses the suspension modes, with the forces of the paper's sets. Errors are in % of scale.
+that uses the suspension modes, with all forces and with some of them. Errors are in % of scale.
 With --rig a simulated rig measures the wheel instead, from the taps of a mallet on: 5 DOFs of
 5 hits, 40 s of ringing after each, the answers of rig and host beside the truth.
 
@@ -231,7 +231,11 @@ fn text(studies: &[Study], output: &Output) -> String {
             );
         }
     }
-    text + "\nerror: root mean square of the ten properties, relative to m, L, L, L and m L² (six times); over the bound: \
+    text += "\n";
+    if studies.iter().any(|study| study.set != "all") {
+        text += "sets A to D: three or four of the five forces, as Almeida, Maia and Urgueira combined them\n";
+    }
+    text + "error: root mean square of the ten properties, relative to m, L, L, L and m L² (six times); over the bound: \
             of Cramér and Rao; coverage: part of the 95 % intervals that contain the truth\n"
 }
 
