@@ -3,6 +3,7 @@
 
 use core::fmt;
 use core::panic::PanicInfo;
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use static_cell::StaticCell;
 
@@ -64,8 +65,13 @@ macro_rules! last_words {
     };
 }
 
-/// Stores the message of a panic.
+/// Stores the message of a panic; of one while another is reported, that the report has failed.
 pub fn panicked(info: &PanicInfo<'_>) {
+    static REPORTED: AtomicBool = AtomicBool::new(false);
+    cortex_m::interrupt::disable();
+    if REPORTED.swap(true, Ordering::Relaxed) {
+        return keep(format_args!("the report of a panic has failed"));
+    }
     match info.location() {
         Some(place) => {
             let file = place.file().rsplit('/').next().unwrap_or_default();

@@ -1,7 +1,7 @@
 //! Measures the firmware's use of resources on each board, prints it beside the budgets, and fails when
-//! one is exceeded. The budgets of flash and RAM are in `boards/<name>/board.toml`, and the room for the stack, into
-//! which the deepest calls of the image must fit. Those of the stack and the instructions that are measured on the
-//! emulated board are in `tests/budgets.toml`.
+//! one is exceeded. The budgets of flash and RAM, and the size of the stack, into which the deepest calls of the image must
+//! fit, are in `boards/<name>/board.toml`. The limits of the measured stack and of the instructions, both from the emulated
+//! board, are in `tests/budgets.toml`.
 //!
 //! ```text
 //! cargo run -p massline-tests --bin massline-budgets
@@ -86,9 +86,10 @@ fn stack_line(board: &Board, high_water: u64, calls: u64) -> BudgetLine {
     BudgetLine::new(&name, board.image.stack_bytes.into(), needed_stack(high_water, calls))
 }
 
-/// The stack that is needed: what was measured and a quarter, for what the campaigns did not meet, or the deepest calls and
-/// 1 KiB for those that begin them (`main`, the executor). An interrupt of a chip takes up to 0.8 KiB, with what the chip
-/// itself saves; all have one priority, so only a fault may interrupt another one: 2 KiB.
+/// The stack that is needed: what was measured and a quarter, for what the campaigns did not meet, or the deepest calls, which
+/// begin with `main`, and 1 KiB for methods of `dyn` objects that they end with, such as those that format the message of a
+/// panic. An interrupt of a chip takes up to 1 KiB, with the report of a panic and what the chip itself saves; all have one
+/// priority, so only a fault or an NMI may interrupt it, with up to 0.8 KiB: 2 KiB together.
 fn needed_stack(high_water: u64, calls: u64) -> u64 {
     (high_water + high_water.div_ceil(4)).max(calls + 1024) + 2048
 }

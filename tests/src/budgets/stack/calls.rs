@@ -1,8 +1,8 @@
 //! The deepest path of calls in a linked image, read from its machine code.
 //!
 //! The stack is measured on the emulated board only, and the compiler lays out the frames of each image
-//! anew. So the frames of every image are added up along its calls. A method of a `dyn` object is not followed;
-//! the deepest of them are far from the longest path, and those of a campaign are in what is measured.
+//! anew. So the frames of every image are added up along its calls. A method of a `dyn` object is not followed where it
+//! is called; it is searched as the beginning of a path of its own. What is measured contains those of a campaign.
 //! No function calls itself, directly or through others, because then nothing would bound the stack.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,7 +15,7 @@ use object::read::elf::ElfFile32;
 
 use super::code::{self, Function, Functions};
 
-/// The function through which every panic goes. The report of a panic may fail with another one, which is the last.
+/// The function through which every panic goes. A panic while another is reported is the last: the handlers see to that.
 const PANIC: &str = "core::panicking::panic_fmt";
 
 /// Functions that call themselves, but not more than once: for a number below the normal range, and for the
@@ -42,7 +42,13 @@ impl fmt::Display for CallPath {
 pub fn deepest(elf: &Path) -> anyhow::Result<CallPath> {
     let read = || {
         let bytes = fs::read(elf)?;
-        deepest_of(&code::functions(&ElfFile32::parse(&*bytes)?)?)
+        let functions = code::functions(&ElfFile32::parse(&*bytes)?)?;
+        let panics = functions.values().any(|function| function.name == PANIC);
+        ensure!(
+            panics,
+            "the image has no function {PANIC}: has it another name in this compiler's library?"
+        );
+        deepest_of(&functions)
     };
     read().with_context(|| elf.display().to_string())
 }

@@ -170,15 +170,20 @@ mod tests {
             0xB401, 0x4770, // small: push one, return
             0xE7F7, 0x4770, // alone: b top
             0xF5AD, 0x4D80, 0xB401, 0xF7FF, 0xFFFB, // large: 16 384 bytes, push one, bl large
+            0xF47F, 0xAFF0, 0xE7FC, // loop: bne.w top, b loop
         ];
-        let names = [(0x100, "top"), (0x10A, "small"), (0x10E, "alone"), (0x112, "large")];
+        let names =
+            [(0x100, "top"), (0x10A, "small"), (0x10E, "alone"), (0x112, "large"), (0x11C, "loop")];
         let functions = read_all(&code, &symbols(&names, &[])).unwrap();
         let frames: Vec<_> = functions.values().map(|function| function.frame).collect();
-        assert_eq!(frames, [16, 4, 0, 16_388]);
+        assert_eq!(frames, [16, 4, 0, 16_388, 0]);
         assert_eq!(functions[&0x100].calls, BTreeSet::from([0x10A, 0x112]));
-        assert_eq!(functions[&0x10E].calls, BTreeSet::from([0x100]));
+        assert_eq!(
+            [0x10E, 0x11C].map(|at| functions[&at].calls.clone()),
+            [BTreeSet::from([0x100]), BTreeSet::from([0x100])]
+        );
         let itself: Vec<_> = functions.values().map(|function| function.calls_itself).collect();
-        assert_eq!(itself, [false, false, false, true]);
+        assert_eq!(itself, [false, false, false, true, false]);
     }
 
     #[test]

@@ -80,7 +80,7 @@ fn immediates(first: u16, second: u16) -> Effect {
     let register = (second >> 8 & 0xF) as u8;
     let half = || (u32::from(first & 0xF) << 12 | immediate(first, second)) as u16;
     match first & 0xFBFF {
-        // SUB (SP minus immediate), T2 and T3; nothing else is added to or subtracted from another register for SP
+        // SUB (SP minus immediate), T2 and T3; no ADD or SUB to SP is allowed from another register
         0xF1AD | 0xF1BD if register == SP => Effect::Grows(modified_immediate(first, second)),
         0xF2AD if register == SP => Effect::Grows(immediate(first, second)),
         // MOV (immediate), T3, and MOVT
@@ -170,6 +170,7 @@ mod tests {
             ("sub.w sp, sp, #0x00100010", [0xF1AD, 0x1D10], Effect::Grows(0x0010_0010)),
             ("subw sp, sp, #1234", [0xF2AD, 0x4DD2], Effect::Grows(1234)),
             ("sub.w sp, sp, r4", [0xEBAD, 0x0D04], Effect::GrowsUnknown),
+            ("add.w sp, sp, r4", [0xEB0D, 0x0D04], Effect::GrowsUnknown),
             ("add.w sp, sp, #16384", [0xF50D, 0x4D80], Effect::Nothing),
             ("bl .+4096", [0xF000, 0xFFFE], Effect::Call(4096)),
             ("bl .-4096", [0xF7FE, 0xFFFE], Effect::Call(-4096)),
@@ -177,6 +178,7 @@ mod tests {
             ("beq.w .+4096", [0xF000, 0x87FE], Effect::Jump(4096)),
             ("strd r0, r1, [sp, #-16]!", [0xE96D, 0x0104], Effect::Grows(16)),
             ("strd r0, r1, [sp, #16]", [0xE9CD, 0x0104], Effect::Nothing),
+            ("strb r0, [sp, #-8]!", [0xF80D, 0x0D08], Effect::Grows(8)),
             ("strh r0, [sp, #-8]!", [0xF82D, 0x0D08], Effect::Grows(8)),
             ("ldr r0, [sp], #68", [0xF85D, 0x0B44], Effect::Nothing),
             ("subs.w sp, sp, #16384", [0xF5BD, 0x4D80], Effect::Grows(16_384)),
