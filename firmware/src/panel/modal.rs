@@ -62,6 +62,11 @@ impl ModalState {
         }
     }
 
+    /// True while a reading is being taken for it.
+    pub fn waits_for_reading(&self) -> bool {
+        matches!(self, Self::Tumble(_, true) | Self::SelfTest(SelfTestRun::Reading, _))
+    }
+
     /// State of the self-test.
     pub fn self_test(&self) -> SelfTestState {
         match self {

@@ -27,15 +27,6 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         Ok(())
     }
 
-    /// Cancels the calibration in progress and the reading that it waits for.
-    pub(super) fn cancel_calibration(&mut self) {
-        if matches!(self.modal, ModalState::Tumble(_, true)) {
-            self.rig.measurement.borrow_mut().drop_reading();
-            self.rig.steered();
-        }
-        *self.modal = ModalState::Nothing;
-    }
-
     /// Adds a finished reading to the tumble test, and solves the test after the last one.
     pub(super) fn take_reading(&mut self) {
         let ModalState::Tumble(readings, true) = &mut *self.modal else { return };

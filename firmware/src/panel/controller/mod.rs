@@ -158,13 +158,12 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
                 return Ok(Some(PendingAction::Start(Object::Block { mass })));
             }
             Action::StartSelfTest => return self.when_idle(PendingAction::SelfTest),
-            Action::StopSelfTest => self.stop_self_test(),
             Action::StartTumble => {
                 *self.modal = ModalState::Tumble(TumbleTest::new(), false);
                 self.menu.open(Screen::CalibrationWizard);
             }
             Action::ReadPosition => self.read_position()?,
-            Action::CancelCalibration => self.cancel_calibration(),
+            Action::StopSelfTest | Action::CancelCalibration => self.cancel(),
             Action::OpenResult(place) => {
                 let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
                 let stored = store.results().iter().rev().nth(usize::from(place));
@@ -203,6 +202,15 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
             Action::KeepCalibration => return self.when_idle(PendingAction::KeepCalibration),
         }
         Ok(None)
+    }
+
+    /// Cancels the calibration or self-test in progress, and the reading that it waits for.
+    fn cancel(&mut self) {
+        if self.modal.waits_for_reading() {
+            self.rig.measurement.borrow_mut().drop_reading();
+            self.rig.steered();
+        }
+        *self.modal = ModalState::Nothing;
     }
 
     fn when_idle(&self, pending: PendingAction) -> Result<Option<PendingAction>, Refused> {

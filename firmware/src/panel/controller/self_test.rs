@@ -1,4 +1,4 @@
-//! Begins, goes on with and stops a self-test.
+//! Begins a self-test and goes on with it.
 
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -26,14 +26,5 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         if run.step(&mut measurement, &self.rig.info, *knows_sensors) {
             self.rig.show.signal(());
         }
-    }
-
-    /// Stops the self-test and the reading that it waits for.
-    pub(super) fn stop_self_test(&mut self) {
-        if matches!(self.modal, ModalState::SelfTest(SelfTestRun::Reading, _)) {
-            self.rig.measurement.borrow_mut().drop_reading();
-            self.rig.steered();
-        }
-        *self.modal = ModalState::Nothing;
     }
 }
