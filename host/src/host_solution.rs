@@ -32,15 +32,16 @@ use crate::identification::{
 use crate::report::{
     SolvedHere, cannot_see, comparison_json, comparison_text, diagnostics_json, estimates_of,
     global_fit_json, global_fit_text, hammer_text, message_in, modes_json, modes_text,
-    refusals_json, refusals_text, sentences, table,
+    refusals_json, refusals_text, sentences, table, verdict_line, verdict_reasons,
 };
 use crate::rig_lines::StoredTest;
 use crate::single_fault::{Examination, NominalTest};
-use crate::solve::{band_of_modes, no_modal_answer};
+use crate::solve::{band_of_modes, first_error, no_modal_answer};
 use crate::suspension::{
     Comparison, MassLineAnswers, SuspensionModes, compare, reciprocity_of_mass_lines,
     warn_of_flexible_mode,
 };
+use crate::verdict::{Evidence, Judgement, Verdict};
 
 /// Heading of the host's findings in text.
 const HEADING: &str = "solved again here, in double precision";
@@ -206,12 +207,43 @@ impl<'a> HostSolution<'a> {
         }
     }
 
-    /// What is to be said of the host's findings before and instead of the rig's, in the suspension profile.
+    /// The verdict on the answer: the host's best or, where it has none, the rig's. `None` without either.
+    pub fn judgement(&self) -> Option<Judgement> {
+        let Identification { estimates, not_applicable, priors, .. } = &self.identification;
+        let of_rig = estimates_of(self.result);
+        let answer = estimates.first().or(of_rig.first())?;
+        let refusals = not_applicable.iter();
+        let evidence = Evidence {
+            examination: self.examination.as_ref(),
+            comparison: Some(&self.comparison),
+            refusals: refusals
+                .flat_map(|(method, reasons)| reasons.iter().map(|reason| (*method, *reason)))
+                .collect(),
+            diagnostics: [priors.as_slice(), &self.found, &self.result.diagnostics].concat(),
+            is_unconfirmed: estimates.is_empty() && !not_applicable.is_empty(),
+            ..Evidence::of(answer)
+        };
+        Some(evidence.judge())
+    }
+
+    /// The verdict, and the first line of the text that states it; `None` without an answer.
+    pub fn verdict(&self) -> Option<(Verdict, String)> {
+        let judgement = self.judgement()?;
+        Some((judgement.verdict(), verdict_line(&judgement, &self.layout)))
+    }
+
+    /// What is to be said of the host's findings before and instead of the rig's.
     pub fn here(&self) -> SolvedHere {
         let Identification { estimates, not_applicable, .. } = &self.identification;
-        let table_of = |best: &Estimate<f64>| table(best, None) + &hammer_text(&self.layout, best);
+        let table_of = |best: &Estimate<f64>| table(best, None) + &self.hammer_text_of(best);
+        // The many answers to the suspension modes are compared in one table, after the best.
+        let whole = match self.profile {
+            TestProfile::MassLine => estimates.len(),
+            TestProfile::Suspension => 1,
+        };
+        let tables: String = estimates.iter().take(whole).map(table_of).collect();
         SolvedHere {
-            answer: self.which_to_use() + &estimates.first().map_or_else(String::new, table_of),
+            answer: self.which_to_use() + &tables,
             answered: estimates.iter().map(|of| of.method).collect(),
             refused: not_applicable.iter().map(|(method, _)| *method).collect(),
         }
@@ -219,9 +251,12 @@ impl<'a> HostSolution<'a> {
 
     /// What the hammer makes of the answer to use.
     pub fn hammer_text(&self) -> String {
-        let of_modes = |of: &Estimate<f64>| of.method.entry().observes != Observable::MassLines;
-        let answer = self.to_use().filter(of_modes);
-        answer.map_or_else(String::new, |answer| hammer_text(&self.layout, &answer))
+        self.to_use().map_or_else(String::new, |answer| self.hammer_text_of(&answer))
+    }
+
+    fn hammer_text_of(&self, answer: &Estimate<f64>) -> String {
+        let uses_modes = answer.method.entry().observes != Observable::MassLines;
+        if uses_modes { hammer_text(&self.layout, answer) } else { String::new() }
     }
 
     /// The ten properties by every method of the host, and what all of them say together, each with its name.
@@ -238,7 +273,11 @@ impl<'a> HostSolution<'a> {
         }
         let reasons = self.identification.not_applicable.first();
         let none = || Error::undetermined("lines_missing", self.notes.join("; "));
-        Some(reasons.map_or_else(none, |(_, reasons)| no_modal_answer(&self.layout, reasons)))
+        Some(reasons.map_or_else(none, |(_, reasons)| match self.profile {
+            TestProfile::Suspension => no_modal_answer(&self.layout, reasons),
+            TestProfile::MassLine => first_error(reasons, |d| message_in(d, &self.layout))
+                .unwrap_or_else(|| Error::undetermined("no_answer", self.notes.join("; "))),
+        }))
     }
 
     /// Drops the details of sensors and hits; for a bench whose truth is known.
@@ -282,6 +321,10 @@ impl<'a> HostSolution<'a> {
             let refusals = refusals_json(&[refused], message_of).into_iter();
             refusals.map(move |refusal| Marked::by(found_by, refusal))
         });
+        let judgement = self.judgement();
+        document.verdict = judgement.as_ref().map(Judgement::verdict);
+        let reasons_of = |judgement| verdict_reasons(judgement, layout, message_of);
+        document.verdict_reasons = judgement.as_ref().map(reasons_of).unwrap_or_default();
         document.not_applicable.get_or_insert_default().extend(refusals);
         document.notes.extend(self.notes.iter().cloned());
         let modes = self.modes.as_ref().map(|(modes, band)| modes_json(modes, *band, layout));
@@ -310,7 +353,9 @@ impl<'a> HostSolution<'a> {
                 Some(rig) => text += &self.comparison(estimate, rig),
                 // The many answers to the suspension modes are compared in one table.
                 None if self.profile == TestProfile::Suspension => {}
-                None => text += &format!("the rig has no such answer:\n{}", table(estimate, None)),
+                None => {
+                    text += &format!("{}: the rig has no such answer\n", estimate.method.name());
+                }
             }
         }
         if let Some((modes, band)) = &self.modes {

@@ -21,6 +21,7 @@
 //! | [`identification`] | the ten properties in double precision, and the nuisance parameters of the fit |
 //! | [`design`] | the predicted uncertainty of a layout, and better layouts |
 //! | [`solve`] | the offline solver |
+//! | [`verdict`] | whether a result can be used |
 //! | [`precision`] | how precise the answer of a campaign would be so far |
 //! | [`host_solution`] | a rig's result, solved again on the host |
 //! | [`rig_lines`] | the lines of a rig's result in the suspension profile |
@@ -93,5 +94,6 @@ mod toml_file;
 mod udev;
 pub mod uff;
 pub mod units;
+pub mod verdict;
 
 pub use error::{Error, Result};

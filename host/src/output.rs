@@ -25,6 +25,7 @@ use serde_json::{Value, json};
 
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
+use crate::verdict::Verdict;
 pub use notes::Notes;
 pub use table::{Table, align_right};
 pub(crate) use tone::harmless;
@@ -53,6 +54,8 @@ pub struct Output {
     interrupt: Interrupt,
     /// Further keys for the JSON object of the next error.
     details: Option<Value>,
+    /// Whether the command has stated an answer that is not to be used.
+    is_unusable: bool,
 }
 
 /// A JSON answer with the version of its schema.
@@ -87,6 +90,7 @@ impl Output {
             keyboard: io::stdin().is_terminal() && err_terminal,
             interrupt,
             details: None,
+            is_unusable: false,
         }
     }
 
@@ -106,6 +110,7 @@ impl Output {
             keyboard: false,
             interrupt: Interrupt::new(),
             details: None,
+            is_unusable: false,
         }
     }
 
@@ -127,6 +132,26 @@ impl Output {
     /// Whether the full screen, which is drawn beside the answer, has colours.
     pub fn screen_in_color(&self) -> bool {
         self.notes_color
+    }
+
+    /// Lets a command whose answer has this verdict end with [`exit_code`](Self::exit_code).
+    pub fn conclude(&mut self, verdict: Option<Verdict>) {
+        self.is_unusable |= verdict == Some(Verdict::DoNotUse);
+    }
+
+    /// The exit code of a command without an error: 3 after an answer that is not to be used, as without an answer.
+    pub fn exit_code(&self) -> u8 {
+        if self.is_unusable { Error::undetermined("", "").exit_code() } else { 0 }
+    }
+
+    /// The first line of a result in the colour of its verdict.
+    pub fn verdict_line(&self, verdict: Verdict, line: &str) -> String {
+        let tone = match verdict {
+            Verdict::Good => Tone::Good,
+            Verdict::UseWithCare => Tone::Warning,
+            Verdict::DoNotUse => Tone::Bad,
+        };
+        self.toned(line, tone)
     }
 
     /// The record of whether the user has pressed Ctrl-C.

@@ -95,10 +95,14 @@ impl ShownTest<'_> {
             TestProfile::MassLine => format!("{SIGMA_NOTE}\n"),
             TestProfile::Suspension => used.of_methods(&again.answers()),
         };
+        let verdict = again.verdict();
+        output.conclude(verdict.as_ref().map(|(verdict, _)| *verdict));
         output.answer(&value, |output| {
             let heading = output.toned(&self.file.title, Tone::Strong);
+            let first = verdict.map(|(verdict, line)| output.verdict_line(verdict, &line) + "\n");
             format!(
-                "{heading}\n{}{table}{}worst: {worst:+.3} % of scale at {symbol}\n{remark}\n{}",
+                "{}{heading}\n{}{table}{}worst: {worst:+.3} % of scale at {symbol}\n{remark}\n{}",
+                first.unwrap_or_default(),
                 again.which_to_use(),
                 again.hammer_text(),
                 again.to_text().trim_end()

@@ -19,6 +19,7 @@ use crate::export::{
 use crate::file;
 use crate::output::Output;
 use crate::rig_lines::{RigLines, StoredTest};
+use crate::verdict::Verdict;
 
 /// Arguments of `massline export`.
 #[derive(Debug, clap::Args)]
@@ -35,8 +36,9 @@ sign, and gets it. Standard deviations, intervals and the covariance go with fra
 frame at the centre of mass or along the principal axes is fixed where the estimate puts it; what
 is zero there keeps its standard deviation.
 
-A result that no physical body can have is refused with exit 3. --unphysical writes it all the
-same; --force is only for files that exist.
+The verdict on the result is in the header of the file. A result that is not to be used, because it is
+contradicted or no physical body can have it, is refused with exit 3. --despite-verdict writes it all
+the same; --force is only for files that exist.
 
 Examples:
   massline export result.json --format urdf -o frame.urdf
@@ -73,9 +75,9 @@ pub struct Args {
     output: Option<PathBuf>,
     #[command(flatten)]
     replace: ReplaceArgs,
-    /// Write a result that no physical body can have.
+    /// Write a result whose verdict is not to use it: contradicted data, or no physical body.
     #[arg(long)]
-    unphysical: bool,
+    despite_verdict: bool,
     #[command(flatten)]
     port: PortArgs,
 }
@@ -117,20 +119,26 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     };
     let mut exported = exported.with_test(with_layout);
     if !args.format.holds_responses() {
-        exported.check(args.unphysical)?;
+        exported.check(args.despite_verdict)?;
         exported = exported.in_frame(args.frame)?.in_units(args.units);
-        exported.check(args.unphysical)?;
+        exported.check(args.despite_verdict)?;
     }
     let bytes = args.format.write(&exported)?;
-    if let (true, Some(condition)) = (args.unphysical, exported.violated_condition()) {
+    if let (true, Some(condition)) = (args.despite_verdict, exported.violated_condition()) {
         output.warn(format!("this is not a physical body: {condition}"));
     }
-    for doubt in &exported.doubts {
-        output.warn(format!("this answer is in doubt: {doubt}"));
+    match exported.verdict {
+        Some(Verdict::Good) => {}
+        Some(verdict) => {
+            let reasons = exported.doubts.join("; ");
+            output.warn(format!("verdict: {}: {reasons}", verdict.words()));
+        }
+        None => output.warn("the result states no verdict: solve it again with this program"),
     }
     let answer = ExportedAnswer {
         method: exported.method.clone(),
         physically_consistent: exported.violated_condition().is_none(),
+        verdict: exported.verdict,
         doubts: exported.doubts.clone(),
     };
     let what = format!("the answer by {}", exported.method);

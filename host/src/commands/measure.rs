@@ -190,6 +190,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         shown.value.after_each_dof = Some(monitor.into_reports());
         shown.value.hit_log = archive.map(|_| collected.hit_log_of(&result, &layout));
     }
+    output.conclude(shown.as_ref().ok().and_then(|shown| shown.value.verdict));
     let answers = serde_json::json!(shown.as_ref().ok().map(|shown| &shown.value));
     // The answer is printed first: a disk that is full must not cost it.
     let printed = shown.and_then(|shown| shown.print(output));

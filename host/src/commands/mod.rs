@@ -157,7 +157,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         .and_then(|m| Cli::from_arg_matches(&m));
     match parsed {
         Ok(cli) => match run(cli, &mut output) {
-            Ok(()) => ExitCode::SUCCESS,
+            Ok(()) => ExitCode::from(output.exit_code()),
             Err(error) => {
                 output.error(&error);
                 ExitCode::from(error.exit_code())

@@ -81,12 +81,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let mut player = Player { tape: progress, silent_since: None };
     let result = campaign
         .run(&mut rig, output, &mut |client, status, shown| player.steer(client, status, shown))?;
-    show::measurement(
-        result.test(),
-        Some(&NominalTest::of_file(&file)),
-        args.method.selection(),
-        output,
-    )
+    let nominal = NominalTest::of_file(&file);
+    let shown =
+        show::document(result.test(), Some(&nominal), args.method.selection(), output)?;
+    output.conclude(shown.value.verdict);
+    shown.print(output)
 }
 
 /// Finishes a DOF whose segments are used up.

@@ -16,31 +16,36 @@ use crate::rig_lines::StoredTest;
 use crate::single_fault::NominalTest;
 pub(crate) use crate::solve::first_error;
 
-/// Prints a rig's result as the rig stored it. With the nominal test, also prints what the host finds when it
-/// solves it again in double precision.
-///
-/// # Errors
-/// Exit 3 when the result has no answer by the selected methods.
-pub fn measurement(
-    test: StoredTest<'_>,
-    nominal: Option<&NominalTest>,
-    selection: Selection,
-    output: &mut Output,
-) -> Result<()> {
-    document(test, nominal, selection, output)?.print(output)
-}
-
 /// A result as it is printed.
 pub struct Shown {
     /// The document for `--json`.
     pub value: Measurement,
+    /// The first line, which states the verdict; empty without an answer.
+    verdict_line: String,
     text: String,
 }
 
 impl Shown {
+    /// A rig's result as it is stored.
+    fn of_rig(result: &MeasurementResult, here: &SolvedHere) -> Self {
+        Self {
+            value: report::measurement_json(result),
+            verdict_line: report::verdict_on_rig(result).map_or(String::new(), |(_, line)| line),
+            text: report::measurement_text(result, here),
+        }
+    }
+
+    /// The same with what the host has found.
+    fn with_host(result: &MeasurementResult, again: &HostSolution<'_>) -> Self {
+        let mut shown = Self::of_rig(result, &again.here());
+        shown.add(again);
+        shown
+    }
+
     /// Adds what the host has found.
     fn add(&mut self, again: &HostSolution<'_>) {
         again.add_to(&mut self.value);
+        self.verdict_line = again.verdict().map_or(String::new(), |(_, line)| line);
         let unseen = again.cannot_see();
         self.text += &format!("\n{}{}", again.to_text(), report::cannot_see_text(&unseen));
         self.value.cannot_see = Some(unseen);
@@ -51,14 +56,20 @@ impl Shown {
     /// # Errors
     /// When stdout cannot be written.
     pub fn print(self, output: &mut Output) -> Result<()> {
-        output.answer(&self.value, |_| self.text)
+        output.answer(&self.value, |output| match self.value.verdict {
+            Some(verdict) => {
+                format!("{}\n{}", output.verdict_line(verdict, &self.verdict_line), self.text)
+            }
+            None => self.text,
+        })
     }
 }
 
-/// The document and the text that [`measurement`] prints.
+/// A rig's result as the rig stored it. With the nominal test it is solved again in double precision, and the answer is that
+/// of the host.
 ///
 /// # Errors
-/// As [`measurement`].
+/// Exit 3 when the result has no answer by the selected methods.
 pub fn document(
     test: StoredTest<'_>,
     nominal: Option<&NominalTest>,
@@ -75,13 +86,11 @@ pub fn document(
         }
         return Err(error);
     }
-    let text = report::measurement_text(&result, &SolvedHere::default());
-    let mut shown = Shown { value: report::measurement_json(&result), text };
-    if let Some(nominal) = nominal {
-        let of_rig = StoredTest { result: &result, ..test };
-        shown.add(&HostSolution::examined(of_rig, nominal, selection));
-    }
-    Ok(shown)
+    let Some(nominal) = nominal else {
+        return Ok(Shown::of_rig(&result, &SolvedHere::default()));
+    };
+    let of_rig = StoredTest { result: &result, ..test };
+    Ok(Shown::with_host(&result, &HostSolution::examined(of_rig, nominal, selection)))
 }
 
 /// The same of a test whose lines are solved here; a rig answers by some of the methods, or by none.
@@ -99,35 +108,32 @@ fn of_lines(
     } else if let Some(error) = again.error() {
         output.warn(error.to_string());
     }
-    let text = report::measurement_text(&result, &again.here());
-    let mut shown = Shown { value: report::measurement_json(&result), text };
-    shown.add(&again);
-    Ok(shown)
+    Ok(Shown::with_host(&result, &again))
 }
 
-/// Prints a result that the host solves again, perhaps with a layout that was corrected after the test: the rig need not
-/// have an answer when the host has one.
+/// Prints a result that the host solves again, perhaps with a layout that was corrected after the test. The answer is the
+/// host's, and that of the rig, which knows the layout of the measurement only, is compared with it in a line.
 ///
 /// # Errors
-/// Exit 3 when neither has an answer by the selected methods.
+/// Exit 3 when the host has no answer by the selected methods.
 pub fn solved_again(
     test: StoredTest<'_>,
     nominal: &NominalTest,
     selection: Selection,
     output: &mut Output,
 ) -> Result<()> {
-    let of_rig = selected(test.result, selection);
-    if test.profile() == TestProfile::Suspension || require_answer(&of_rig).is_ok() {
-        return measurement(test, Some(nominal), selection, output);
-    }
-    let of_rig = StoredTest { result: &of_rig, ..test };
+    let result = selected(test.result, selection);
+    let of_rig = StoredTest { result: &result, ..test };
     let again = HostSolution::examined(of_rig, nominal, selection);
-    if again.identification.estimates.is_empty() {
-        return measurement(test, Some(nominal), selection, output);
+    if let Some(error) = again.error() {
+        if test.profile() == TestProfile::MassLine {
+            look_for_mistakes(&result, nominal, output);
+        }
+        return Err(error);
     }
-    output.note("the rig has no answer of its own");
-    let mut shown = Shown { value: report::measurement_json(of_rig.result), text: String::new() };
-    shown.add(&again);
+    let mut shown = Shown::with_host(&result, &again);
+    shown.value.results = again.identification.results_json();
+    output.conclude(shown.value.verdict);
     shown.print(output)
 }
 

@@ -210,5 +210,10 @@ fn from_frequency_responses(args: &Args, frfs: &Path, output: &mut Output) -> Re
     });
     bar.finish_and_clear();
     let solution = solution?;
-    output.answer(&solution.document(), |_| solution.to_text().trim_end().into())
+    let verdict = solution.verdict();
+    output.conclude(verdict.as_ref().map(|(verdict, _)| *verdict));
+    output.answer(&solution.document(), |output| {
+        let first = verdict.map(|(verdict, line)| output.verdict_line(verdict, &line) + "\n");
+        first.unwrap_or_default() + solution.to_text().trim_end()
+    })
 }

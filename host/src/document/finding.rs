@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::verdict::Verdict;
+
 /// Who has found something, where that may be the rig or the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -23,6 +25,18 @@ pub struct Finding {
     /// `note`, `warning` or `error`.
     pub severity: &'static str,
     /// A sentence for people.
+    pub message: String,
+}
+
+/// Something that puts an answer in doubt.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "verdict_reason")]
+pub struct VerdictReason {
+    /// Stable name.
+    pub code: &'static str,
+    /// What it makes of the result.
+    pub verdict: Verdict,
+    /// A sentence or a clause for people.
     pub message: String,
 }
 

@@ -7,13 +7,18 @@ use serde::Serialize;
 
 use super::{
     Agreement, CalibrationSigma, Details, Estimate, Finding, FoundBy, GlobalFit, LoggedHit, Modes,
-    Pair, Properties, Refusal, SingleFaults, Spread, Unseen,
+    Pair, Properties, Refusal, SingleFaults, Spread, Unseen, VerdictReason,
 };
+use crate::verdict::Verdict;
 
 /// A result of a rig. What the host has found is marked; it is missing where the layout is not known.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "measurement")]
 pub struct Measurement {
+    /// Whether the result can be used; `null` without an answer.
+    pub verdict: Option<Verdict>,
+    /// What puts it in doubt, the gravest first.
+    pub verdict_reasons: Vec<VerdictReason>,
     /// The rig's answers, the best first.
     pub results: Vec<Estimate>,
     /// Number of the result on its rig.

@@ -3,12 +3,17 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{Agreement, Details, Estimate, Finding, Modes, Refusal, SingleFaults, Unseen};
+use super::{Agreement, Details, Estimate, Finding, Modes, Refusal, SingleFaults, Unseen, VerdictReason};
+use crate::verdict::Verdict;
 
 /// What `massline solve` finds from frequency responses.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "solution")]
 pub struct Solution {
+    /// Whether the result can be used; `null` without an answer.
+    pub verdict: Option<Verdict>,
+    /// What puts it in doubt, the gravest first.
+    pub verdict_reasons: Vec<VerdictReason>,
     /// The answers of all methods, the best first.
     pub results: Vec<Estimate>,
     /// The methods without an answer, and why.

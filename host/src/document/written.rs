@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::verdict::Verdict;
+
 /// A file that was written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[schemars(rename = "written_file")]
@@ -48,6 +50,8 @@ pub struct ExportedAnswer {
     pub method: String,
     /// Whether a body can have these properties.
     pub physically_consistent: bool,
+    /// The verdict on the result; `null` where its document states none.
+    pub verdict: Option<Verdict>,
     /// What puts it in doubt.
     pub doubts: Vec<String>,
 }

@@ -13,13 +13,14 @@ use nalgebra::{Vector3, Vector6};
 use serde_json::Value;
 
 use super::frame::Placement;
-use super::listed::{Listed, NO_ANSWER_HERE, chosen, refused_by_host};
+use super::listed::{Listed, chosen};
 use super::place::{ADVICE, Place};
 use super::subject::{Exported, Matrix10, Vector10};
 use super::test_data::{TestData, one_line};
 use super::units::UnitSystem;
 use crate::error::{Error, Result};
 use crate::output::SCHEMA_VERSION;
+use crate::verdict::Verdict;
 
 /// Largest document that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 24;
@@ -129,10 +130,23 @@ pub fn of_value(value: &Value, source: &str, method: Option<Method>) -> Result<E
     let mut exported = answer_of(&answer, source)?;
     exported.test.layout_hash = hash_of(&value["layout_hash"]);
     exported.test.notes = notes;
-    let doubt = |reason| format!("{NO_ANSWER_HERE}: {reason}");
-    exported.doubts = refused_by_host(value).into_iter().map(doubt).collect();
+    (exported.verdict, exported.doubts) = verdict_of(&document, value)?;
     let title = value["title"].as_str().unwrap_or_default();
     Ok(exported.with_test(|test| test.titled(title)))
+}
+
+/// The verdict that a document states, and its reasons.
+fn verdict_of(document: &Place<'_>, value: &Value) -> Result<(Option<Verdict>, Vec<String>)> {
+    if value["verdict"].is_null() {
+        return Ok((None, Vec::new()));
+    }
+    let place = document.key("verdict")?;
+    let verdict = place.value.as_str().and_then(Verdict::from_name);
+    let names = || Verdict::ALL.map(Verdict::name).join(", ");
+    let verdict = verdict.ok_or_else(|| place.wrong(&format!("one of {}", names())))?;
+    let reasons = value["verdict_reasons"].as_array().map_or(&[][..], Vec::as_slice);
+    let message = |reason: &Value| reason["message"].as_str().map(one_line);
+    Ok((Some(verdict), reasons.iter().filter_map(message).collect()))
 }
 
 /// The answers of all methods in a document, the best first; `source` is its name in errors.
@@ -214,6 +228,7 @@ fn answer_of(entry: &Place<'_>, source: &str) -> Result<Exported> {
         covariance,
         half_widths,
         stated_consistent,
+        verdict: None,
         doubts: Vec::new(),
         placement: Placement::body(),
         units: UnitSystem::Si,

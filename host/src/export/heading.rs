@@ -4,6 +4,7 @@ use massline_shared::body::INERTIAL_PARAMETERS;
 
 use super::number::shortest;
 use super::subject::Exported;
+use crate::verdict::Verdict;
 
 /// The program that writes the file.
 pub(super) const PROGRAM: &str = concat!("massline ", env!("CARGO_PKG_VERSION"));
@@ -15,6 +16,15 @@ const WIDTH: usize = 76;
 pub(super) fn convention() -> &'static str {
     "inertia about the centre of mass, along the axes of the frame; products of inertia are elements of the tensor, \
      Jxy = -(integral of x y dm)"
+}
+
+/// The verdict on the result in words.
+pub(super) fn verdict(exported: &Exported) -> String {
+    match exported.verdict {
+        Some(Verdict::DoNotUse) => "DO NOT USE".into(),
+        Some(verdict) => verdict.words().into(),
+        None => "the source states none".into(),
+    }
 }
 
 /// The names of the ten properties in their order.
@@ -63,6 +73,7 @@ pub(super) fn lines(exported: &Exported, own: &str) -> Vec<String> {
         }
         None => "standard deviations: not known".into(),
     });
+    sentences.insert(1, format!("verdict: {}", verdict(exported)));
     sentences.extend(exported.doubts.iter().map(|doubt| format!("IN DOUBT: {doubt}")));
     if let Some(condition) = exported.violated_condition() {
         sentences.push(format!("NOT A PHYSICAL BODY: {condition}"));

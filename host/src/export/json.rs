@@ -33,6 +33,8 @@ fn object(exported: &Exported) -> Value {
         "method": exported.method,
         "source": exported.test.source,
         "program": heading::PROGRAM,
+        "verdict": exported.verdict,
+        "doubts": exported.doubts,
         "physically_consistent": exported.violated_condition().is_none(),
         "convention": heading::convention(),
         "units": {

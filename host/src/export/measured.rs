@@ -15,6 +15,7 @@ use crate::identification::Selection;
 use crate::output::SCHEMA_VERSION;
 use crate::report;
 use crate::rig_lines::{RigLines, StoredTest};
+use crate::single_fault::NominalTest;
 
 /// A result of a rig, solved again where its layout is known; `source` is its name in errors and in the file.
 ///
@@ -33,7 +34,8 @@ pub fn of_measurement(
 fn document_of(test: StoredTest<'_>, layout: Option<&HostLayout>) -> Value {
     let mut document = report::measurement_json(test.result);
     if let Some(layout) = layout {
-        HostSolution::new(test, layout, Selection::All).add_to(&mut document);
+        let nominal = NominalTest::of_layout(layout.clone());
+        HostSolution::examined(test, &nominal, Selection::All).add_to(&mut document);
     }
     with_version(&document)
 }
@@ -60,10 +62,7 @@ fn with_version(document: &Measurement) -> Value {
 /// # Errors
 /// As [`of_measurement`], and as [`test_of_archive`].
 pub fn of_archive(archive: &Archive, source: &str, method: Option<Method>) -> Result<Exported> {
-    let layout = &archive.layout.resolved;
-    let lines = RigLines::of_archive(archive);
-    let measured = StoredTest { result: &archive.result, lines: &lines };
-    let exported = of_measurement(measured, Some(layout), source, method)?;
+    let exported = of_value(&document_of_archive(archive), source, method)?;
     let test = test_of_archive(archive, source)?;
     Ok(exported.with_test(|of_document| TestData { notes: of_document.notes, ..test }))
 }

@@ -45,7 +45,7 @@ fn archive(exported: &Exported) -> io::Result<Vec<u8>> {
 }
 
 /// What is said in words.
-pub(super) fn texts(exported: &Exported) -> [(&'static str, String); 8] {
+pub(super) fn texts(exported: &Exported) -> [(&'static str, String); 9] {
     let units = exported.units;
     [
         ("title", exported.test.title.clone()),
@@ -55,6 +55,7 @@ pub(super) fn texts(exported: &Exported) -> [(&'static str, String); 8] {
         ("convention", heading::convention().into()),
         ("units", units.words()),
         ("frame", heading::frame(exported)),
+        ("verdict", heading::verdict(exported)),
         ("physical", exported.violated_condition().unwrap_or("yes".into())),
     ]
 }

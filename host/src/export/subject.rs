@@ -8,6 +8,7 @@ use super::number::shortest;
 use super::test_data::TestData;
 use super::units::UnitSystem;
 use crate::error::{Error, Result};
+use crate::verdict::Verdict;
 
 /// A covariance of the ten properties in the order [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz].
 pub type Matrix10 = SMatrix<f64, 10, 10>;
@@ -30,7 +31,9 @@ pub struct Exported {
     pub half_widths: Option<Vector10>,
     /// Whether the result itself says that a body with these properties exists.
     pub stated_consistent: bool,
-    /// What puts the answer in doubt, a sentence each.
+    /// The verdict on the result; `None` where its document states none.
+    pub verdict: Option<Verdict>,
+    /// What puts the answer in doubt, a sentence each, the gravest first.
     pub doubts: Vec<String>,
     /// The frame of the properties.
     pub placement: Placement,
@@ -88,37 +91,50 @@ impl Exported {
             .then(|| "the result says that it is not physically consistent".into())
     }
 
-    /// Checks that the properties are numbers, and those of a real body unless `unphysical` is set.
+    /// Checks that the properties are numbers and, unless `despite_verdict` is set, those of a real body and not contradicted.
     ///
     /// # Errors
-    /// Exit 3; the message names the violated condition.
-    pub fn check(&self, unphysical: bool) -> Result<()> {
+    /// Exit 3; the message names the violated condition, or what the verdict says.
+    pub fn check(&self, despite_verdict: bool) -> Result<()> {
         let covariance = self.covariance.iter().flat_map(|c| c.iter().copied());
         let interval =
             self.interval().into_iter().flatten().flat_map(|end| Vec::from(end.as_slice()));
         let origin = self.placement.origin.iter().copied();
+        let source = &self.test.source;
         if !self.body.is_finite() || !covariance.chain(interval).chain(origin).all(f64::is_finite) {
             return Err(Error::undetermined(
                 "not_finite",
                 format!(
-                    "{}: the answer by {} is too large for a number in {}; solve again",
-                    self.test.source,
+                    "{source}: the answer by {} is too large for a number in {}; solve again",
                     self.method,
                     self.units.name()
                 ),
             ));
         }
-        match self.violated_condition() {
-            Some(condition) if !unphysical => Err(Error::undetermined(
+        if despite_verdict {
+            return Ok(());
+        }
+        if let Some(condition) = self.violated_condition() {
+            return Err(Error::undetermined(
                 "unphysical_result",
                 format!(
-                    "{}: the answer by {} is not that of a physical body: {condition}. Simulators refuse it; \
+                    "{source}: the answer by {} is not that of a physical body: {condition}. Simulators refuse it; \
                      measure again, choose another answer with --method, or write it all the same with \
-                     --unphysical",
-                    self.test.source, self.method
+                     --despite-verdict",
+                    self.method
                 ),
-            )),
-            _ => Ok(()),
+            ));
         }
+        if self.verdict == Some(Verdict::DoNotUse) {
+            let reason = self.doubts.first().map_or("see its verdict_reasons", String::as_str);
+            return Err(Error::undetermined(
+                "do_not_use",
+                format!(
+                    "{source}: the verdict on this result is not to use it: {reason}. Correct the layout or the data and \
+                     solve again, or write it all the same with --despite-verdict"
+                ),
+            ));
+        }
+        Ok(())
     }
 }

@@ -27,6 +27,7 @@ pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
     line("method", quoted(&exported.method));
     line("source", quoted(&exported.test.source));
     line("program", quoted(heading::PROGRAM));
+    line("verdict", exported.verdict.map_or("null".into(), |verdict| quoted(verdict.name())));
     line("physically_consistent", exported.violated_condition().is_none().to_string());
     line("convention", quoted(heading::convention()));
     line("units", String::new());

@@ -13,6 +13,9 @@
 mod report;
 mod words;
 
+pub(crate) use report::chi_squared_text;
+pub(crate) use words::clause as fault_clause;
+
 use massline_protocol::object::MeasurementResult;
 use massline_shared::Estimated;
 use massline_shared::diagnosis::{Code, Diagnostic};

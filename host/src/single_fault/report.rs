@@ -123,7 +123,8 @@ impl Examination {
     }
 }
 
-fn chi_squared_text(consistency: &Consistency<f64>) -> String {
+/// χ² and its degrees of freedom.
+pub(crate) fn chi_squared_text(consistency: &Consistency<f64>) -> String {
     format!("χ² {:.1} of {}", consistency.chi_squared, consistency.degrees_of_freedom)
 }
 

@@ -19,7 +19,7 @@ pub(super) fn code(fault: &SingleFault<f64>) -> Code {
 }
 
 /// Describes the mistake in a clause.
-pub(super) fn clause(fault: &SingleFault<f64>, layout: &HostLayout) -> String {
+pub(crate) fn clause(fault: &SingleFault<f64>, layout: &HostLayout) -> String {
     match fault {
         SingleFault::SensorAxes { sensor, reads } => {
             format!("{} {}", sensor_name(*sensor, layout), axes_clause(reads))

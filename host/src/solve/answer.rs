@@ -16,6 +16,7 @@ use crate::report::{
 };
 use crate::single_fault::Examination;
 use crate::suspension::{Comparison, SuspensionModes, warn_of_flexible_mode};
+use crate::verdict::{Evidence, Judgement, Verdict};
 
 /// Most answers that are printed whole.
 const SHOWN_WHOLE: usize = 2;
@@ -126,6 +127,28 @@ impl FrfSolution {
         self.identification.estimates.first()
     }
 
+    /// The verdict on the best method's answer; `None` without one.
+    pub fn judgement(&self) -> Option<Judgement> {
+        let Identification { priors, not_applicable, .. } = &self.identification;
+        let refusals = not_applicable.iter();
+        let evidence = Evidence {
+            examination: self.examination.as_ref(),
+            comparison: Some(&self.comparison),
+            refusals: refusals
+                .flat_map(|(method, reasons)| reasons.iter().map(|reason| (*method, *reason)))
+                .collect(),
+            diagnostics: [priors.as_slice(), &self.diagnostics].concat(),
+            ..Evidence::of(self.answer()?)
+        };
+        Some(evidence.judge())
+    }
+
+    /// The verdict, and the first line of the text that states it; `None` without an answer.
+    pub fn verdict(&self) -> Option<(Verdict, String)> {
+        let judgement = self.judgement()?;
+        Some((judgement.verdict(), report::verdict_line(&judgement, &self.layout)))
+    }
+
     /// The solution as JSON, in the form of all results.
     pub fn document(&self) -> Solution {
         let Self { layout, identification, .. } = self;
@@ -141,7 +164,13 @@ impl FrfSolution {
             accelerance_m_per_s2_per_n: lines.clone(),
             noise_m_per_s2_per_n: noise.clone(),
         };
+        let judgement = self.judgement();
+        let reasons_of = |judgement| {
+            report::verdict_reasons(judgement, layout, |diagnostic| message_in(diagnostic, layout))
+        };
         Solution {
+            verdict: judgement.as_ref().map(Judgement::verdict),
+            verdict_reasons: judgement.as_ref().map(reasons_of).unwrap_or_default(),
             results: identification.results_json(),
             not_applicable,
             details: identification.details_json(layout),

@@ -1,0 +1,81 @@
+//! The verdict on a result in words and as JSON.
+
+use massline_shared::diagnosis::Diagnostic;
+use massline_shared::layout::HostLayout;
+
+use crate::document::VerdictReason;
+use crate::single_fault::{chi_squared_text, fault_clause};
+use crate::verdict::{Concern, Judgement, Verdict};
+
+/// The first line of a result: the verdict, its gravest reason, and how many more there are.
+pub fn verdict_line(judgement: &Judgement, layout: &HostLayout) -> String {
+    let head = match judgement.verdict() {
+        Verdict::Good => return "Good: nothing puts this answer in doubt".into(),
+        Verdict::UseWithCare => "Use with care",
+        Verdict::DoNotUse => "Do not use this answer",
+    };
+    let [first, others @ ..] = judgement.concerns.as_slice() else { return head.into() };
+    let more = match others.len() {
+        0 => String::new(),
+        count => format!(" (and {count} more, below)"),
+    };
+    format!("{head}: {}{more}", clause(first, layout))
+}
+
+/// The reasons of a verdict, the gravest first; `message_of` makes the sentence of a finding.
+pub fn verdict_reasons(
+    judgement: &Judgement,
+    layout: &HostLayout,
+    message_of: impl Fn(&Diagnostic) -> String,
+) -> Vec<VerdictReason> {
+    let reason = |concern: &Concern| VerdictReason {
+        code: concern.code(),
+        verdict: concern.verdict(),
+        message: match concern {
+            Concern::Warning(diagnostic) => message_of(diagnostic),
+            other => clause(other, layout),
+        },
+    };
+    judgement.concerns.iter().map(reason).collect()
+}
+
+/// A concern as a clause.
+fn clause(concern: &Concern, layout: &HostLayout) -> String {
+    match concern {
+        Concern::Unphysical => "no real body has these properties".into(),
+        Concern::PreferredMethodFailed(method, reason) => format!(
+            "{}, the better method, has no answer from the same data: {}",
+            method.name(),
+            in_words(reason)
+        ),
+        Concern::Unconfirmed => {
+            "solved again in double precision, the same data give no answer by any method".into()
+        }
+        Concern::Contradicted(consistency) => format!(
+            "the data contradict the layout and its error budget ({})",
+            chi_squared_text(consistency)
+        ),
+        Concern::SingleMistake { faults, .. } => {
+            let clauses: Vec<_> = faults.iter().map(|fault| fault_clause(fault, layout)).collect();
+            match clauses.as_slice() {
+                [one] => format!("one mistake explains the data: {one}"),
+                several => format!("one of these mistakes explains the data: {}", several.join("; or ")),
+            }
+        }
+        Concern::ModelMisfit => "no body on its suspension fits the responses".into(),
+        Concern::FlexibleMode => {
+            "a flexible mode above the band puts every method off but the global fit".into()
+        }
+        Concern::MethodsDiffer => "the methods differ by more than chance".into(),
+        Concern::MethodOff(method) => {
+            format!("{} differs from the other methods by more than chance", method.name())
+        }
+        Concern::UncertaintyUnknown => "its standard deviations are not known".into(),
+        Concern::Warning(diagnostic) => in_words(diagnostic),
+    }
+}
+
+/// The name of a finding as words: the sentence stands below.
+fn in_words(diagnostic: &Diagnostic) -> String {
+    diagnostic.code.name().replace('_', " ")
+}

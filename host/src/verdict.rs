@@ -1,0 +1,301 @@
+//! Whether a result can be used: one verdict for each result, from typed concerns.
+//!
+//! | verdict | when |
+//! | --- | --- |
+//! | [`Verdict::Good`] | there is no concern |
+//! | [`Verdict::UseWithCare`] | warnings, methods that differ, or data that contradict the error budget within the limits below |
+//! | [`Verdict::DoNotUse`] | no body has these properties; the preferred method has no answer from the same data; the data contradict the layout beyond [`MOST_CONTRADICTION`], or a single mistake explains that they do; no body on its suspension fits the responses |
+//!
+//! The verdict is computed here and nowhere else. [`report`](crate::report) makes the sentences; they decide
+//! nothing.
+
+use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::identify::agreement::Outcome;
+use massline_shared::identify::single_fault::SingleFault;
+use massline_shared::identify::{Consistency, Estimate, Method};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::single_fault::{self, Examination};
+use crate::suspension::{Comparison, Doubt};
+
+/// χ² of the stated budget over its degrees of freedom from which an answer is not to be used: errors of three times their
+/// stated standard deviations. A bench that is twice as rough as stated has 4, on which the learning of the budget is
+/// tested.
+pub const MOST_CONTRADICTION: f64 = 9.0;
+
+/// Standard normal deviate that χ² must exceed as well: with few degrees of freedom chance alone makes χ² several times as
+/// large as expected. It exceeds this in three of a million tests.
+const BEYOND_CHANCE: f64 = 4.5;
+
+/// χ² of the stated budget over its degrees of freedom from which a single mistake that explains the data is decisive. Below it
+/// one of the hundreds of mistakes that are tried may fit by chance: of healthy tests as rough as stated, one in a thousand
+/// exceeds the limit of chance, and none comes to this.
+pub const DECISIVE_CONTRADICTION: f64 = 4.0;
+
+/// Whether a result can be used.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "verdict")]
+pub enum Verdict {
+    /// Nothing puts the answer in doubt.
+    Good,
+    /// The answer can be used by somebody who has read the concerns.
+    UseWithCare,
+    /// The answer is contradicted, or belongs to no body.
+    DoNotUse,
+}
+
+impl Verdict {
+    /// Every verdict, the best first.
+    pub const ALL: [Self; 3] = [Self::Good, Self::UseWithCare, Self::DoNotUse];
+
+    /// Its name in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::UseWithCare => "use_with_care",
+            Self::DoNotUse => "do_not_use",
+        }
+    }
+
+    /// Its name for people.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::UseWithCare => "use with care",
+            Self::DoNotUse => "do not use",
+        }
+    }
+
+    /// The verdict of this name in JSON.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|verdict| verdict.name() == name)
+    }
+}
+
+/// Something that puts an answer in doubt.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Concern {
+    /// No body has these ten properties.
+    Unphysical,
+    /// A method that is preferred to the answer's has none from the same data, for this reason.
+    PreferredMethodFailed(Method, Diagnostic),
+    /// The rig has an answer, and from the same data the program has none by any method.
+    Unconfirmed,
+    /// The data contradict the layout and its error budget beyond the limit.
+    Contradicted(Consistency<f64>),
+    /// A single mistake, or one of several that the data cannot tell apart, explains data that contradict the layout.
+    SingleMistake {
+        /// The mistakes, the most likely first.
+        faults: Vec<SingleFault<f64>>,
+        /// Whether the data contradict the layout so far that this is decisive.
+        is_decisive: bool,
+    },
+    /// No body on its suspension fits the responses.
+    ModelMisfit,
+    /// A flexible mode above the band puts every method off but the global fit, and this answer is not by the global fit.
+    FlexibleMode,
+    /// The methods differ by more than chance.
+    MethodsDiffer,
+    /// This method differs from the others by more than chance, and the answer is by this method.
+    MethodOff(Method),
+    /// The answer has no standard deviations.
+    UncertaintyUnknown,
+    /// A warning or an error about the test or the answer.
+    Warning(Diagnostic),
+}
+
+impl Concern {
+    /// What it makes of the result.
+    pub fn verdict(&self) -> Verdict {
+        match self {
+            Self::Unphysical
+            | Self::PreferredMethodFailed(..)
+            | Self::Unconfirmed
+            | Self::Contradicted(_)
+            | Self::SingleMistake { is_decisive: true, .. }
+            | Self::ModelMisfit => Verdict::DoNotUse,
+            _ => Verdict::UseWithCare,
+        }
+    }
+
+    /// Its stable name.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Unphysical => Code::NotPhysicallyConsistent.name(),
+            Self::PreferredMethodFailed(..) => "preferred_method_failed",
+            Self::Unconfirmed => "unconfirmed",
+            Self::Contradicted(_) => "contradicted",
+            Self::SingleMistake { .. } => "single_mistake",
+            Self::ModelMisfit => Code::ModelDoesNotFit.name(),
+            Self::FlexibleMode => Code::FlexibleModeAboveBand.name(),
+            Self::MethodsDiffer => "methods_differ",
+            Self::MethodOff(_) => "method_off",
+            Self::UncertaintyUnknown => "uncertainty_unknown",
+            Self::Warning(diagnostic) => diagnostic.code.name(),
+        }
+    }
+}
+
+/// What a result is judged by.
+#[derive(Clone, Debug)]
+pub struct Evidence<'a> {
+    /// The answer.
+    pub answer: &'a Estimate<f64>,
+    /// The search for a single mistake, where one was done.
+    pub examination: Option<&'a Examination>,
+    /// How the methods agree, where several answer.
+    pub comparison: Option<&'a Comparison>,
+    /// The methods without an answer, each with its reasons.
+    pub refusals: Vec<(Method, Diagnostic)>,
+    /// Findings about the test.
+    pub diagnostics: Vec<Diagnostic>,
+    /// Whether the rig has an answer that the program does not confirm.
+    pub is_unconfirmed: bool,
+}
+
+impl<'a> Evidence<'a> {
+    /// An answer alone.
+    pub fn of(answer: &'a Estimate<f64>) -> Self {
+        Self {
+            answer,
+            examination: None,
+            comparison: None,
+            refusals: Vec::new(),
+            diagnostics: Vec::new(),
+            is_unconfirmed: false,
+        }
+    }
+
+    /// Everything that puts the answer in doubt, the gravest first.
+    pub fn judge(&self) -> Judgement {
+        let mut concerns = Vec::new();
+        if !self.answer.body.is_physically_consistent() {
+            concerns.push(Concern::Unphysical);
+        }
+        if self.is_unconfirmed {
+            concerns.push(Concern::Unconfirmed);
+        }
+        concerns.extend(self.examination.and_then(mistake));
+        concerns.extend(self.contradiction());
+        concerns.extend(self.preferred_method());
+        concerns.extend(self.comparison.and_then(|comparison| self.disagreement(comparison)));
+        if self.answer.covariance.is_none() {
+            concerns.push(Concern::UncertaintyUnknown);
+        }
+        for warning in self.warnings() {
+            if !concerns.iter().any(|concern| *concern == Concern::Warning(warning)) {
+                concerns.push(Concern::Warning(warning));
+            }
+        }
+        // A stable sort: of equally grave concerns the first stays first.
+        concerns.sort_by_key(|concern| std::cmp::Reverse(concern.verdict()));
+        Judgement { concerns }
+    }
+
+    /// Data that contradict the error budget beyond the limit, by the stated budget of the nominal layout or, where that was
+    /// not examined, by what the answer itself leaves.
+    fn contradiction(&self) -> Option<Concern> {
+        let of_answer = || self.answer.consistency;
+        let consistency = self.examination.map_or_else(of_answer, |examination| examination.plain)?;
+        let exceeds = consistency.reduced() > MOST_CONTRADICTION
+            && consistency.equivalent_z() > BEYOND_CHANCE;
+        exceeds.then_some(Concern::Contradicted(consistency))
+    }
+
+    /// The method that would have been preferred to the answer's, where the data themselves are why it has none.
+    fn preferred_method(&self) -> Option<Concern> {
+        let place = |method: Method| Method::ALL.iter().position(|other| *other == method);
+        let is_better = |method: Method| place(method) < place(self.answer.method);
+        let same_data = |method: Method| {
+            method.entry().observes == self.answer.method.entry().observes
+        };
+        let failed = self.refusals.iter().find(|(method, reason)| {
+            is_better(*method) && same_data(*method) && is_of_data(reason.code)
+        });
+        failed.map(|(method, reason)| Concern::PreferredMethodFailed(*method, *reason))
+    }
+
+    /// How the answer stands among those of the other methods.
+    fn disagreement(&self, comparison: &Comparison) -> Option<Concern> {
+        match comparison.doubt {
+            Some(Doubt::Misfit) => return Some(Concern::ModelMisfit),
+            Some(Doubt::FlexibleMode) if self.answer.method != Method::GlobalFit => {
+                return Some(Concern::FlexibleMode);
+            }
+            _ => {}
+        }
+        let agreement = comparison.agreement.as_ref()?;
+        let place = comparison.methods.iter().position(|m| *m == Some(self.answer.method));
+        if place.is_some_and(|place| agreement.outliers.contains(&place)) {
+            return Some(Concern::MethodOff(self.answer.method));
+        }
+        (agreement.outcome() == Outcome::Differ).then_some(Concern::MethodsDiffer)
+    }
+
+    /// Warnings and errors about the test and the answer. Why another method has no answer is its own affair.
+    fn warnings(&self) -> impl Iterator<Item = Diagnostic> + '_ {
+        let all = self.answer.diagnostics.iter().chain(&self.diagnostics);
+        let is_reason = |diagnostic: &Diagnostic| {
+            let same = |(_, reason): &(Method, Diagnostic)| {
+                (reason.code, reason.subject) == (diagnostic.code, diagnostic.subject)
+            };
+            self.refusals.iter().any(same)
+        };
+        all.filter(move |diagnostic| {
+            diagnostic.severity > Severity::Note
+                && !is_of_other_form(diagnostic.code)
+                && !self.is_relied_on(diagnostic.code)
+                && !is_reason(diagnostic)
+        })
+        .copied()
+    }
+
+    /// True for a warning about a flexible mode beside an answer by the one method that takes it into account.
+    fn is_relied_on(&self, code: Code) -> bool {
+        let doubt = self.comparison.and_then(|comparison| comparison.doubt);
+        code == Code::FlexibleModeShows
+            && doubt == Some(Doubt::FlexibleMode)
+            && self.answer.method == Method::GlobalFit
+    }
+}
+
+/// A judged result.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Judgement {
+    /// What puts the answer in doubt, the gravest first.
+    pub concerns: Vec<Concern>,
+}
+
+impl Judgement {
+    /// The verdict: that of the gravest concern.
+    pub fn verdict(&self) -> Verdict {
+        self.concerns.iter().map(Concern::verdict).max().unwrap_or(Verdict::Good)
+    }
+}
+
+/// The single mistakes that an examination suspects.
+fn mistake(examination: &Examination) -> Option<Concern> {
+    let single_fault::Verdict::Suspected(suspects) = &examination.verdict else { return None };
+    let reduced = examination.plain.map_or(f64::INFINITY, |consistency| consistency.reduced());
+    Some(Concern::SingleMistake {
+        faults: suspects.iter().map(|suspect| suspect.fault).collect(),
+        is_decisive: reduced > DECISIVE_CONTRADICTION,
+    })
+}
+
+/// True for a reason that lies in the data, not in what the method needs: the method was tried and has failed.
+fn is_of_data(code: Code) -> bool {
+    matches!(
+        code,
+        Code::NotConverged | Code::MassNotPositive | Code::NotPhysicallyConsistent
+    )
+}
+
+/// True for which form of damping does not fit: the method with that form is refused.
+fn is_of_other_form(code: Code) -> bool {
+    matches!(code, Code::DampingNotStructural | Code::DampingNotViscous)
+}
