@@ -273,10 +273,12 @@ impl<'a> HostSolution<'a> {
         }
         let reasons = self.identification.not_applicable.first();
         let none = || Error::undetermined("lines_missing", self.notes.join("; "));
-        Some(reasons.map_or_else(none, |(_, reasons)| match self.profile {
-            TestProfile::Suspension => no_modal_answer(&self.layout, reasons),
-            TestProfile::MassLine => first_error(reasons, |d| message_in(d, &self.layout))
-                .unwrap_or_else(|| Error::undetermined("no_answer", self.notes.join("; "))),
+        Some(reasons.map_or_else(none, |(_, reasons)| {
+            match self.profile {
+                TestProfile::Suspension => no_modal_answer(&self.layout, reasons),
+                TestProfile::MassLine => first_error(reasons, |d| message_in(d, &self.layout))
+                    .unwrap_or_else(|| Error::undetermined("no_answer", self.notes.join("; "))),
+            }
         }))
     }
 

@@ -200,7 +200,8 @@ impl<'a> Evidence<'a> {
     /// not examined, by what the answer itself leaves.
     fn contradiction(&self) -> Option<Concern> {
         let of_answer = || self.answer.consistency;
-        let consistency = self.examination.map_or_else(of_answer, |examination| examination.plain)?;
+        let consistency =
+            self.examination.map_or_else(of_answer, |examination| examination.plain)?;
         let exceeds = consistency.reduced() > MOST_CONTRADICTION
             && consistency.equivalent_z() > BEYOND_CHANCE;
         exceeds.then_some(Concern::Contradicted(consistency))
@@ -210,9 +211,8 @@ impl<'a> Evidence<'a> {
     fn preferred_method(&self) -> Option<Concern> {
         let place = |method: Method| Method::ALL.iter().position(|other| *other == method);
         let is_better = |method: Method| place(method) < place(self.answer.method);
-        let same_data = |method: Method| {
-            method.entry().observes == self.answer.method.entry().observes
-        };
+        let same_data =
+            |method: Method| method.entry().observes == self.answer.method.entry().observes;
         let failed = self.refusals.iter().find(|(method, reason)| {
             is_better(*method) && same_data(*method) && is_of_data(reason.code)
         });
@@ -289,13 +289,128 @@ fn mistake(examination: &Examination) -> Option<Concern> {
 
 /// True for a reason that lies in the data, not in what the method needs: the method was tried and has failed.
 fn is_of_data(code: Code) -> bool {
-    matches!(
-        code,
-        Code::NotConverged | Code::MassNotPositive | Code::NotPhysicallyConsistent
-    )
+    matches!(code, Code::NotConverged | Code::MassNotPositive | Code::NotPhysicallyConsistent)
 }
 
 /// True for which form of damping does not fit: the method with that form is refused.
 fn is_of_other_form(code: Code) -> bool {
     matches!(code, Code::DampingNotStructural | Code::DampingNotViscous)
+}
+
+#[cfg(test)]
+mod tests {
+    use massline_shared::body::RigidBody;
+    use massline_shared::diagnosis::Diagnostics;
+    use nalgebra::{SMatrix, SVector};
+
+    use super::*;
+    use crate::single_fault::Suspect;
+
+    /// A sound answer.
+    fn estimate() -> Estimate<f64> {
+        let theta = [2.0, 0.1, 0.2, 0.3, 0.03, 0.02, 0.04, 0.0, 0.0, 0.001];
+        Estimate {
+            method: Method::MaximumLikelihood,
+            body: RigidBody::from_theta(&SVector::from(theta)),
+            covariance: Some(SMatrix::identity()),
+            condition: 8.0,
+            consistency: None,
+            learned: None,
+            diagnostics: Diagnostics::new(),
+        }
+    }
+
+    fn warning(code: Code) -> Diagnostic {
+        Diagnostic::whole(code, Severity::Warning, 1.0)
+    }
+
+    fn examination(chi_squared: f64, verdict: single_fault::Verdict) -> Examination {
+        let plain = Some(Consistency { chi_squared, degrees_of_freedom: 17 });
+        Examination { plain, verdict, runner_up: None, tested: 100, hidden: None }
+    }
+
+    #[test]
+    fn an_answer_without_concerns_is_good() {
+        let judgement = Evidence::of(&estimate()).judge();
+        assert_eq!((judgement.verdict(), judgement.concerns.len()), (Verdict::Good, 0));
+    }
+
+    #[test]
+    fn no_body_has_the_properties_of_an_unphysical_answer() {
+        let mut estimate = estimate();
+        estimate.body.inertia[(0, 0)] = -0.03;
+        assert_eq!(Evidence::of(&estimate).judge().verdict(), Verdict::DoNotUse);
+    }
+
+    #[test]
+    fn a_warning_asks_for_care_and_a_note_does_not() {
+        let estimate = estimate();
+        let with = |diagnostic| {
+            let diagnostics = vec![diagnostic];
+            Evidence { diagnostics, ..Evidence::of(&estimate) }.judge()
+        };
+        let judgement = with(warning(Code::NoPlateau));
+        assert_eq!(judgement.verdict(), Verdict::UseWithCare);
+        assert_eq!(judgement.concerns[0].code(), Code::NoPlateau.name());
+        let note = Diagnostic { severity: Severity::Note, ..warning(Code::NoPlateau) };
+        assert_eq!(with(note).verdict(), Verdict::Good);
+    }
+
+    #[test]
+    fn data_that_contradict_the_budget_beyond_the_limit_are_not_to_be_used() {
+        let estimate = estimate();
+        // χ² of a bench twice as rough as stated, 4 times 17, and of one four times as rough, 16 times 17.
+        for (chi_squared, expected) in [(68.0, Verdict::Good), (272.0, Verdict::DoNotUse)] {
+            let examination = examination(chi_squared, single_fault::Verdict::NothingSuspicious);
+            let evidence = Evidence { examination: Some(&examination), ..Evidence::of(&estimate) };
+            assert_eq!(evidence.judge().verdict(), expected, "{chi_squared}");
+        }
+    }
+
+    #[test]
+    fn a_single_mistake_is_decisive_where_the_data_contradict_the_layout_clearly() {
+        let estimate = estimate();
+        let consistency = Consistency { chi_squared: 17.0, degrees_of_freedom: 17 };
+        let suspect =
+            Suspect { fault: SingleFault::HitReversed { hit: 1 }, consistency, scale: None };
+        // The limit of chance, 40.8, and three times that.
+        for (chi_squared, expected) in [(42.0, Verdict::UseWithCare), (120.0, Verdict::DoNotUse)] {
+            let suspected = single_fault::Verdict::Suspected(vec![suspect]);
+            let examination = examination(chi_squared, suspected);
+            let evidence = Evidence { examination: Some(&examination), ..Evidence::of(&estimate) };
+            let judgement = evidence.judge();
+            assert_eq!(judgement.verdict(), expected, "{chi_squared}");
+            assert_eq!(judgement.concerns[0].code(), "single_mistake");
+        }
+    }
+
+    #[test]
+    fn an_answer_in_place_of_a_better_method_that_failed_is_not_to_be_used() {
+        let estimate = Estimate { method: Method::InertiaRestraint, ..estimate() };
+        let refused = |code| {
+            let refusals = vec![(Method::MaximumLikelihood, warning(code))];
+            Evidence { refusals, ..Evidence::of(&estimate) }.judge().verdict()
+        };
+        assert_eq!(refused(Code::NotConverged), Verdict::DoNotUse);
+        // What a method needs and the layout does not have says nothing about the data.
+        assert_eq!(refused(Code::FewerThanThreeSensors), Verdict::Good);
+    }
+
+    #[test]
+    fn the_gravest_concern_stands_first() {
+        let mut estimate = estimate();
+        estimate.covariance = None;
+        estimate.body.mass = -1.0;
+        let judgement = Evidence::of(&estimate).judge();
+        let codes: Vec<_> = judgement.concerns.iter().map(Concern::code).collect();
+        assert_eq!(codes, [Code::NotPhysicallyConsistent.name(), "uncertainty_unknown"]);
+    }
+
+    #[test]
+    fn every_verdict_has_its_name_in_json() {
+        for verdict in Verdict::ALL {
+            assert_eq!(serde_json::json!(verdict), verdict.name());
+            assert_eq!(Verdict::from_name(verdict.name()), Some(verdict));
+        }
+    }
 }

@@ -9,7 +9,7 @@ use massline::calibration::capacitor::{extra_capacitors, refusal};
 use massline::calibration::cutoffs::{CutoffError, RcCutoff};
 use massline::calibration::electronics::ConversionOrder;
 use massline::calibration::tumble::TumbleFile;
-use massline::calibration::verify::{Verdict, drifts};
+use massline::calibration::verify::{DriftVerdict, drifts};
 use massline::commands::bench_test::nominal_calibration;
 use massline::commands::calibrate::block::{BlockTest, LAYOUT};
 use massline::commands::calibrate::demo::{calibrate, error_of_scale, sensitivity_errors};
@@ -134,13 +134,13 @@ fn a_drifted_sensor_is_found_by_a_quick_block_test() {
     };
     let all = verify(&record);
     // Three hits that are 2 mm off: 0.8 % on a channel; 3 % is well beyond that.
-    assert!(all.iter().all(|d| d.verdict != Verdict::Drifted), "{all:?}");
+    assert!(all.iter().all(|d| d.verdict != DriftVerdict::Drifted), "{all:?}");
     // Sensor 2 y is now 10 % more sensitive than the rig's calibration says.
     record.calibration.channels[5].sensitivity /= 1.1;
     let all = verify(&record);
     for d in all {
         let drifted = (d.sensor, d.axis) == (1, 1);
-        assert_eq!(d.verdict == Verdict::Drifted, drifted, "{d:?}");
+        assert_eq!(d.verdict == DriftVerdict::Drifted, drifted, "{d:?}");
         assert!(!drifted || (d.drift - 0.1).abs() < 0.03, "{d:?}");
     }
 }

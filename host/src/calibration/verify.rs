@@ -2,9 +2,11 @@
 
 use massline_shared::calibration::block::SensorRatio;
 
+use crate::verdict;
+
 /// The verdict on one channel, the best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
+pub enum DriftVerdict {
     /// Within the tolerance, as far as this test can resolve it.
     Good,
     /// The test is too coarse for the tolerance: more hits are needed.
@@ -13,13 +15,22 @@ pub enum Verdict {
     Drifted,
 }
 
-impl Verdict {
+impl DriftVerdict {
     /// Its name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Good => "good",
             Self::Drifted => "drifted",
             Self::Unclear => "unclear",
+        }
+    }
+
+    /// What it makes of the calibration.
+    pub fn on_calibration(self) -> verdict::Verdict {
+        match self {
+            Self::Good => verdict::Verdict::Good,
+            Self::Unclear => verdict::Verdict::UseWithCare,
+            Self::Drifted => verdict::Verdict::DoNotUse,
         }
     }
 
@@ -45,7 +56,7 @@ pub struct Drift {
     /// Its standard deviation.
     pub sigma: f64,
     /// The verdict.
-    pub verdict: Verdict,
+    pub verdict: DriftVerdict,
 }
 
 /// The verdict on one sensor: that of its worst axis.
@@ -56,7 +67,7 @@ pub struct SensorVerdict {
     /// The largest drift of its axes, relative.
     pub largest: f64,
     /// The verdict.
-    pub verdict: Verdict,
+    pub verdict: DriftVerdict,
 }
 
 /// The verdict on each sensor.
@@ -94,13 +105,13 @@ pub fn drifts(sensors: &[SensorRatio<f64>], tolerance: f64) -> Vec<Drift> {
 
 /// A drift is significant beyond three standard deviations. To resolve the tolerance, a test needs a standard
 /// deviation below three quarters of it, because a standard deviation from few hits is itself uncertain.
-fn judge(drift: f64, sigma: f64, tolerance: f64) -> Verdict {
+fn judge(drift: f64, sigma: f64, tolerance: f64) -> DriftVerdict {
     if drift.abs() > tolerance && drift.abs() > 3.0 * sigma {
-        Verdict::Drifted
+        DriftVerdict::Drifted
     } else if drift.abs() > tolerance || sigma > 0.75 * tolerance {
-        Verdict::Unclear
+        DriftVerdict::Unclear
     } else {
-        Verdict::Good
+        DriftVerdict::Good
     }
 }
 
@@ -110,10 +121,10 @@ mod tests {
 
     #[test]
     fn a_drift_is_judged_by_tolerance_and_sigma() {
-        assert_eq!(judge(0.002, 0.003, 0.01), Verdict::Good);
-        assert_eq!(judge(-0.03, 0.003, 0.01), Verdict::Drifted);
-        assert_eq!(judge(0.012, 0.005, 0.01), Verdict::Unclear);
-        assert_eq!(judge(0.0, 0.02, 0.01), Verdict::Unclear);
+        assert_eq!(judge(0.002, 0.003, 0.01), DriftVerdict::Good);
+        assert_eq!(judge(-0.03, 0.003, 0.01), DriftVerdict::Drifted);
+        assert_eq!(judge(0.012, 0.005, 0.01), DriftVerdict::Unclear);
+        assert_eq!(judge(0.0, 0.02, 0.01), DriftVerdict::Unclear);
     }
 
     #[test]
@@ -121,12 +132,15 @@ mod tests {
         let of =
             |sensor, axis, drift, verdict| Drift { sensor, axis, drift, sigma: 0.001, verdict };
         let sensors = by_sensor(&[
-            of(0, 0, 0.001, Verdict::Good),
-            of(0, 1, -0.05, Verdict::Drifted),
-            of(0, 2, 0.012, Verdict::Unclear),
-            of(1, 0, 0.002, Verdict::Good),
+            of(0, 0, 0.001, DriftVerdict::Good),
+            of(0, 1, -0.05, DriftVerdict::Drifted),
+            of(0, 2, 0.012, DriftVerdict::Unclear),
+            of(1, 0, 0.002, DriftVerdict::Good),
         ]);
         let of = |sensor, largest, verdict| SensorVerdict { sensor, largest, verdict };
-        assert_eq!(sensors, [of(0, -0.05, Verdict::Drifted), of(1, 0.002, Verdict::Good)]);
+        assert_eq!(
+            sensors,
+            [of(0, -0.05, DriftVerdict::Drifted), of(1, 0.002, DriftVerdict::Good)]
+        );
     }
 }

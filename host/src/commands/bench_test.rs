@@ -21,12 +21,15 @@ use crate::output::Output;
 use crate::rig::{RigKind, SimulatedRig};
 use crate::toml_file;
 
+/// The bench of commands that are given none.
+const DEFAULT_BENCH: &str = "default";
+
 /// The bench of a test.
 #[derive(Clone, Debug, clap::Args)]
 pub struct BenchArgs {
-    /// Name of a bundled bench, or a TOML file.
-    #[arg(long, value_name = "NAME|FILE", default_value = "default", help = bench_help())]
-    pub bench: String,
+    /// Name of a bundled bench, or a TOML file; `None` for that of the command.
+    #[arg(long, value_name = "NAME|FILE", help = bench_help())]
+    pub bench: Option<String>,
     /// Seed of all random numbers on the bench.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed)]
     pub seed: u64,
@@ -58,23 +61,31 @@ enum Errors {
 pub fn bench_help() -> String {
     let about = |bundled: &Bundled| format!("`{}` ({})", bundled.name, bundled.about);
     let all: Vec<String> = Bench::BUNDLED.iter().map(about).collect();
-    format!("Bench: {}, or a TOML file", all.join(", "))
+    format!(
+        "Bench: {}, or a TOML file [default: {DEFAULT_BENCH}; for `simulate`, the object of the layout's [reference]]",
+        all.join(", ")
+    )
 }
 
 impl BenchArgs {
-    /// The bench.
+    /// The bench; without a name the default one.
     ///
     /// # Errors
     /// When there is no bench of this name, or the file is bad.
     pub fn open(&self) -> Result<Bench> {
-        let mut bench = open_bench(&self.bench)?;
+        let bench = open_bench(self.bench.as_deref().unwrap_or(DEFAULT_BENCH))?;
+        Ok(self.with_faults(bench))
+    }
+
+    /// The bench, with the faults and errors of the arguments.
+    pub fn with_faults(&self, mut bench: Bench) -> Bench {
         bench.faults.extend(&self.fault);
         bench.errors = match self.errors {
             None => bench.errors,
             Some(Errors::Bench) => ErrorsFrom::Bench,
             Some(Errors::Layout) => ErrorsFrom::Layout,
         };
-        Ok(bench)
+        bench
     }
 }
 

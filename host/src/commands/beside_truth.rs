@@ -31,6 +31,8 @@ pub struct ShownTest<'a> {
     pub report: &'a ReportArgs,
     /// What becomes of a report that is there already.
     pub existing: Existing,
+    /// What is simulated, in a line.
+    pub description: &'a str,
 }
 
 /// What a test has measured, with its archive if the report needs it.
@@ -84,6 +86,7 @@ impl ShownTest<'_> {
         };
         let report = self.report.write(|| results_of(archive.map(|of| (name, of))), self.existing);
         let value = Simulation {
+            simulated: self.description.to_owned(),
             test: comparison.to_json(|measurement| again.add_to(measurement))?,
             report: report.as_ref().ok().cloned().flatten(),
             tape,
@@ -101,8 +104,9 @@ impl ShownTest<'_> {
             let heading = output.toned(&self.file.title, Tone::Strong);
             let first = verdict.map(|(verdict, line)| output.verdict_line(verdict, &line) + "\n");
             format!(
-                "{}{heading}\n{}{table}{}worst: {worst:+.3} % of scale at {symbol}\n{remark}\n{}",
+                "{}{heading}\n{}\n{}{table}{}worst: {worst:+.3} % of scale at {symbol}\n{remark}\n{}",
                 first.unwrap_or_default(),
+                self.description,
                 again.which_to_use(),
                 again.hammer_text(),
                 again.to_text().trim_end()

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use massline_shared::layout::CALIBRATED_HAMMER_GAIN;
-use massline_virtual::bench::ErrorsFrom;
+use massline_virtual::bench::{Bench, ErrorsFrom};
 
-use super::bench_test::{BenchArgs, nominal_calibration, source_on};
+use super::bench_test::{nominal_calibration, source_on};
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::monte_carlo::measurement::TestLayout;
@@ -70,6 +70,20 @@ fn runs(text: &str) -> std::result::Result<NonZeroU64, String> {
     })
 }
 
+/// What is simulated again and again.
+#[derive(Clone, Debug)]
+pub struct StudyObject<'a> {
+    /// The object and the measuring chain.
+    pub bench: &'a Bench,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// What is simulated, in a line.
+    pub description: String,
+}
+
+/// Runs after which a study in which none has an answer is not continued.
+const FUTILE_RUNS: u64 = 5;
+
 /// Runs the study.
 ///
 /// # Errors
@@ -78,13 +92,12 @@ fn runs(text: &str) -> std::result::Result<NonZeroU64, String> {
 pub fn run(
     path: &Path,
     file: &LayoutFile,
-    bench: &BenchArgs,
+    object: StudyObject<'_>,
     args: &MonteCarloArgs,
     runs: NonZeroU64,
     output: &mut Output,
 ) -> Result<()> {
-    let seed = bench.seed;
-    let bench = bench.open()?;
+    let StudyObject { bench, seed, description } = object;
     let mut layout: TestLayout = file.layout.cast().ok_or_else(|| {
         let text = "the layout has more sensors or hits than a rig takes";
         Error::input("layout_too_large", text).within(path.display())
@@ -94,12 +107,12 @@ pub fn run(
         (layout.hammer_gain, layout.calibrated_hammer) = (CALIBRATED_HAMMER_GAIN, false);
     }
     if args.budget == Budget::Bench {
-        apply_bench_budget(&mut layout, &bench);
+        apply_bench_budget(&mut layout, bench);
     }
-    let calibration = nominal_calibration(&bench);
-    source_on(&bench, &file.layout, seed)?;
+    let calibration = nominal_calibration(bench);
+    source_on(bench, &file.layout, seed)?;
     let monte_carlo = MonteCarlo {
-        bench: &bench,
+        bench,
         layout: &layout,
         calibration: &calibration,
         seed,
@@ -107,7 +120,10 @@ pub fn run(
         threads: args.threads,
     };
     let bar = output.bar(runs.get(), "runs");
-    let study = monte_carlo.run(output.interrupt(), |done| bar.set_position(done))?;
+    let mut study = monte_carlo.first_runs(FUTILE_RUNS, output.interrupt())?;
+    if !study.is_futile() {
+        study = monte_carlo.run(output.interrupt(), |done| bar.set_position(done))?;
+    }
     bar.finish_and_clear();
     let settings = StudySettings {
         seed,
@@ -121,35 +137,41 @@ pub fn run(
     };
     let value = report::to_json(&study, settings);
     let Some(error) = shortcoming(&study) else {
-        return output.answer(&value, |output| to_text(&study, file, output));
+        return output.answer(&value, |output| to_text(&study, file, &description, output));
     };
     // The results so far are printed too; with `--json` in the object of the error.
     if output.json() {
         output.explain(&value);
     } else {
-        let text = to_text(&study, file, output);
+        let text = to_text(&study, file, &description, output);
         output.text(text)?;
     }
     Err(error.within(path.display()))
 }
 
-fn to_text(study: &Study, file: &LayoutFile, output: &Output) -> String {
+fn to_text(study: &Study, file: &LayoutFile, description: &str, output: &Output) -> String {
     let heading = output.toned(&file.title, Tone::Strong);
-    format!("{heading}\n{}", report::to_text(study))
+    format!("{heading}\n{description}\n{}", report::to_text(study))
 }
 
 /// The error for a study that is incomplete or has no answer.
 fn shortcoming(study: &Study) -> Option<Error> {
-    if study.runs < study.wanted {
+    if study.runs < study.wanted && !study.is_futile() {
         let done = format!("interrupted after {} of {} runs", study.runs, study.wanted);
         return Some(Error::interrupted(done));
     }
     let unanswered = study.methods.iter().all(|method| method.answers == 0);
     unanswered.then(|| {
+        let stopped = match study.runs < study.wanted {
+            true => {
+                format!("the first {} runs all failed, and the others were left out: ", study.runs)
+            }
+            false => String::new(),
+        };
         let reason = study.unmeasured.as_ref().map_or_else(
             || "no method has an answer in any run; see massline layout check".to_owned(),
             |(_, first)| first.to_string(),
         );
-        Error::undetermined("no_answer", reason)
+        Error::undetermined("no_answer", stopped + &reason)
     })
 }

@@ -82,8 +82,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let result = campaign
         .run(&mut rig, output, &mut |client, status, shown| player.steer(client, status, shown))?;
     let nominal = NominalTest::of_file(&file);
-    let shown =
-        show::document(result.test(), Some(&nominal), args.method.selection(), output)?;
+    let shown = show::document(result.test(), Some(&nominal), args.method.selection(), output)?;
     output.conclude(shown.value.verdict);
     shown.print(output)
 }

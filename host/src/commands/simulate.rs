@@ -1,5 +1,7 @@
 //! `massline simulate`: simulates a measurement with a layout on the bench.
 
+mod object;
+
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -11,20 +13,22 @@ use massline_virtual::source::ScanSource;
 use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
 use super::beside_truth::ShownTest;
 use super::files;
-use super::monte_carlo::{self, MonteCarloArgs};
+use super::monte_carlo::{self, MonteCarloArgs, StudyObject};
 use super::simulated::{ReportArgs, RigArgs};
 use crate::commands::files::ReplaceArgs;
 use crate::error::Result;
 use crate::file::Existing;
 use crate::output::Output;
 use crate::tape::{Segment, Sidecar, TapeWriter};
+use object::SimulatedObject;
 
 /// Arguments of `massline simulate`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-The object hangs on the bench; the sensors and marks are where the layout says, up to the errors of
-the bench. The result is printed beside the truth. A layout with profile = 'suspension' in its
-[test] has records of 40 s taken, of a bench on springs such as `wheel`.
+The object is the one that the layout's [reference] states, as a rigid body on a soft suspension, or that
+of --bench. The sensors and marks are where the layout says, up to the errors of the bench. The result is
+printed beside the truth. A layout with profile = 'suspension' in its [test] has records of 40 s taken.
+The exit code is 3 when the verdict is not to use the answer.
 
 With --runs the test is repeated with other errors each time, on all cores, from ADC codes to the
 ten properties by every method: bias, rms error, rms error over the Cramér-Rao bound, and how
@@ -35,6 +39,7 @@ of cores.
 
 Examples:
   massline simulate frame.toml
+  massline simulate frame.toml --suspension-hz 5
   massline simulate frame.toml --bench ideal --seed 5 --json
   massline simulate frame.toml --bench uncalibrated --calibration rig.toml
   massline simulate frame.toml --report frame.html
@@ -49,6 +54,9 @@ pub struct Args {
     layout: PathBuf,
     #[command(flatten)]
     bench: BenchArgs,
+    /// Highest suspension mode of the object of [reference], Hz [default: 3; 7.5 in the suspension profile].
+    #[arg(long, value_name = "HZ", conflicts_with = "bench", value_parser = suspension_hz)]
+    suspension_hz: Option<f64>,
     #[command(flatten)]
     rig: RigArgs,
     /// Calibration file; default: the calibration that the data sheets of the bench state.
@@ -72,12 +80,16 @@ pub struct Args {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = files::layout(&args.layout, output)?;
     let layout = files::for_rig(&file, &args.layout)?;
+    let object = SimulatedObject::of(&args.bench, args.suspension_hz, &file)
+        .map_err(|error| error.within(args.layout.display()))?;
+    output.note(&object.description);
+    let SimulatedObject { bench, description } = object;
     if let Some(runs) = args.monte_carlo.runs {
-        return monte_carlo::run(&args.layout, &file, &args.bench, &args.monte_carlo, runs, output);
+        let study = StudyObject { bench: &bench, seed: args.bench.seed, description };
+        return monte_carlo::run(&args.layout, &file, study, &args.monte_carlo, runs, output);
     }
     args.report.check(args.replace.existing())?;
     let given = files::calibration(args.calibration.as_deref(), &file)?;
-    let bench = args.bench.open()?;
     let calibration = given.unwrap_or_else(|| nominal_calibration(&bench).into());
     let firmware = args.rig.image()?;
     let name: String =
@@ -91,7 +103,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         firmware: firmware.as_deref(),
     };
     let existing = args.replace.existing();
-    let shown = ShownTest { test, file: &file, report: &args.report, existing };
+    let shown =
+        ShownTest { test, file: &file, report: &args.report, existing, description: &description };
     let Some(path) = &args.tape else {
         let measured = shown.measure(&calibration, output, |source| source)?;
         return shown.print(measured, None, output);
@@ -107,6 +120,12 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     shown.print(measured?, tape, output)?;
     // The answer needs no tape.
     taped.map(|_| ())
+}
+
+/// Parses the frequency of a suspension.
+fn suspension_hz(text: &str) -> std::result::Result<f64, String> {
+    let hz = text.parse::<f64>().ok().filter(|hz| (0.1..=100.0).contains(hz));
+    hz.ok_or_else(|| "give a frequency from 0.1 to 100 Hz".into())
 }
 
 /// Records the scans of a source on a tape, one segment per arming: all that the rig sees from the start of its sampler on, so that

@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Electronics, Finding, Memory};
+use crate::verdict::Verdict;
 
 /// A calibration.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -76,6 +77,8 @@ pub struct SensorCalibration {
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "tumble_calibration")]
 pub struct TumbleCalibration {
+    /// Whether the calibration can be used.
+    pub verdict: Verdict,
     /// The calibration.
     #[serde(flatten)]
     pub calibration: Calibration,
@@ -131,6 +134,8 @@ pub struct Hum {
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "block_calibration")]
 pub struct BlockCalibration {
+    /// Whether the calibration can be used.
+    pub verdict: Verdict,
     /// The calibration.
     #[serde(flatten)]
     pub calibration: Calibration,
@@ -204,6 +209,8 @@ pub struct RcCutoff {
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "calibration_check")]
 pub struct CalibrationCheck {
+    /// Whether the calibration can be used.
+    pub verdict: Verdict,
     /// The sensors.
     pub sensors: Vec<SensorCheck>,
     /// Their axes.

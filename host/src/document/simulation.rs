@@ -12,6 +12,8 @@ use super::{Measurement, Refusal};
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "simulation")]
 pub struct Simulation {
+    /// What was simulated, in a line.
+    pub simulated: String,
     /// The test.
     #[serde(flatten)]
     pub test: ComparedTest,

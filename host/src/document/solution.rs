@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{Agreement, Details, Estimate, Finding, Modes, Refusal, SingleFaults, Unseen, VerdictReason};
+use super::{
+    Agreement, Details, Estimate, Finding, Modes, Refusal, SingleFaults, Unseen, VerdictReason,
+};
 use crate::verdict::Verdict;
 
 /// What `massline solve` finds from frequency responses.

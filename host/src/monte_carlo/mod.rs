@@ -85,6 +85,11 @@ impl Study {
     pub fn is_single(&self) -> bool {
         self.runs == 1
     }
+
+    /// True when there were runs, and no method has an answer in any of them.
+    pub fn is_futile(&self) -> bool {
+        self.runs > 0 && self.methods.iter().all(|method| method.answers == 0)
+    }
 }
 
 /// The result of one run.
@@ -101,6 +106,15 @@ impl MonteCarlo<'_> {
         progress: impl FnMut(u64) + Send,
     ) -> crate::Result<Study> {
         Ok(self.study(&self.runs(interrupt, progress)?))
+    }
+
+    /// The first runs of the study, at most so many.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn first_runs(&self, most: u64, interrupt: &Interrupt) -> crate::Result<Study> {
+        let few = Self { runs: self.runs.min(most), ..*self };
+        Ok(Study { wanted: self.runs, ..few.run(interrupt, |_| ())? })
     }
 
     /// The single runs, in the order of their numbers.

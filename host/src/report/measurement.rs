@@ -81,9 +81,10 @@ fn judgement_of(result: &MeasurementResult) -> Option<Judgement> {
     // A rig does not store to which method of mass lines a reason belongs.
     let reasons = |method| result.diagnostics.iter().map(move |reason| (method, *reason));
     let of_mass_lines = missing.flat_map(reasons);
-    let of_modes = result.refusals.iter().filter_map(|refusal| {
-        Some((Method::from_number(refusal.method)?, refusal.reason.into()))
-    });
+    let of_modes = result
+        .refusals
+        .iter()
+        .filter_map(|refusal| Some((Method::from_number(refusal.method)?, refusal.reason.into())));
     let refusals: Vec<_> = match result.profile() {
         TestProfile::MassLine => of_mass_lines.collect(),
         TestProfile::Suspension => of_modes.collect(),

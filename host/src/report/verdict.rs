@@ -59,7 +59,9 @@ fn clause(concern: &Concern, layout: &HostLayout) -> String {
             let clauses: Vec<_> = faults.iter().map(|fault| fault_clause(fault, layout)).collect();
             match clauses.as_slice() {
                 [one] => format!("one mistake explains the data: {one}"),
-                several => format!("one of these mistakes explains the data: {}", several.join("; or ")),
+                several => {
+                    format!("one of these mistakes explains the data: {}", several.join("; or "))
+                }
             }
         }
         Concern::ModelMisfit => "no body on its suspension fits the responses".into(),

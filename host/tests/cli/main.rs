@@ -46,4 +46,5 @@ mod tcp;
 mod terminal;
 #[cfg(target_os = "linux")]
 mod tumble_test;
+mod verdict;
 mod wrong_input;

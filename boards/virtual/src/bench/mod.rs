@@ -92,6 +92,12 @@ use settings::{
 use sprung_part::SprungPart;
 use suspension::{Suspension, SuspensionError};
 
+/// Frequencies of the suspension of a rigid object over the highest: three translations, three rotations. No two are equal, as on
+/// cords.
+const RELATIVE_FREQUENCIES: [f64; 6] = [0.38, 0.45, 0.9, 0.55, 0.72, 1.0];
+/// Its fraction of critical damping, that of the default bench.
+const RIGID_DAMPING_RATIO: f64 = 0.01;
+
 /// A checked bench.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bench {
@@ -162,6 +168,12 @@ pub enum BenchError {
          shape in every [[elastic_mode]], or write elastic_mode = []"
     )]
     NodeWithoutShape(u16),
+    /// No object has these properties.
+    #[error(
+        "no object has these properties: the mass must be positive and the inertia about the centre of mass must \
+         satisfy the triangle inequality"
+    )]
+    NoSuchBody,
     /// A fault refers to something that the layout does not have.
     #[error(
         "{fault}: there is no such {missing}; sensors and hits are counted from 1 in the order of the layout"
@@ -195,6 +207,33 @@ impl Bench {
 
     pub(crate) fn node(&self, id: u16) -> Option<&Node> {
         self.nodes.iter().find(|n| n.id == id)
+    }
+
+    /// The same measuring chain with a rigid object of these properties instead, whose highest suspension mode has the
+    /// frequency `highest_hz`. Any point of it can be hit or carry a sensor.
+    ///
+    /// # Errors
+    /// When no object has these properties, or it cannot hang.
+    pub fn with_rigid_body(
+        self,
+        body: RigidBody<f64>,
+        highest_hz: f64,
+    ) -> Result<Self, BenchError> {
+        if !body::is_physical(&body) {
+            return Err(BenchError::NoSuchBody);
+        }
+        let hz = RELATIVE_FREQUENCIES.map(|relative| relative * highest_hz);
+        let suspension = Suspension::Frequencies { hz, damping_ratio: RIGID_DAMPING_RATIO };
+        suspension::rigid_modes(&body, &suspension, &self.gravity)?;
+        Ok(Self {
+            title: "rigid body".into(),
+            body,
+            suspension,
+            sprung_part: None,
+            nodes: Vec::new(),
+            elastic: Vec::new(),
+            ..self
+        })
     }
 
     /// The bundled benches.

@@ -6,19 +6,19 @@ use std::path::{Path, PathBuf};
 use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::block::BlockMass;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
-use massline_shared::diagnosis::{Code, Diagnostic};
+use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::layout::RigLayout;
 use massline_shared::signal::HAMMER;
 use serde_json::json;
 
 use super::rig::{BlockRig, BlockShown, RigArgs};
-use super::{OriginArgs, report, store};
+use super::{OriginArgs, Warnings, report, store};
 use crate::calibration::block::{Block, Conditions};
 use crate::calibration::capacitor::{self, extra_capacitors};
 use crate::calibration::cutoffs::cutoffs;
 use crate::calibration::electronics::ConversionOrder;
 use crate::calibration::plausible;
-use crate::calibration::verify::{Verdict, drifts};
+use crate::calibration::verify::{DriftVerdict, drifts};
 use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
 use crate::clock;
 use crate::commands::measure::{ScreenArgs, fits, make_room, paused};
@@ -121,7 +121,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let mut rig = args.block.rig.block_rig(&test.file.layout, output)?;
     let before = rig.client.calibration()?;
     let found = test.run(&mut rig, &before, output)?;
-    judge(&found, &before, &test.layout, output)?;
+    let mut warnings = judge(&found, &before, &test.layout, output)?;
     plausible::check(&found, &before, args.block.mass, args.new_hammer)?;
     let mut record = before;
     found.write(&mut record);
@@ -130,21 +130,25 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         store(&mut rig.client, &record)?;
     }
     if let Some(hammer) = found.hammer.filter(|hammer| !hammer.is_consistent()) {
-        output.warn(format!(
+        let text = format!(
             "the directions disagree by {:.2} %: a sensor has changed since its tumble test, or some \
              hits missed the centre of mass",
             100.0 * hammer.departure.0,
-        ));
+        );
+        warnings.add(text, output);
     }
     let value = BlockCalibration {
+        verdict: warnings.verdict(),
         calibration: report::record_json(&record),
         block: report::block_json(&found),
         stored: !args.dry_run,
     };
-    output.answer(&value, |_| report::block_text(&found, &record))
+    output.answer(&value, |output| {
+        format!("{}\n{}", warnings.first_line(output), report::block_text(&found, &record))
+    })
 }
 
-/// Prints what the hits show besides the sensitivities, and refuses a breakout's own capacitor.
+/// Prints and counts what the hits show besides the sensitivities, and refuses a breakout's own capacitor.
 ///
 /// # Errors
 /// Exit 3 with the axes whose cutoff has turned out to be too low.
@@ -153,7 +157,7 @@ fn judge(
     before: &CalibrationRecord,
     layout: &RigLayout,
     output: &mut Output,
-) -> Result<()> {
+) -> Result<Warnings> {
     let low = extra_capacitors(&found.cutoffs);
     if let Some(error) = capacitor::refusal(&low) {
         if !output.json() {
@@ -164,9 +168,11 @@ fn judge(
         return Err(error);
     }
     show::list(&found.warnings, |d| message_in(d, layout), output);
-    capacitor::sentence(&low).into_iter().for_each(|text| output.warn(text));
-    found.electronics.warnings().into_iter().for_each(|text| output.warn(text));
-    Ok(())
+    let grave = found.warnings.iter().filter(|warning| warning.severity > Severity::Note);
+    let mut warnings = Warnings { count: grave.count() };
+    capacitor::sentence(&low).into_iter().for_each(|text| warnings.add(text, output));
+    found.electronics.warnings().into_iter().for_each(|text| warnings.add(text, output));
+    Ok(warnings)
 }
 
 /// Runs `calibrate verify`.
@@ -192,11 +198,14 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
     plausible::check_mass(&found, &record, args.block.mass, false)?;
     let all = drifts(&found.sensors, args.tolerance);
     let value = report::drifts_json(&all, args.tolerance, &record, &found);
-    let worst = all.iter().max_by_key(|d| d.verdict);
-    let text = report::drifts_text(&all, args.tolerance);
-    let error = match worst.map(|d| d.verdict) {
-        None | Some(Verdict::Good) => return output.answer(&value, |_| text),
-        Some(Verdict::Drifted) => Error::undetermined(
+    let worst = all.iter().map(|drift| drift.verdict).max();
+    let text = |output: &Output| {
+        let first = report::drift_verdict_line(worst, output);
+        format!("{first}\n{}", report::drifts_text(&all, args.tolerance))
+    };
+    let error = match worst {
+        None | Some(DriftVerdict::Good) => return output.answer(&value, text),
+        Some(DriftVerdict::Drifted) => Error::undetermined(
             "calibration_drifted",
             if from_data_sheets {
                 "the channels are not what their data sheets say: calibrate"
@@ -204,14 +213,14 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
                 "the calibration no longer holds: calibrate again"
             },
         ),
-        Some(Verdict::Unclear) => Error::undetermined(
+        Some(DriftVerdict::Unclear) => Error::undetermined(
             "drift_unclear",
             "these hits scatter too much to say whether it holds: use more --hits, or a larger \
              --tolerance",
         ),
     };
     if !output.json() {
-        output.text(text)?;
+        output.text(text(output))?;
     }
     output.explain(&value);
     Err(error)

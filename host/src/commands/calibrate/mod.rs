@@ -14,7 +14,8 @@ use crate::calibration::Origin;
 use crate::calibration::day::Day;
 use crate::calibration_file::short;
 use crate::error::{Error, Result};
-use crate::output::Output;
+use crate::output::{Output, counted};
+use crate::verdict::Verdict;
 
 /// Arguments of `massline calibrate`.
 #[derive(Debug, clap::Args)]
@@ -129,4 +130,32 @@ fn store(client: &mut crate::client::Client, record: &CalibrationRecord) -> Resu
         "the calibration read back from the rig differs from the one sent; `massline device stats` \
          may show why",
     ))
+}
+
+/// Warnings about a calibration, each printed when it is found.
+#[derive(Clone, Copy, Debug, Default)]
+struct Warnings {
+    count: usize,
+}
+
+impl Warnings {
+    /// Prints a warning.
+    fn add(&mut self, text: impl AsRef<str>, output: &mut Output) {
+        self.count += 1;
+        output.warn(text);
+    }
+
+    /// The verdict on the calibration. One that is contradicted is refused before it is stored.
+    fn verdict(self) -> Verdict {
+        if self.count == 0 { Verdict::Good } else { Verdict::UseWithCare }
+    }
+
+    /// The first line of the text, which states the verdict.
+    fn first_line(self, output: &Output) -> String {
+        let line = match self.count {
+            0 => "Good: nothing puts this calibration in doubt".to_owned(),
+            count => format!("Use with care: {}, above", counted(count, "warning")),
+        };
+        output.verdict_line(self.verdict(), &line)
+    }
 }

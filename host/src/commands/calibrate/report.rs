@@ -11,7 +11,7 @@ use nalgebra::Matrix3;
 use crate::calibration::block::Block;
 use crate::calibration::cutoffs::{CutoffError, FoundCutoff, RcCutoff};
 use crate::calibration::electronics::Memory;
-use crate::calibration::verify::{Drift, Verdict, by_sensor};
+use crate::calibration::verify::{Drift, DriftVerdict, by_sensor};
 use crate::document::{
     self, AxisDrift, Calibration, CalibrationCheck, Finding, HammerCalibration, HammerRatio,
     SensorCalibration, SensorCheck, TumbledSensor,
@@ -225,7 +225,9 @@ pub(super) fn drifts_json(
         largest_drift: of.largest,
         limit: tolerance,
     });
+    let worst = all.iter().map(|drift| drift.verdict).max();
     CalibrationCheck {
+        verdict: worst.unwrap_or(DriftVerdict::Good).on_calibration(),
         sensors: sensors.collect(),
         channels: channels.collect(),
         calibrated: record.date.as_str().to_owned(),
@@ -234,12 +236,25 @@ pub(super) fn drifts_json(
     }
 }
 
-fn tone_of(verdict: Verdict) -> Tone {
+fn tone_of(verdict: DriftVerdict) -> Tone {
     match verdict {
-        Verdict::Good => Tone::Good,
-        Verdict::Unclear => Tone::Warning,
-        Verdict::Drifted => Tone::Bad,
+        DriftVerdict::Good => Tone::Good,
+        DriftVerdict::Unclear => Tone::Warning,
+        DriftVerdict::Drifted => Tone::Bad,
     }
+}
+
+/// The first line of a check, which states the verdict of its worst channel.
+pub(super) fn drift_verdict_line(worst: Option<DriftVerdict>, output: &output::Output) -> String {
+    let worst = worst.unwrap_or(DriftVerdict::Good);
+    let line = match worst {
+        DriftVerdict::Good => "Good: the calibration holds",
+        DriftVerdict::Unclear => {
+            "Use with care: these hits do not show whether the calibration holds"
+        }
+        DriftVerdict::Drifted => "Do not use this calibration: it no longer holds",
+    };
+    output.verdict_line(worst.on_calibration(), line)
 }
 
 pub(super) fn drifts_text(all: &[Drift], tolerance: f64) -> String {

@@ -7,7 +7,7 @@ use massline_shared::layout::RIG_SENSORS;
 
 use super::helper::{Helper, Lines, OnScreen};
 use super::rig::{RigArgs, TumbleRig};
-use super::{OriginArgs, report, store};
+use super::{OriginArgs, Warnings, report, store};
 use crate::calibration::electronics::{ConversionOrder, Memory};
 use crate::calibration::tumble::{TumbleFile, check_rest};
 use crate::commands::rest::without_campaign;
@@ -78,14 +78,15 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     } else {
         take(&mut rig, &mut readings, &limits, &mut Lines::new(output))
     }?;
+    let mut warnings = Warnings::default();
     if let Some(loudest) = hum.iter().max_by(|a, b| a.volts().total_cmp(&b.volts())) {
-        output.warn(loudest.text());
+        warnings.add(loudest.text(), output);
     }
     let found = readings.solve(&limits)?;
     judge_level(&found, &limits)?;
     let order = ConversionOrder::of(&rig.identity);
     let memory = readings.memory(&order);
-    memory.iter().filter_map(Memory::warning).for_each(|text| output.warn(text));
+    memory.iter().filter_map(Memory::warning).for_each(|text| warnings.add(text, output));
     let mut record = rig.client.calibration()?;
     record.take_tumble(&found.sensors, found.hammer_zero);
     origin.write(&mut record);
@@ -95,11 +96,15 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let hum = hum.iter().copied().map(PositionHum::to_json).collect();
     let value = TumbleCalibration {
+        verdict: warnings.verdict(),
         calibration: report::record_json(&record),
         tumble: report::tumble_json(&found, hum, memory),
         stored: !args.dry_run,
     };
-    output.answer(&value, |_| report::tumble_text(&found, &record, &memory_text(memory.as_ref())))
+    output.answer(&value, |output| {
+        let text = report::tumble_text(&found, &record, &memory_text(memory.as_ref()));
+        format!("{}\n{text}", warnings.first_line(output))
+    })
 }
 
 /// The error, with what becomes of the readings when the person leaves.

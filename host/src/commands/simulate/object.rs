@@ -1,0 +1,86 @@
+//! What `massline simulate` simulates: the object that the layout states, or that of a bench.
+
+use massline_shared::body::RigidBody;
+use massline_shared::layout::TestProfile;
+use massline_virtual::bench::Bench;
+use massline_virtual::bench::suspension::Suspension;
+use nalgebra::{SVector, Vector3};
+
+use crate::commands::bench_test::{BenchArgs, open_bench};
+use crate::error::{Error, Result};
+use crate::layout_file::LayoutFile;
+use crate::output::counted;
+use crate::report::as_exact_as;
+
+/// Frequency of the highest suspension mode of an object whose mass lines are measured, Hz: cords that are soft enough for
+/// the default band.
+const SOFT_HZ: f64 = 3.0;
+/// The same where the suspension modes themselves are measured, Hz: as on the wheel of the literature.
+const STIFF_HZ: f64 = 7.5;
+
+/// A simulated object on its bench.
+#[derive(Clone, Debug)]
+pub(super) struct SimulatedObject {
+    /// The bench.
+    pub(super) bench: Bench,
+    /// What is simulated, in a line.
+    pub(super) description: String,
+}
+
+impl SimulatedObject {
+    /// The object of `--bench` or, without it, the one that the layout's `[reference]` states, as a rigid body on soft cords.
+    ///
+    /// # Errors
+    /// When the bench is bad, or the layout does not state an object.
+    pub(super) fn of(
+        args: &BenchArgs,
+        suspension_hz: Option<f64>,
+        file: &LayoutFile,
+    ) -> Result<Self> {
+        let (bench, place) = match &args.bench {
+            Some(name) => (args.open()?, format!(", bench {name}")),
+            None => (args.with_faults(stated(file, suspension_hz)?), String::new()),
+        };
+        let mass = as_exact_as(bench.body.mass, Some(bench.body.mass * 1e-2));
+        let elastic = match bench.elastic.len() {
+            0 => "no elastic modes".into(),
+            count => counted(count, "elastic mode"),
+        };
+        let suspension = match &bench.suspension {
+            Suspension::Frequencies { hz, .. } => {
+                format!("suspension {} Hz", hz.iter().fold(0.0_f64, |most, f| most.max(*f)))
+            }
+            Suspension::Cords { cords, .. } => counted(cords.len(), "cord"),
+        };
+        let kind = if bench.elastic.is_empty() { "rigid body" } else { "body" };
+        let description = format!("simulated: {kind} of {mass} kg, {elastic}, {suspension}{place}");
+        Ok(Self { bench, description })
+    }
+}
+
+/// The bench with the object that a layout states.
+fn stated(file: &LayoutFile, suspension_hz: Option<f64>) -> Result<Bench> {
+    let reference = file.reference.and_then(|reference| reference.complete());
+    let theta = reference.ok_or_else(|| {
+        Error::input(
+            "object_not_stated",
+            "the layout does not state which object to simulate: give all ten properties in [reference] (mass_kg, \
+             center_of_mass_m, inertia_kg_m2; estimates from CAD will do), or choose a bench, such as --bench default, \
+             the three-bar frame of the demo",
+        )
+    })?;
+    let body = RigidBody::from_theta(&SVector::from(theta));
+    let (chain, usual_hz) = match file.layout.test.profile {
+        TestProfile::MassLine => ("default", SOFT_HZ),
+        // A soft mallet and records of 40 s.
+        TestProfile::Suspension => ("wheel", STIFF_HZ),
+    };
+    let mut chain = open_bench(chain)?;
+    if let Some(gravity) = file.layout.gravity {
+        chain.gravity = Vector3::from(gravity);
+    }
+    let highest_hz = suspension_hz.unwrap_or(usual_hz);
+    chain
+        .with_rigid_body(body, highest_hz)
+        .map_err(|error| Error::from(error).within("[reference]"))
+}
