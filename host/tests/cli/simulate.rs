@@ -21,7 +21,16 @@ fn two_sensors() -> tempfile::NamedTempFile {
 }
 
 fn simulate_layout(layout: &str, arguments: &[&str]) -> (i32, Value) {
-    answer(&[&["simulate", layout], arguments].concat())
+    answer(&on_bench(layout, arguments))
+}
+
+/// A simulation on the bench of the demo, unless the arguments name another.
+fn on_bench<'a>(layout: &'a str, arguments: &[&'a str]) -> Vec<&'a str> {
+    let bench = match arguments.contains(&"--bench") {
+        true => &[][..],
+        false => &["--bench", "default"],
+    };
+    [&["simulate", layout], bench, arguments].concat()
 }
 
 #[test]
@@ -70,7 +79,7 @@ fn the_bench_has_the_errors_of_the_layout_when_asked() {
 #[test]
 fn a_fault_on_the_bench_is_named_beside_the_result() {
     let (code, value) = simulate(&["--fault", "flip:2y"]);
-    assert_eq!(code, 0);
+    assert_eq!(code, 3);
     let suspect = &value["single_faults"]["suspects"][0];
     assert_eq!((&suspect["code"], &suspect["sensor"]), (&"sensor_axes_suspect".into(), &2.into()));
     assert!(suspect["message"].as_str().unwrap().contains("y axis reversed"), "{suspect}");
@@ -108,7 +117,7 @@ fn many_runs_with_a_target_tell_how_often_it_was_reached_and_what_it_saved() {
 }
 
 fn text_of(layout: &str, arguments: &[&str]) -> String {
-    let run = run(&[&["simulate", layout], arguments].concat());
+    let run = run(&on_bench(layout, arguments));
     assert_eq!(run.exit, 0, "{}", run.stderr);
     // As one line, because long lines are broken between words.
     words(&run.stdout)
@@ -207,8 +216,65 @@ fn a_report_compares_with_the_simulated_object_and_does_not_change_the_result() 
     for words in ["simulated", "expected", "is too small for a clear response"] {
         assert!(text.contains(words), "{words}");
     }
-    let again = run(&["simulate", &layout, "--report", &page]);
+    let again = run(&on_bench(&layout, &["--report", &page]));
     assert_eq!(again.exit, 2, "{}", again.stderr);
     assert!(again.says("exists already"), "{}", again.stderr);
     assert_eq!(std::fs::read_to_string(&page).unwrap(), text);
+}
+
+/// A layout of an object that no bench has: five kilograms, nodes at other places, all of them stated.
+const OWN: &str = "\
+title = \"gearbox\"
+gravity = [0.0, 0.0, -9.80665]
+sensors = [1, 2, 3]
+hits = [\"4:+X\", \"5:+Y\", \"6:+Z\", \"7:-X\"]
+node = [
+    { id = 1, position_m = [0.15, 0.0, 0.02] },
+    { id = 2, position_m = [-0.12, 0.14, 0.0] },
+    { id = 3, position_m = [-0.1, -0.13, 0.05] },
+    { id = 4, position_m = [-0.16, 0.09, 0.08] },
+    { id = 5, position_m = [0.13, -0.15, -0.06] },
+    { id = 6, position_m = [0.1, 0.12, 0.1] },
+    { id = 7, position_m = [0.17, -0.05, 0.12] },
+]
+
+[reference]
+mass_kg = 5.0
+center_of_mass_m = [0.004, -0.006, 0.02]
+inertia_kg_m2 = [[0.045, 0.002, 0.0], [0.002, 0.05, -0.003], [0.0, -0.003, 0.06]]
+";
+
+#[test]
+fn the_object_of_the_reference_is_simulated_whatever_its_geometry() {
+    let file = changed(|_| OWN.into());
+    let layout = file.path().to_str().unwrap();
+    let (code, value) = answer(&["simulate", layout]);
+    assert_eq!((code, &value["truth"][0]), (0, &5.0.into()), "{value}");
+    let simulated = "simulated: rigid body of 5.00 kg, no elastic modes, suspension 3 Hz";
+    assert_eq!(value["simulated"], simulated);
+    let run = run(&["simulate", layout, "--runs", "2", "--suspension-hz", "2"]);
+    assert_eq!(run.exit, 0, "{}", run.stderr);
+    assert!(run.stderr.starts_with("simulated: rigid body of 5.00 kg"), "{}", run.stderr);
+    assert!(run.stdout.contains("suspension 2 Hz"), "{}", run.stdout);
+}
+
+#[test]
+fn without_an_object_one_is_asked_for() {
+    let file = changed(|_| OWN.split("[reference]").next().unwrap().to_owned());
+    let layout = file.path().to_str().unwrap();
+    let (code, value) = answer(&["simulate", layout]);
+    assert_eq!((code, &value["error"]["code"]), (2, &"object_not_stated".into()));
+    let message = value["error"]["message"].as_str().unwrap();
+    assert!(message.contains("[reference]") && message.contains("--bench default"), "{message}");
+}
+
+#[test]
+fn a_study_whose_first_five_runs_all_fail_ends() {
+    let bench = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
+    std::fs::write(bench.path(), "[tap]\nforce_n = [500.0, 600.0]\n").unwrap();
+    let bench = bench.path().to_str().unwrap();
+    let (code, value) = simulate(&["--bench", bench, "--runs", "50"]);
+    assert_eq!((code, &value["runs"]), (3, &5.into()), "{value}");
+    let message = value["error"]["message"].as_str().unwrap();
+    assert!(message.contains("the first 5 runs all failed"), "{message}");
 }

@@ -25,7 +25,8 @@ pub(super) fn run(args: &Args, rig: RigKind, output: &mut Output) -> Result<()> 
         rig,
         firmware: firmware.as_deref(),
     };
-    let shown = ShownTest { test, file: &file, report: &args.report, existing };
+    let description = "simulated: the wheel of the literature on its springs";
+    let shown = ShownTest { test, file: &file, report: &args.report, existing, description };
     let measured = shown.measure(&nominal_calibration(&bench).into(), output, |source| source)?;
     shown.print(measured, None, output)
 }
