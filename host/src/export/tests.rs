@@ -215,7 +215,7 @@ fn a_result_that_no_body_can_have_is_refused_with_the_condition() {
         let error = exported.check(false).unwrap_err();
         assert_eq!((error.code(), error.exit_code()), ("unphysical_result", 3));
         let said = error.to_string();
-        assert!(said.contains(words) && said.contains("--unphysical"), "{said}");
+        assert!(said.contains(words) && said.contains("--despite-verdict"), "{said}");
         exported.check(true).unwrap();
         assert!(text(Format::Urdf, &exported).contains("NOT A PHYSICAL BODY"));
         assert!(text(Format::Yaml, &exported).contains("physically_consistent: false"));
@@ -224,7 +224,7 @@ fn a_result_that_no_body_can_have_is_refused_with_the_condition() {
 }
 
 #[test]
-fn numbers_that_overflow_in_other_units_are_refused_even_if_unphysical_is_allowed() {
+fn numbers_that_overflow_in_other_units_are_refused_even_despite_the_verdict() {
     let mut huge = exported();
     huge.body.inertia *= 1e308;
     let error = huge.in_units(UnitSystem::GMm).check(true).unwrap_err();

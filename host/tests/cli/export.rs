@@ -167,12 +167,12 @@ fn an_unphysical_result_is_written_on_request_only() {
     let files = Documents::new();
     let path = files.changed(|v| v["results"][0]["inertia_kg_m2"]["value"][2][2] = json!(0.05));
     let said = fails(&[&path, "--format", "urdf"], 3, "unphysical_result");
-    assert!(said.contains("sum of the other two") && said.contains("--unphysical"), "{said}");
+    assert!(said.contains("sum of the other two") && said.contains("--despite-verdict"), "{said}");
     // Replacing a file is another matter.
     let target = files.write("frame.urdf", "mine");
     fails(&[&path, "--format", "urdf", "-o", &target, "--force"], 3, "unphysical_result");
     assert_eq!(fs::read(&target).unwrap(), b"mine");
-    let written = run(&["export", &path, "--format", "urdf", "--unphysical"]);
+    let written = run(&["export", &path, "--format", "urdf", "--despite-verdict"]);
     assert_eq!(written.exit, 0, "{}", written.stderr);
     assert!(written.says("this is not a physical body"), "{}", written.stderr);
     assert!(written.stdout.contains("NOT A PHYSICAL BODY"), "{}", written.stdout);

@@ -116,9 +116,15 @@ fn many_runs_with_a_target_tell_how_often_it_was_reached_and_what_it_saved() {
     assert!(simulate(&["--runs", "2"]).1["target"].is_null());
 }
 
+#[track_caller]
 fn text_of(layout: &str, arguments: &[&str]) -> String {
+    text_with_exit(0, layout, arguments)
+}
+
+#[track_caller]
+fn text_with_exit(exit: i32, layout: &str, arguments: &[&str]) -> String {
     let run = run(&on_bench(layout, arguments));
-    assert_eq!(run.exit, 0, "{}", run.stderr);
+    assert_eq!(run.exit, exit, "{}", run.stderr);
     // As one line, because long lines are broken between words.
     words(&run.stdout)
 }
@@ -150,7 +156,9 @@ fn a_prior_that_contradicts_the_data_is_named() {
     let prior = "\n[prior]\nmass_kg = { value = 20.0, sigma = 0.0001 }\n";
     let file = changed(|text| text + prior);
     let layout = file.path().to_str().unwrap();
-    let text = text_of(layout, &[]);
+    // Inertia restraint answers, and the better method contradicts it.
+    let text = text_with_exit(3, layout, &[]);
+    assert!(text.starts_with("Do not use this answer: maximum-likelihood"), "{text}");
     assert!(text.contains("maximum-likelihood: gave no answer: not_converged: "), "{text}");
     let named = "prior_inconsistent_with_data: the [prior] m = 20 ± 0.0001 kg contradicts the data, \
                  which say 1.2";
@@ -168,7 +176,7 @@ fn a_prior_that_is_hardly_wrong_enough_is_named_in_place_of_a_sensor() {
     let file = changed(|text| text + prior);
     let layout = file.path().to_str().unwrap();
     let (code, value) = simulate_layout(layout, &[]);
-    assert_eq!(code, 0);
+    assert_eq!((code, &value["verdict"]), (3, &"do_not_use".into()));
     assert_eq!(value["results"][0]["method"], "maximum-likelihood");
     let said = value["results"][0]["diagnostics"].as_array().unwrap();
     assert!(said.iter().any(|d| d["code"] == "data_inconsistent_with_budget"), "{said:?}");

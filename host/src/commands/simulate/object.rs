@@ -41,7 +41,8 @@ impl SimulatedObject {
             Some(name) => (args.open()?, format!(", bench {name}")),
             None => (args.with_faults(stated(file, suspension_hz)?), String::new()),
         };
-        let mass = as_exact_as(bench.body.mass, Some(bench.body.mass * 1e-2));
+        // Three digits.
+        let mass = as_exact_as(bench.body.mass, Some(bench.body.mass * 1e-1));
         let elastic = match bench.elastic.len() {
             0 => "no elastic modes".into(),
             count => counted(count, "elastic mode"),
