@@ -83,8 +83,8 @@ pub enum Concern {
     Unphysical,
     /// A method that is preferred to the answer's has none from the same data, for this reason.
     PreferredMethodFailed(Method, Diagnostic),
-    /// The rig has an answer, and from the same data the program has none by any method.
-    Unconfirmed,
+    /// The rig has an answer, and from the same data the program has none by any method, for this reason among others.
+    Unconfirmed(Option<Diagnostic>),
     /// The data contradict the layout and its error budget beyond the limit.
     Contradicted(Consistency<f64>),
     /// A single mistake, or one of several that the data cannot tell apart, explains data that contradict the layout.
@@ -114,7 +114,7 @@ impl Concern {
         match self {
             Self::Unphysical
             | Self::PreferredMethodFailed(..)
-            | Self::Unconfirmed
+            | Self::Unconfirmed(_)
             | Self::Contradicted(_)
             | Self::SingleMistake { is_decisive: true, .. }
             | Self::ModelMisfit => Verdict::DoNotUse,
@@ -127,7 +127,7 @@ impl Concern {
         match self {
             Self::Unphysical => Code::NotPhysicallyConsistent.name(),
             Self::PreferredMethodFailed(..) => "preferred_method_failed",
-            Self::Unconfirmed => "unconfirmed",
+            Self::Unconfirmed(_) => "unconfirmed",
             Self::Contradicted(_) => "contradicted",
             Self::SingleMistake { .. } => "single_mistake",
             Self::ModelMisfit => Code::ModelDoesNotFit.name(),
@@ -177,7 +177,8 @@ impl<'a> Evidence<'a> {
             concerns.push(Concern::Unphysical);
         }
         if self.is_unconfirmed {
-            concerns.push(Concern::Unconfirmed);
+            let reason = self.refusals.first().map(|(_, reason)| *reason);
+            concerns.push(Concern::Unconfirmed(reason));
         }
         concerns.extend(self.examination.and_then(mistake));
         concerns.extend(self.contradiction());

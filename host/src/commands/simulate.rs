@@ -80,6 +80,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = files::layout(&args.layout, output)?;
     let layout = files::for_rig(&file, &args.layout)?;
+    let given = files::calibration(args.calibration.as_deref(), &file)?;
     let object = SimulatedObject::of(&args.bench, args.suspension_hz, &file)
         .map_err(|error| error.within(args.layout.display()))?;
     output.note(&object.description);
@@ -89,7 +90,6 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         return monte_carlo::run(&args.layout, &file, study, &args.monte_carlo, runs, output);
     }
     args.report.check(args.replace.existing())?;
-    let given = files::calibration(args.calibration.as_deref(), &file)?;
     let calibration = given.unwrap_or_else(|| nominal_calibration(&bench).into());
     let firmware = args.rig.image()?;
     let name: String =

@@ -19,7 +19,7 @@ pub fn verdict_line(judgement: &Judgement, layout: &HostLayout) -> String {
         0 => String::new(),
         count => format!(" (and {count} more, below)"),
     };
-    format!("{head}: {}{more}", clause(first, layout))
+    format!("{head}: {}{more}", clause(first, layout, in_words))
 }
 
 /// The reasons of a verdict, the gravest first; `message_of` makes the sentence of a finding.
@@ -31,25 +31,25 @@ pub fn verdict_reasons(
     let reason = |concern: &Concern| VerdictReason {
         code: concern.code(),
         verdict: concern.verdict(),
-        message: match concern {
-            Concern::Warning(diagnostic) => message_of(diagnostic),
-            other => clause(other, layout),
-        },
+        message: clause(concern, layout, &message_of),
     };
     judgement.concerns.iter().map(reason).collect()
 }
 
-/// A concern as a clause.
-fn clause(concern: &Concern, layout: &HostLayout) -> String {
+/// A concern as a clause; `say` names a finding.
+fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> String) -> String {
     match concern {
         Concern::Unphysical => "no real body has these properties".into(),
         Concern::PreferredMethodFailed(method, reason) => format!(
             "{}, the better method, has no answer from the same data: {}",
             method.name(),
-            in_words(reason)
+            say(reason)
         ),
-        Concern::Unconfirmed => {
-            "solved again in double precision, the same data give no answer by any method".into()
+        Concern::Unconfirmed(reason) => {
+            let reason = reason.map_or_else(String::new, |reason| format!(": {}", say(&reason)));
+            format!(
+                "solved again in double precision, the same data give no answer by any method{reason}"
+            )
         }
         Concern::Contradicted(consistency) => format!(
             "the data contradict the layout and its error budget ({})",
@@ -73,7 +73,7 @@ fn clause(concern: &Concern, layout: &HostLayout) -> String {
             format!("{} differs from the other methods by more than chance", method.name())
         }
         Concern::UncertaintyUnknown => "its standard deviations are not known".into(),
-        Concern::Warning(diagnostic) => in_words(diagnostic),
+        Concern::Warning(diagnostic) => say(diagnostic),
     }
 }
 

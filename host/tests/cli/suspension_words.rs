@@ -85,7 +85,9 @@ fn without_gravity_it_warns_before_the_first_hit_and_the_answer_of_the_rig_is_in
     fs::write(&layout, text.replacen("gravity = [0.0, 0.0, -9.80665]\n", "", 1)).unwrap();
     let needed = "the suspension profile needs the direction";
     let shown = run(&[&["simulate", &layout][..], &ON_BENCH, &["--report", &page]].concat());
-    assert_eq!(shown.exit, 0, "{}", shown.stderr);
+    // The rig has an answer, and the program has none from the same data.
+    assert_eq!(shown.exit, 3, "{}", shown.stderr);
+    assert!(shown.stdout.starts_with("Do not use this answer: solved again"), "{}", shown.stdout);
     let (before, _) = shown.stderr.split_once("hit   1").expect("hits are shown");
     assert!(words(before).contains(needed), "{}", shown.stderr);
     let text = words(&shown.stdout);
@@ -97,13 +99,16 @@ fn without_gravity_it_warns_before_the_first_hit_and_the_answer_of_the_rig_is_in
     let verdict = between(&report, "The answer is in doubt", "The ten properties");
     assert_eq!(verdict.matches("gravity along -Z").count(), 1, "{verdict}");
     for (format, has_comments) in [("urdf", true), ("csv", true), ("json", false)] {
-        let exported = run(&["export", &page, "--format", format]);
+        let refused = run(&["export", &page, "--format", format]);
+        assert_eq!(refused.exit, 3, "{}", refused.stderr);
+        let exported = run(&["export", &page, "--format", format, "--despite-verdict"]);
         assert_eq!(exported.exit, 0, "{}", exported.stderr);
-        assert!(exported.says("warning: this answer is in doubt"), "{}", exported.stderr);
+        assert!(exported.says("warning: verdict: do not use: "), "{}", exported.stderr);
         assert_eq!(exported.stdout.contains("IN DOUBT: "), has_comments, "{format}");
     }
     let file = path("doubt.csv");
-    let exported = success(&["export", &page, "--format", "csv", "-o", &file]);
+    let exported = success(&["export", &page, "--format", "csv", "-o", &file, "--despite-verdict"]);
+    assert_eq!(exported["verdict"], "do_not_use");
     assert!(exported["doubts"][0].as_str().unwrap().contains("gravity along -Z"), "{exported}");
 }
 
@@ -122,7 +127,7 @@ fn a_flexible_mode_is_a_note_where_the_answer_is_that_of_the_global_fit() {
 
 #[test]
 fn a_layout_of_the_wheel_on_the_bench_of_another_object_is_told_its_bench() {
-    for more in [&[][..], &["--runs", "2"]] {
+    for more in [&["--bench", "default"][..], &["--bench", "default", "--runs", "2"]] {
         let wrong = run(&[&["simulate", WHEEL][..], more].concat());
         assert_eq!(wrong.exit, 2);
         let benches =

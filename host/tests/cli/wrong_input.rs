@@ -279,7 +279,9 @@ fn record_and_simulate_name_the_file_that_they_cannot_use() {
     fails(&["simulate", "no-such.toml"], 2, "layout_not_readable");
     fails(&["simulate", &good, "--bench", "no-such-bench"], 2, "unknown_bench");
     // The bundled bench defines its elastic modes only at its own nodes.
-    fails(&["simulate", &files.layout("[1, 2, 5]", HITS)], 2, "bench_does_not_fit");
+    let elsewhere = files.layout("[1, 2, 5]", HITS);
+    fails(&["simulate", &elsewhere, "--bench", "default"], 2, "bench_does_not_fit");
+    fails(&["simulate", &elsewhere], 2, "object_not_stated");
     let bench = files.rigid_bench();
     for tape in ["/no/such/folder/t.npy", path_text(&files.path("named.toml"))] {
         let arguments = ["simulate", &good, "--bench", &bench, "--tape", tape];
