@@ -5,7 +5,8 @@ use super::error::{UffError, UffFault};
 use super::lines::Lines;
 use super::values::real;
 use crate::units::{
-    FOOT, INCH, KILOGRAM_FORCE, POUND_FORCE, POUNDAL, Quantity, force_unit, motion_unit, plain,
+    FOOT, INCH, KILOGRAM_FORCE, Measure, POUND_FORCE, POUNDAL, Quantity, force_unit, is_unstated,
+    motion_unit, unit_size,
 };
 
 /// The units of a dataset 164: the values of 1 m and 1 N in the file.
@@ -160,16 +161,14 @@ fn hertz(function: &Function) -> Result<f64, UffFault> {
         let (found, wanted) = (axis.data_type, "frequency (18) is needed");
         return Err(UffFault::WrongQuantity { axis: "abscissa", found, wanted });
     }
-    match plain(&axis.unit).to_ascii_lowercase().as_str() {
-        "" | "hz" | "hertz" | "1/s" | "s-1" => Ok(1.0),
-        "khz" => Ok(1e3),
-        "rad/s" | "rad/sec" => Ok(1.0 / std::f64::consts::TAU),
-        _ => Err(UffFault::WrongUnit {
-            unit: axis.unit.clone(),
-            quantity: "frequency",
-            known: "Hz, kHz and rad/s are",
-        }),
+    if is_unstated(&axis.unit) {
+        return Ok(1.0);
     }
+    unit_size(&axis.unit, Measure::Frequency).map_err(|_| UffFault::WrongUnit {
+        unit: axis.unit.clone(),
+        quantity: Measure::Frequency.name(),
+        known: Measure::Frequency.known(),
+    })
 }
 
 /// Splits `m/s^2/N` into the units of acceleration and force; the second part is empty when there is none.
