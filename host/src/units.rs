@@ -129,6 +129,10 @@ pub(crate) enum UnitFault {
     PeakToPeak,
 }
 
+/// What a label means: its units, or why it has none.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct LabelMeaning(Result<Vec<grammar::Unit>, UnitFault>);
+
 /// The size of the unit `label` in SI (Hz for a frequency).
 ///
 /// # Errors
@@ -151,6 +155,19 @@ pub(crate) fn is_unstated(label: &str) -> bool {
 /// True for the unit of a signal before its sensitivity is applied, such as mV, pC or counts.
 pub(crate) fn is_unscaled(label: &str) -> bool {
     grammar::readings(label) == Err(UnitFault::NeedsSensitivity)
+}
+
+/// What a label means, to compare labels; none for a label that is not understood.
+pub(crate) fn label_meaning(label: &str) -> Option<LabelMeaning> {
+    match grammar::readings(label) {
+        Ok(units) if units.is_empty() => None,
+        meaning => Some(LabelMeaning(meaning)),
+    }
+}
+
+/// The amplitude that a label states, `rms` or a word for a peak.
+pub(crate) fn amplitude(label: &str) -> Option<&'static str> {
+    grammar::amplitude(label)
 }
 
 /// The size of a motion unit in m, m/s or m/s².

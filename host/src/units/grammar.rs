@@ -63,6 +63,7 @@ pub(super) fn readings(label: &str) -> Result<Vec<Unit>, UnitFault> {
 fn plain(label: &str) -> String {
     let text: String = label
         .chars()
+        .map(narrow)
         .map(|c| match c {
             '⁰' => '0',
             '¹' => '1',
@@ -82,23 +83,39 @@ fn plain(label: &str) -> String {
     text.trim().replace("**", "^")
 }
 
+/// The character of ASCII whose wide form, as in Japanese text, this one is.
+fn narrow(wide: char) -> char {
+    const DISTANCE: u32 = '！' as u32 - '!' as u32;
+    match wide {
+        '！'..='～' => char::from_u32(wide as u32 - DISTANCE).unwrap_or(wide),
+        other => other,
+    }
+}
+
+/// The word after a unit that says which amplitude its values are.
+pub(super) fn amplitude(label: &str) -> Option<&'static str> {
+    let text = plain(label);
+    AMPLITUDES.iter().find(|word| before(&text, word).is_some()).copied()
+}
+
 /// The label without the word that says which amplitude its values are.
 fn without_amplitude(text: &str) -> Result<String, UnitFault> {
-    let lower = text.trim_end_matches([')', ' ']).to_ascii_lowercase();
-    let front = |word: &&str| {
-        let front = lower.strip_suffix(*word)?.trim_end_matches([' ', '_', ',', '(', '-']);
-        // A word of letters alone, such as "pp", is no unit with an amplitude.
-        (!front.is_empty()).then_some(front.len())
-    };
-    if PEAK_TO_PEAK.iter().find_map(front).is_some() {
+    if PEAK_TO_PEAK.iter().any(|word| before(text, word).is_some()) {
         return Err(UnitFault::PeakToPeak);
     }
-    // Lower case of ASCII changes no length.
-    let cut = AMPLITUDES.iter().find_map(front).and_then(|end| text.get(..end));
-    let cut = cut.unwrap_or(text);
+    let Some(cut) = AMPLITUDES.iter().find_map(|word| before(text, word)) else {
+        return Ok(text.to_owned());
+    };
     let count = |bracket| cut.matches(bracket).count();
-    Ok(cut.to_owned()
-        + &")".repeat(count('(').saturating_sub(count(')')) * usize::from(cut != text)))
+    Ok(cut.to_owned() + &")".repeat(count('(').saturating_sub(count(')'))))
+}
+
+/// The text before this word at its end, which is not empty.
+fn before<'a>(text: &'a str, word: &str) -> Option<&'a str> {
+    // Lower case of ASCII changes no length.
+    let lower = text.trim_end_matches([')', ' ']).to_ascii_lowercase();
+    let front = lower.strip_suffix(word)?.trim_end_matches([' ', '_', ',', '(', '-']);
+    text.get(..front.len()).filter(|front| !front.is_empty())
 }
 
 /// A cursor over a label.
