@@ -28,6 +28,7 @@
 //! | [`single_fault`] | which mistake explains data that contradict their budget |
 //! | [`monte_carlo`] | many simulated tests, compared with the truth and the Cramér-Rao bound |
 //! | `embedded` | results inside an HTML report |
+//! | [`encoding`] | bytes of a text file to text |
 //! | [`html_report`] | results as a page for people |
 //! | [`result_file`] | one result with its test, read from a file |
 //! | [`report`] | results as JSON and tables, diagnostics as sentences |
@@ -53,6 +54,7 @@ mod computing;
 pub mod design;
 pub mod document;
 mod embedded;
+pub mod encoding;
 pub mod error;
 pub mod export;
 pub mod file;

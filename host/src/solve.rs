@@ -14,11 +14,15 @@ mod driving_points;
 mod errors;
 mod frfs;
 mod layout_checks;
+mod missing;
+mod plausibility;
+mod reading;
 mod responses;
+mod selection;
 mod suspension;
 mod suspension_lines;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::inertia_restraint;
@@ -40,13 +44,15 @@ use answer::{Failed, Settings};
 use driving_points::{after_points, blame_option, reversed_points};
 use errors::{blame_the_responses, both_errors, undetermined};
 use frfs::{FittedLines, LayoutResponses, stated_band};
-use layout_checks::{admitted, layout_problem};
+use layout_checks::{admitted, assumed_for_solving, layout_problem};
+use plausibility::suspicions;
 pub(crate) use suspension::no_modal_answer;
 use suspension::{Looked, ModalPart};
 
 pub use answer::FrfSolution;
 pub(crate) use errors::first_error;
 pub use layout_checks::body_for_checks;
+pub use plausibility::{Doubt, Suspicion};
 pub use responses::responses_of;
 
 /// The point about which the equations are set up.
@@ -120,25 +126,48 @@ pub fn band_of_modes(test: &TestSettings<f64>) -> [f64; 2] {
     test.expected_band().map(|end| (end * SINGLE).round() / SINGLE)
 }
 
-/// Solves a layout file with a universal file, with these hits of the layout, or all of them for none. `progress` is
-/// told how many of all perturbations are done.
+/// A layout with its frequency responses, read from files.
+pub struct Problem {
+    /// The layout, with the hits in use.
+    pub layout: LayoutFile,
+    uff: UffFile,
+    /// The files of both.
+    paths: [PathBuf; 2],
+}
+
+impl Problem {
+    /// Reads both files, with these hits of the layout, or all of them for none.
+    ///
+    /// # Errors
+    /// Exit 2 when a file cannot be read.
+    pub fn read(layout: &Path, frfs: &Path, hits: &[Dof]) -> Result<Self> {
+        let paths = [layout, frfs].map(Path::to_owned);
+        Ok(Self { layout: layout_with_hits(layout, hits)?, uff: UffFile::read(frfs)?, paths })
+    }
+
+    /// What is understood of the frequency responses, in one line; none where they are refused.
+    pub fn understood(&self, options: &Options) -> Option<String> {
+        let band = options.suspension_band();
+        let responses =
+            LayoutResponses::of(&self.layout.layout, &self.uff, options.quantity, band).ok()?;
+        let [_, frfs] = &self.paths;
+        Some(format!("{}: {}", frfs.display(), responses.reading.document().to_text()))
+    }
+}
+
+/// Solves a problem. `progress` is told how many of all perturbations are done.
 ///
 /// # Errors
-/// As [`solve`], and exit 2 when a file cannot be read.
-pub fn solve_files(
-    layout: &Path,
-    frfs: &Path,
-    hits: &[Dof],
+/// As [`solve`]; the message names the file.
+pub fn solve_problem(
+    problem: &Problem,
     options: &Options,
     progress: impl FnMut(u32, u32) + Send,
 ) -> Result<FrfSolution> {
-    let file = layout_with_hits(layout, hits)?;
-    let uff = UffFile::read(frfs)?;
-    solve(&file, &uff, options, progress).map_err(|error| match error {
-        Error::Undetermined { .. } => {
-            error.within(format!("{} with {}", layout.display(), frfs.display()))
-        }
-        other => other.within(frfs.display()),
+    let [layout, frfs] = problem.paths.each_ref().map(|path| path.display());
+    solve(&problem.layout, &problem.uff, options, progress).map_err(|error| match error {
+        Error::Undetermined { .. } => error.within(format!("{layout} with {frfs}")),
+        other => other.within(frfs),
     })
 }
 
@@ -198,12 +227,13 @@ fn solve_as_stated(
     let uses_mass_lines = |method: &Method| method.entry().observes == Observable::MassLines;
     let (of_mass_lines, of_modes): (Vec<_>, Vec<_>) =
         wanted.iter().copied().partition(uses_mass_lines);
-    let (body, about_body) = body_for_checks(file);
+    let (body, about_body) = assumed_for_solving(file);
     let (of_modes, blocked) = admitted(layout, &body, of_modes);
     let checked = |methods: &[Method]| layout_problem(file, &body, &about_body, methods);
     // A layout that no method can use is named before its responses are looked for.
     checked(&wanted)?;
-    let responses = LayoutResponses::of(layout, uff, options.quantity).or_else(|error| {
+    let responses = LayoutResponses::of(layout, uff, options.quantity, options.suspension_band())
+        .or_else(|error| {
         checked(&of_mass_lines)?;
         Err(error)
     })?;
@@ -235,9 +265,8 @@ fn solve_as_stated(
         part.solution.not_applicable.extend(blocked);
         Ok(part)
     });
-    let mut notes = uff.notes.clone();
+    let mut notes = responses.reading.notes().to_vec();
     notes.push(about_body);
-    notes.extend(file.suspicion());
     let truth = file.reference.map(|reference| Truth {
         properties: reference.properties(),
         length: layout.characteristic_length(),
@@ -247,6 +276,7 @@ fn solve_as_stated(
         layout_hash: file.hash(),
         truth,
         layout: layout.clone(),
+        reading: responses.reading.document().clone(),
     };
     // The answers of both parts are compared together; those to mass lines alone only where there are no others.
     let comparison = match (&answers, &modal) {
@@ -261,7 +291,12 @@ fn solve_as_stated(
         (_, modal) => modal,
     };
     let asked = Asked { of_mass_lines, of_modes };
-    combine(settings, asked, (mass_lines, comparison), modal, notes)
+    let mut solution = combine(settings, asked, (mass_lines, comparison), modal, notes)?;
+    let of_layout = file.suspicions().into_iter();
+    let of_layout = of_layout.map(|message| Suspicion::new(Doubt::UnitOfLayout, message));
+    solution.suspicions = responses.reading.suspicions().chain(of_layout).collect();
+    solution.suspicions.extend(suspicions(file, &solution.identification.estimates));
+    Ok(solution)
 }
 
 /// The code of a band of which the file has too little.
@@ -287,7 +322,7 @@ pub struct FoundModes {
 /// The suspension modes of a universal file.
 ///
 /// # Errors
-/// As [`solve_files`].
+/// As [`solve_problem`].
 pub fn modes_of_files(
     layout: &Path,
     frfs: &Path,
@@ -304,7 +339,7 @@ pub fn modes_of_files(
 /// archive. The exponential window is that of the spectra, and in the suspension profile the band that of the test.
 ///
 /// # Errors
-/// As [`solve_files`]; `no_spectra` for an archive without them.
+/// As [`solve_problem`]; `no_spectra` for an archive without them.
 pub fn modes_of_archive(
     (archive, path): (&Archive, &Path),
     mut layout: HostLayout,
@@ -337,7 +372,7 @@ fn modes_of(
     options: &Options,
     progress: impl FnMut(u32, u32) + Send,
 ) -> Result<FoundModes> {
-    let responses = LayoutResponses::of(&layout, uff, options.quantity)?;
+    let responses = LayoutResponses::of(&layout, uff, options.quantity, options.suspension_band())?;
     let modes = suspension::modes_alone(&layout, &responses, options, progress)
         .map_err(|error| blame_option(error, options))?;
     Ok(FoundModes { modes, layout, band_hz: options.suspension_band() })

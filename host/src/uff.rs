@@ -3,11 +3,12 @@
 //! A universal file is a sequence of *datasets*, each between two lines `    -1`. Dataset 58 holds one
 //! function at a *response* DOF due to a *reference* DOF. [`UffFile::parse`] reads all functions without
 //! conversion; [`Function::accelerance`] converts one to SI accelerance, (m/s²)/N. Dataset 164 (units) is
-//! evaluated, all others are skipped.
+//! evaluated wherever it stands, all others are skipped.
 //!
 //! The reader accepts any bytes: it never panics, and never allocates more than a small multiple of the
 //! input's length.
 
+mod columns;
 mod error;
 mod function;
 mod lines;
@@ -27,22 +28,26 @@ pub use of_layout::functions_of;
 pub use write::{Encoding, write, write_described};
 pub use write_model::{BODY_AXES, ModelNode, write_nodes, write_units};
 
+use crate::encoding::Text;
 use function::read_function;
 use lines::Lines;
 use units::UnitSystem;
+pub(crate) use units::{Understood, UnitSource};
 
 /// Largest universal file that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 27;
-/// Most points of all functions of a file, which fit into the memory of small computers.
 /// Most functions of a file: a thousand responses to a hundred forces.
 pub(crate) const MOST_FUNCTIONS: usize = 100_000;
+/// Most points of all functions of a file, which fit into the memory of small computers.
 pub(crate) const MOST_POINTS: usize = 1 << 23;
 
 /// The contents of a universal file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct UffFile {
-    /// Every function (dataset 58) in the order of the file.
+    /// Every function (dataset 58) that has values, in the order of the file.
     pub functions: Vec<Function>,
+    /// The functions without values.
+    pub empty: Vec<Function>,
     /// Remarks on anything unusual in the file.
     pub notes: Vec<String>,
 }
@@ -71,6 +76,8 @@ pub struct Function {
     pub response: NodeDirection,
     /// Where the force acted.
     pub reference: NodeDirection,
+    /// Names of the components of response and reference; empty for one without a name.
+    pub components: [String; 2],
     /// Abscissa, in the unit of the file.
     pub abscissa: Vec<f64>,
     /// Ordinate, in the unit of the file.
@@ -81,7 +88,7 @@ pub struct Function {
     pub numerator_axis: AxisProperties,
     /// Quantity and unit of the ordinate's denominator.
     pub denominator_axis: AxisProperties,
-    /// The units of the last dataset 164 before this one, if there is any.
+    /// The units of the last dataset 164 before this one, else of the first after it, if there is any.
     units: Option<UnitSystem>,
 }
 
@@ -91,18 +98,11 @@ pub struct AxisProperties {
     /// Specific data type: 8 displacement, 11 velocity, 12 acceleration, 13 excitation force,
     /// 18 frequency.
     pub data_type: i64,
-    /// Label of the unit, empty when none is given.
+    /// Label of the unit, empty when none is given; a text that is no unit where the record leaves it in doubt.
     pub unit: String,
     /// Line and byte of its record in the file.
     line: usize,
     byte: usize,
-}
-
-impl AxisProperties {
-    /// True for the same quantity in the same unit.
-    pub(crate) fn measures_as(&self, other: &Self) -> bool {
-        (self.data_type, &self.unit) == (other.data_type, &other.unit)
-    }
 }
 
 /// An accelerance, SI.
@@ -137,16 +137,17 @@ impl UffFile {
     /// When the bytes are truncated or corrupt; the error has the number of the dataset, the line and the
     /// byte.
     pub fn parse(bytes: &[u8]) -> Result<Self, UffError> {
-        let mut lines = Lines::new(bytes);
+        let decoded = decoded_utf16(bytes);
+        let mut lines = Lines::new(decoded.as_deref().unwrap_or(bytes));
         let mut file = Self::default();
-        let mut units = None;
+        let mut systems: Vec<UnitSystem> = Vec::new();
         let mut points = 0;
         loop {
+            if lines.at_end() {
+                break;
+            }
             while lines.peek().is_some_and(|line| line.trim_ascii().is_empty()) {
                 lines.next();
-            }
-            if lines.peek().is_none() {
-                break;
             }
             lines.open_dataset();
             if !lines.next().is_some_and(lines::is_delimiter) {
@@ -157,17 +158,26 @@ impl UffFile {
             };
             match kind_of(kind) {
                 Some(58) => {
-                    let function = read_function(kind, &mut lines, units)?;
+                    let function = read_function(kind, &mut lines, systems.last().copied())?;
                     points += function.ordinate.len();
                     if points > MOST_POINTS {
                         return Err(function.error(UffFault::TooManyPoints));
                     }
-                    if file.functions.len() == MOST_FUNCTIONS {
+                    let list = match function.ordinate.is_empty() {
+                        true => &mut file.empty,
+                        false => &mut file.functions,
+                    };
+                    if list.len() == MOST_FUNCTIONS {
                         return Err(function.error(UffFault::TooManyFunctions));
                     }
-                    file.functions.push(function);
+                    list.push(function);
                 }
-                Some(164) => units = Some(units::read_units(&mut lines, &mut file.notes)?),
+                Some(164) => {
+                    let system = units::read_units(&mut lines, &mut file.notes)?;
+                    if !systems.last().is_some_and(|last| last.equals(&system)) {
+                        systems.push(system);
+                    }
+                }
                 Some(_) => lines.skip_to_delimiter()?,
                 None => return Err(lines.error(UffFault::NoType)),
             }
@@ -175,8 +185,37 @@ impl UffFile {
         if lines.dataset() == 0 {
             return Err(lines.error(UffFault::Empty));
         }
+        file.notes.extend(note_of_systems(&systems));
+        // Datasets may stand in any order: the first units also hold for the functions before them.
+        let first = systems.first().copied();
+        for function in file.functions.iter_mut().chain(&mut file.empty) {
+            function.units = function.units.or(first);
+        }
         Ok(file)
     }
+}
+
+/// Most datasets of units that a note names.
+const NAMED: usize = 4;
+
+/// Says which functions the datasets 164 hold for, where they differ.
+fn note_of_systems(systems: &[UnitSystem]) -> Option<String> {
+    let names: Vec<String> = systems.iter().take(NAMED).map(|of| of.dataset.to_string()).collect();
+    let more = if systems.len() > NAMED { " and others" } else { "" };
+    (systems.len() > 1).then(|| {
+        format!(
+            "datasets {}{more}, each a dataset 164, state different units: each holds for the functions after it, the \
+             first also for those before it; labels of units precede all of them",
+            names.join(" and ")
+        )
+    })
+}
+
+/// The bytes of a file in UTF-16 with a byte order mark as UTF-8; none for other files.
+fn decoded_utf16(bytes: &[u8]) -> Option<Vec<u8>> {
+    let is_utf16 = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
+    let text = is_utf16.then(|| Text::decode(bytes).ok())??;
+    Some(text.text.into_owned().into_bytes())
 }
 
 /// The type of a dataset: the number at the beginning of its first line.
@@ -188,13 +227,21 @@ fn kind_of(line: &[u8]) -> Option<u32> {
 
 impl Function {
     /// The accelerance, converted to SI: `H = (iω)ⁿ·Y` with n = 0, 1, 2 for acceleration, velocity and
-    /// displacement over force. `quantity` overrides the response quantity of the file; the units are then
-    /// those of dataset 164, or SI without one.
+    /// displacement over force. `quantity` overrides the response quantity of the file, whose units hold all the same:
+    /// those of the labels, else of dataset 164, else SI.
     ///
     /// # Errors
     /// When this is not a frequency response function, or its quantities or units are not those of a motion
     /// over a force.
     pub fn accelerance(&self, quantity: Option<Quantity>) -> Result<Frf, UffError> {
+        self.converted(quantity).map(|(frf, _)| frf)
+    }
+
+    /// The accelerance, as [`Function::accelerance`], and what the function was understood to be.
+    pub(crate) fn converted(
+        &self,
+        quantity: Option<Quantity>,
+    ) -> Result<(Frf, Understood), UffError> {
         if !self.is_frequency_response() {
             let found = self.function_type;
             return Err(self.error(UffFault::FunctionType { found }));
@@ -206,7 +253,7 @@ impl Function {
             .zip(&self.ordinate)
             .map(|(&f, &y)| {
                 let s = Complex::new(0.0, std::f64::consts::TAU * f);
-                let motion = match units.quantity {
+                let motion = match units.understood.quantity {
                     Quantity::Acceleration => y,
                     Quantity::Velocity => y * s,
                     Quantity::Displacement => y * s * s,
@@ -214,7 +261,8 @@ impl Function {
                 motion * units.ordinate
             })
             .collect();
-        Ok(Frf { response: self.response, reference: self.reference, frequency_hz, accelerance })
+        let (response, reference) = (self.response, self.reference);
+        Ok((Frf { response, reference, frequency_hz, accelerance }, units.understood))
     }
 
     /// True for a frequency response function.
@@ -262,5 +310,7 @@ pub fn function_type_name(function_type: i64) -> &'static str {
         .unwrap_or("unknown")
 }
 
+#[cfg(test)]
+mod foreign_tests;
 #[cfg(test)]
 mod tests;

@@ -1,10 +1,25 @@
-//! Units of force and motion, as people write them.
+//! Units of force, motion, time and frequency, as people and programs write them.
+//!
+//! [`unit_size`] reads a label by a small grammar: symbols with prefixes, powers, products and quotients
+//! (`units/grammar.rs`), and the symbols of a table (`units/symbols.rs`). A label is read or refused with a
+//! [`UnitFault`]; what an empty label means is the reader's decision.
+
+mod grammar;
+mod symbols;
 
 use massline_shared::STANDARD_GRAVITY;
+use thiserror::Error;
 
 /// Gravity on Earth, m/s²: from 9.76 on the highest mountains near the equator to 9.83 at the poles, and what two digits
 /// make of it.
 pub(crate) const GRAVITY_ON_EARTH: std::ops::RangeInclusive<f64> = 9.75..=9.85;
+
+pub(crate) const FOOT: f64 = 0.3048;
+pub(crate) const INCH: f64 = 0.0254;
+pub(crate) const POUND: f64 = 0.453_592_37;
+pub(crate) const KILOGRAM_FORCE: f64 = STANDARD_GRAVITY;
+pub(crate) const POUND_FORCE: f64 = POUND * STANDARD_GRAVITY;
+pub(crate) const POUNDAL: f64 = POUND * FOOT;
 
 /// The response quantity of a frequency response function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,89 +46,144 @@ impl Quantity {
     }
 }
 
-pub(crate) const FOOT: f64 = 0.3048;
-pub(crate) const INCH: f64 = 0.0254;
-pub(crate) const KILOGRAM_FORCE: f64 = STANDARD_GRAVITY;
-pub(crate) const POUND_FORCE: f64 = 0.453_592_37 * STANDARD_GRAVITY;
-pub(crate) const POUNDAL: f64 = 0.453_592_37 * FOOT;
+/// What a unit measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Measure {
+    /// Acceleration, velocity or displacement.
+    Motion(Quantity),
+    /// Force.
+    Force,
+    /// A motion over a force.
+    MotionOverForce(Quantity),
+    /// Time.
+    Time,
+    /// Frequency, in cycles.
+    Frequency,
+}
 
-/// A label without blanks and brackets and with a uniform notation of powers.
-pub(crate) fn plain(label: &str) -> String {
-    let text: String = label
-        .chars()
-        .filter(|c| !c.is_whitespace() && !"()[]".contains(*c))
-        .map(|c| match c {
-            '²' => '2',
-            'μ' => 'µ',
-            c => c,
-        })
-        .collect();
-    text.replace("**", "").replace('^', "")
+impl Measure {
+    /// Its name in messages.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Motion(Quantity::Acceleration) => "acceleration",
+            Self::Motion(Quantity::Velocity) => "velocity",
+            Self::Motion(Quantity::Displacement) => "displacement",
+            Self::Force => "force",
+            Self::MotionOverForce(quantity) => quantity.frf_name(),
+            Self::Time => "time",
+            Self::Frequency => "frequency",
+        }
+    }
+
+    /// The units that are known, for messages.
+    pub(crate) fn known(self) -> &'static str {
+        match self {
+            Self::Motion(Quantity::Acceleration) => {
+                "m/s^2, cm/s^2, mm/s^2, in/s^2, ft/s^2, g, mg and Gal"
+            }
+            Self::Motion(Quantity::Velocity) => "m/s, cm/s, mm/s, um/s, in/s and ft/s",
+            Self::Motion(Quantity::Displacement) => "m, cm, mm, um, nm, in, mil and ft",
+            Self::Force => "N, mN, kN, MN, daN, lbf, kip, kgf, gf, ozf, dyn and pdl",
+            Self::MotionOverForce(Quantity::Acceleration) => {
+                "m/s^2/N, mm/s^2/N, g/N, g/lbf, in/s^2/lbf and 1/kg"
+            }
+            Self::MotionOverForce(Quantity::Velocity) => "m/s/N, mm/s/N and in/s/lbf",
+            Self::MotionOverForce(Quantity::Displacement) => "m/N, mm/N, um/N and in/lbf",
+            Self::Time => "s, ms, us, ns, min and h",
+            Self::Frequency => "Hz, kHz, 1/s, rpm and rad/s",
+        }
+    }
+
+    /// The powers of mass, length and time.
+    fn dimensions(self) -> [i32; 3] {
+        match self {
+            Self::Motion(quantity) => [0, 1, time_of(quantity)],
+            Self::Force => [1, 1, -2],
+            Self::MotionOverForce(quantity) => [-1, 0, time_of(quantity) + 2],
+            Self::Time => [0, 0, 1],
+            Self::Frequency => [0, 0, -1],
+        }
+    }
+}
+
+/// The power of time in a motion.
+fn time_of(quantity: Quantity) -> i32 {
+    match quantity {
+        Quantity::Displacement => 0,
+        Quantity::Velocity => -1,
+        Quantity::Acceleration => -2,
+    }
+}
+
+/// Why a label is not read as a unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub(crate) enum UnitFault {
+    /// The label is no unit of this quantity.
+    #[error("it is not a known unit of {} ({} are)", .0.name(), .0.known())]
+    Unknown(Measure),
+    /// The unit of a signal before its sensitivity is applied: volts, counts, charge.
+    #[error("it is the unit of an unscaled signal, which needs the sensitivity of its sensor")]
+    NeedsSensitivity,
+    /// A peak-to-peak value.
+    #[error("it is a peak-to-peak value, and amplitudes are needed")]
+    PeakToPeak,
+}
+
+/// What a label means: its units, or why it has none.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct LabelMeaning(Result<Vec<grammar::Unit>, UnitFault>);
+
+/// The size of the unit `label` in SI (Hz for a frequency).
+///
+/// # Errors
+/// When it is not a unit of this measure; an empty label is none.
+pub(crate) fn unit_size(label: &str, measure: Measure) -> Result<f64, UnitFault> {
+    let mut sizes = grammar::readings(label)?
+        .into_iter()
+        .filter(|unit| unit.dimensions == measure.dimensions())
+        .map(|unit| unit.size);
+    let first = sizes.next().ok_or(UnitFault::Unknown(measure))?;
+    sizes.all(|size| size == first).then_some(first).ok_or(UnitFault::Unknown(measure))
+}
+
+/// True for a label that states no unit.
+pub(crate) fn is_unstated(label: &str) -> bool {
+    let label = label.trim().trim_matches(|c: char| "()[]".contains(c)).trim();
+    label.is_empty() || ["none", "-", "--", "n/a"].iter().any(|no| label.eq_ignore_ascii_case(no))
+}
+
+/// True for the unit of a signal before its sensitivity is applied, such as mV, pC or counts.
+pub(crate) fn is_unscaled(label: &str) -> bool {
+    grammar::readings(label) == Err(UnitFault::NeedsSensitivity)
+}
+
+/// What a label means, to compare labels; none for a label that is not understood.
+pub(crate) fn label_meaning(label: &str) -> Option<LabelMeaning> {
+    match grammar::readings(label) {
+        Ok(units) if units.is_empty() => None,
+        meaning => Some(LabelMeaning(meaning)),
+    }
+}
+
+/// The amplitude that a label states, `rms` or a word for a peak.
+pub(crate) fn amplitude(label: &str) -> Option<&'static str> {
+    grammar::amplitude(label)
 }
 
 /// The size of a motion unit in m, m/s or m/s².
 pub(crate) fn motion_unit(label: &str, quantity: Quantity) -> Option<f64> {
-    let label = plain(label).to_ascii_lowercase().replace("sec", "s").replace("s/s", "s2");
-    let length = |unit: &str| match unit {
-        "m" => Some(1.0),
-        "cm" => Some(1e-2),
-        "mm" => Some(1e-3),
-        "µm" | "um" => Some(1e-6),
-        "in" => Some(INCH),
-        "ft" => Some(FOOT),
-        _ => None,
-    };
-    match quantity {
-        Quantity::Displacement => length(&label),
-        Quantity::Velocity => length(label.strip_suffix("/s")?),
-        Quantity::Acceleration => match label.as_str() {
-            "g" | "gn" | "g_n" | "g0" => Some(STANDARD_GRAVITY),
-            _ => length(label.strip_suffix("/s2")?),
-        },
-    }
+    unit_size(label, Measure::Motion(quantity)).ok()
 }
 
 /// The size of a force unit, N.
 pub(crate) fn force_unit(label: &str) -> Option<f64> {
-    match plain(label).as_str() {
-        "N" | "n" | "newton" | "Newton" | "newtons" | "Newtons" => Some(1.0),
-        "kN" => Some(1e3),
-        "mN" => Some(1e-3),
-        "lbf" | "lb" | "LBF" | "LB" => Some(POUND_FORCE),
-        "kgf" => Some(KILOGRAM_FORCE),
-        "pdl" => Some(POUNDAL),
-        _ => None,
-    }
+    unit_size(label, Measure::Force).ok()
+}
+
+/// The size of a unit of time, s.
+pub(crate) fn time_unit(label: &str) -> Option<f64> {
+    unit_size(label, Measure::Time).ok()
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn labels_are_read_as_people_write_them() {
-        use Quantity::*;
-        for (label, quantity, expected) in [
-            ("m/s^2", Acceleration, 1.0),
-            ("(m/s²)", Acceleration, 1.0),
-            ("m/sec**2", Acceleration, 1.0),
-            ("m/s/s", Acceleration, 1.0),
-            ("mm/s2", Acceleration, 1e-3),
-            ("g", Acceleration, STANDARD_GRAVITY),
-            ("in/s", Velocity, 0.0254),
-            ("ft", Displacement, 0.3048),
-        ] {
-            assert_eq!(motion_unit(label, quantity), Some(expected), "{label}");
-        }
-        for (label, quantity) in [("m/s", Acceleration), ("g", Velocity), ("V", Displacement)] {
-            assert_eq!(motion_unit(label, quantity), None, "{label}");
-        }
-    }
-
-    #[test]
-    fn a_newton_is_the_same_force_in_every_system() {
-        // 1 lbf = 4.448 222 N, 1 poundal = 0.138 255 N: the usual six digits.
-        assert!((POUND_FORCE - 4.448_222).abs() < 1e-6);
-        assert!((POUNDAL - 0.138_255).abs() < 1e-6);
-    }
-}
+mod tests;

@@ -67,7 +67,7 @@ pub fn candidates(path: &Path, output: &mut Output) -> Result<LayoutFile> {
 }
 
 fn warn_of_units(file: &LayoutFile, path: &Path, output: &mut Output) {
-    if let Some(suspicion) = file.suspicion() {
+    for suspicion in file.suspicions() {
         output.warn(format!("{}: {suspicion}", path.display()));
     }
 }

@@ -15,7 +15,7 @@ pub const PERTURBATIONS: u64 = NOISE_DRAWS as u64;
 /// Options about the responses of a file.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct ResponseArgs {
-    /// Quantity of the responses, for a file that does not state it or states it wrongly.
+    /// Quantity of the responses, for a file that does not state it or states it wrongly; its units hold all the same.
     #[arg(long, value_enum, value_name = "QUANTITY")]
     quantity: Option<Response>,
     /// Decay rate σ of the exponential window that was applied to force and responses, 1/s; without the right

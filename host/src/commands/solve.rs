@@ -17,14 +17,15 @@ use crate::embedded;
 use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::output::Output;
-use crate::solve::{Options, ReferencePoint, solve_files};
+use crate::solve::{Options, Problem, ReferencePoint, solve_problem};
 use crate::suspension::ModeChoice;
 
 /// Arguments of `massline solve`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Reads UFF dataset 58, ASCII and binary: frequency responses of every hit DOF at every sensor of
-the layout. Mass lines: equal weights, band and terms of [test], else 10 to 120 Hz and A, B/s²,
+the layout. Units are those of the labels, else those of dataset 164, else SI; what was understood is
+printed first, and a label that is not understood is refused. Mass lines: equal weights, band and terms of [test], else 10 to 120 Hz and A, B/s²,
 C s². Suspension modes: those between 0.5 and 12.5 Hz, for objects whose mass line is hidden by
 them or by elastic modes. All methods that apply answer and are compared. [prior] is used by ml,
 global-fit and toivola-nuutila. Placement errors are averaged over test.hits_per_dof hits.
@@ -203,12 +204,22 @@ fn from_frequency_responses(args: &Args, frfs: &Path, output: &mut Output) -> Re
         lines: args.lines_per_side.unwrap_or_default().0,
         ..args.responses.options()
     };
+    let problem = Problem::read(&args.layout, frfs, &args.hits)?;
+    if let Some(understood) = problem.understood(&options).filter(|_| !output.json()) {
+        output.note(understood);
+    }
     let bar = output.bar(PERTURBATIONS, "uncertainty");
-    let solution = solve_files(&args.layout, frfs, &args.hits, &options, |done, all| {
+    let solution = solve_problem(&problem, &options, |done, all| {
         bar.set_length(all.into());
         bar.set_position(done.into());
     });
     bar.finish_and_clear();
+    // With an answer they are among its findings.
+    if solution.is_err() {
+        for suspicion in problem.layout.suspicions() {
+            output.warn(format!("{}: {suspicion}", args.layout.display()));
+        }
+    }
     let solution = solution?;
     let verdict = solution.verdict();
     output.conclude(verdict.as_ref().map(|(verdict, _)| *verdict));

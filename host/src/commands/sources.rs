@@ -22,7 +22,7 @@ pub struct SourceArgs {
     /// Universal file with the frequency responses that a result was solved from, to draw them.
     #[arg(long, value_name = "FRFS", requires = "layout")]
     responses: Option<PathBuf>,
-    /// Quantity of the responses, for a file that does not state it or states it wrongly.
+    /// Quantity of the responses, for a file that does not state it or states it wrongly; its units hold all the same.
     #[arg(long, value_enum, value_name = "QUANTITY", requires = "responses")]
     quantity: Option<Response>,
 }

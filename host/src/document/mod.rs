@@ -64,7 +64,7 @@ pub use simulation::{
     ComparedMethod, ComparedTest, Demo, DemoWheel, DemoWheelFiles, ForceSet, MethodOverRuns,
     PropertyOverRuns, RunsToTarget, SimulatedRuns, Simulation,
 };
-pub use solution::{GlobalFit, MassLine, Solution};
+pub use solution::{FrequencyResponsesRead, GlobalFit, MassLine, Solution, UnitsRead};
 pub use written::{
     Completions, DescribedDocument, DrawnPictures, ExportedAnswer, ExportedFile, LayoutTemplate,
     ManualPage, SchemaList, VirtualPort, WrittenFile, WrittenPages,

@@ -40,6 +40,8 @@ pub struct Solution {
     pub terms: &'static str,
     /// The mass lines of every hit.
     pub mass_lines: Vec<MassLine>,
+    /// What was understood of the file.
+    pub frequency_responses: FrequencyResponsesRead,
     /// Notes on the way from the file to the answer.
     pub notes: Vec<String>,
     /// Findings about the test.
@@ -55,6 +57,36 @@ pub struct Solution {
     pub agreement: Option<Agreement>,
     /// Errors that such a test cannot see.
     pub cannot_see: Vec<Unseen>,
+}
+
+/// What was understood of a file with frequency responses.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "frequency_responses_read")]
+pub struct FrequencyResponsesRead {
+    /// Number of frequency responses in use.
+    pub functions: usize,
+    /// Their quantities and units.
+    pub units: Vec<UnitsRead>,
+    /// Number of bins in use.
+    pub bins: usize,
+    /// The first and the last of them.
+    pub range_hz: [f64; 2],
+    /// What of the file is not used.
+    pub left_out: Vec<String>,
+}
+
+/// Quantity and unit of frequency responses.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "units_read")]
+pub struct UnitsRead {
+    /// Number of frequency responses with this unit.
+    pub functions: usize,
+    /// `accelerance`, `mobility` or `receptance`.
+    pub quantity: &'static str,
+    /// The unit in the file.
+    pub unit: String,
+    /// Where the unit was read: labels, dataset 164, or nowhere.
+    pub source: &'static str,
 }
 
 /// The mass lines of a hit.

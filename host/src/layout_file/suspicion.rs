@@ -2,32 +2,123 @@
 
 use nalgebra::Vector3;
 
-use super::{LayoutFile, Node, Reference};
+use super::{LayoutFile, Node};
 
 /// Objects on cords are not larger, m.
 const LARGEST_M: f64 = 20.0;
-/// Factor by which the size of the object and that of its expected inertia cannot differ.
-const APART: f64 = 100.0;
+/// A mass of less in the cube of the nodes' extent, kg/m³, is that of no object: a rod of 3 m and 1 kg has 0.04.
+const LIGHTEST: f64 = 0.01;
+/// A mass of more there, kg/m³: osmium has 2.3e4, and nodes may lie on a tenth of the object.
+const HEAVIEST: f64 = 2.3e7;
+/// Factor by which the size of an object and that of its inertia do not differ.
+const APART: f64 = 10.0;
+/// The centre of mass is not farther from the mean of the nodes, in extents of the nodes.
+const FARTHEST: f64 = 5.0;
+/// Standard deviations of angles are not larger, rad.
+const LARGEST_ANGLE: f64 = 1.0;
+
+/// Ten properties as far as they are known, in the order of `RigidBody::theta` but about the centre of mass.
+pub(crate) type KnownProperties = [Option<f64>; 10];
 
 impl LayoutFile {
     /// What looks like values in another unit, and the fix; for people.
-    pub fn suspicion(&self) -> Option<String> {
+    pub fn suspicions(&self) -> Vec<String> {
+        let mut prior = [None; 10];
+        for known in &self.layout.priors {
+            if let Some(value) = prior.get_mut(usize::from(known.property)) {
+                *value = Some(known.value);
+            }
+        }
+        let reference = self.reference.as_ref().map_or([None; 10], |of| of.properties());
+        let bodies = [("[reference]", reference), ("[prior]", prior)];
+        let of_bodies =
+            bodies.iter().flat_map(|(name, properties)| self.size_suspicions(name, properties));
+        let of_nodes = (extent(&self.nodes) > LARGEST_M).then(|| {
+            format!(
+                "the nodes are up to {:.0} m apart: positions are in metres, and these look like millimetres; \
+                 write 0.2 for 200 mm",
+                extent(&self.nodes)
+            )
+        });
+        of_nodes.into_iter().chain(of_bodies).chain(self.uncertainty_suspicions()).collect()
+    }
+
+    /// What looks like another unit in these properties of the object, which `name` states, beside its nodes.
+    pub(crate) fn size_suspicions(&self, name: &str, properties: &KnownProperties) -> Vec<String> {
         let extent = extent(&self.nodes);
-        if extent > LARGEST_M {
-            return Some(format!(
-                "the nodes are up to {extent:.0} m apart: positions are in metres, and these look like \
-                 millimetres; write 0.2 for 200 mm"
+        let [mass, cx, cy, cz, jxx, jyy, jzz, ..] = *properties;
+        let mass = mass.filter(|mass| *mass > 0.0);
+        let mut suspicions = Vec::new();
+        // One node has no extent, and larger ones have been named.
+        if !(extent > 0.0 && extent.is_finite()) {
+            return suspicions;
+        }
+        let density = mass.map(|mass| mass / extent.powi(3));
+        if let Some(mass) = mass
+            && density.is_some_and(|density| !(LIGHTEST..HEAVIEST).contains(&density))
+            && extent <= LARGEST_M
+        {
+            suspicions.push(format!(
+                "{name} describes a body of {mass:.3} kg on nodes {extent:.3} m apart: check that positions are in metres \
+                 (1 in is 0.0254 m, 1 cm is 0.01 m) and masses in kg"
             ));
         }
-        let radius = self.reference.as_ref().and_then(radius_of_gyration)?;
-        let ratio = radius / extent;
-        (extent > 0.0 && !(1.0 / APART..APART).contains(&ratio)).then(|| {
+        let trace = jxx.zip(jyy).zip(jzz).map(|((xx, yy), zz)| xx + yy + zz);
+        let radius = trace.zip(mass).map(|(trace, mass)| (trace / (2.0 * mass)).sqrt());
+        if let Some(radius) =
+            radius.filter(|r| !(1.0 / APART..APART).contains(&(r / extent)) && !r.is_nan())
+        {
+            suspicions.push(format!(
+                "{name} describes a body with a radius of gyration of {radius:.3e} m on nodes {extent:.3e} m apart: check \
+                 that positions are in m, masses in kg and inertias in kg m² (1 kg mm² is 1e-6 kg m², 1 g mm² is 1e-9)"
+            ));
+        }
+        let center = cx.zip(cy).zip(cz).map(|((x, y), z)| Vector3::new(x, y, z));
+        let distance = center.map(|center| (center - self.mean_of_nodes()).norm());
+        if let Some(distance) = distance.filter(|distance| *distance > FARTHEST * extent) {
+            suspicions.push(format!(
+                "{name} describes a body whose centre of mass lies {distance:.3} m from nodes that are {extent:.3} m apart: \
+                 check that positions and centre are in metres (1 mm is 0.001 m)"
+            ));
+        }
+        suspicions
+    }
+
+    fn mean_of_nodes(&self) -> Vector3<f64> {
+        let sum: Vector3<f64> = self.nodes.iter().map(|node| Vector3::from(node.position)).sum();
+        sum / self.nodes.len().max(1) as f64
+    }
+
+    /// What looks like degrees or millimetres among the uncertainties.
+    fn uncertainty_suspicions(&self) -> Vec<String> {
+        let of = &self.uncertainty;
+        let angles = [
+            ("hit_direction_rad", of.hit.direction),
+            ("node_direction_rad", of.hit.node_direction),
+            ("sensor_rotation_rad", of.sensor.rotation),
+            ("gravity_direction_rad", of.gravity_direction),
+        ];
+        let angles = angles.iter().filter(|(_, value)| *value > LARGEST_ANGLE).map(|(key, value)| {
             format!(
-                "[reference] describes a body with a radius of gyration of {radius:.3e} m on nodes {extent:.3e} m \
-                 apart: check that positions are in m, mass_kg in kg and inertia_kg_m2 in kg m² (1 kg mm² is 1e-6 \
-                 kg m²)"
+                "{key} = {value} is a standard deviation of {:.0}°: angles are in radians; write {:.3} for {value}°",
+                value.to_degrees(),
+                value.to_radians()
             )
-        })
+        });
+        let lengths = [
+            ("hit_position_m", of.hit.position),
+            ("node_position_m", of.hit.node_position),
+            ("sensor_position_m", of.sensor.position),
+        ];
+        let extent = extent(&self.nodes);
+        let lengths = lengths.iter().filter(|(_, value)| extent > 0.0 && *value > extent).map(|(key, value)| {
+            format!(
+                "{key} = {value} is more than the {extent:.3} m between the nodes: positions are in metres; write {:.4} \
+                 for {value} mm",
+                value * 1e-3
+            )
+        });
+        angles.chain(lengths).collect()
     }
 }
 
@@ -39,9 +130,5 @@ fn extent(nodes: &[Node]) -> f64 {
     pairs.map(|(a, b)| distance(a, b)).fold(0.0, f64::max)
 }
 
-/// `√(tr J/2m)` of the expected values, m.
-fn radius_of_gyration(reference: &Reference) -> Option<f64> {
-    let (mass, inertia) = (reference.mass_kg?, reference.inertia_kg_m2?);
-    let trace: f64 = (0..3).map(|k| inertia[k][k]).sum();
-    Some((trace / (2.0 * mass)).sqrt())
-}
+#[cfg(test)]
+mod tests;

@@ -423,31 +423,6 @@ fn a_setting_that_no_rig_can_measure_with_is_named_with_its_place() {
 }
 
 #[test]
-fn millimetres_and_other_units_are_suspected() {
-    let suspicion = |text: &str| parse(text).unwrap().suspicion();
-    assert_eq!(suspicion(GOOD), None);
-    let nodes = |scale: f64| {
-        format!(
-            "sensors = [1, 2, 3]\nhits = [\"1:+X\"]\n[[node]]\nid = 1\nposition_m = [0.0, 0.0, 0.0]\n[[node]]\nid = \
-             2\nposition_m = [{scale}, 0.0, 0.0]\n[[node]]\nid = 3\nposition_m = [0.0, {scale}, 0.0]\n"
-        )
-    };
-    let said = suspicion(&nodes(200.0)).unwrap();
-    assert!(said.contains("283 m") && said.contains("look like millimetres"), "{said}");
-    let reference = |inertia: f64| {
-        format!(
-            "{}[reference]\nmass_kg = 1.0\ninertia_kg_m2 = [[{inertia}, 0.0, 0.0], [0.0, {inertia}, 0.0], [0.0, 0.0, \
-             {inertia}]]\n",
-            nodes(0.2)
-        )
-    };
-    assert_eq!(suspicion(&reference(0.01)), None);
-    // 0.01 kg m² is 10⁴ kg mm².
-    let said = suspicion(&reference(1e4)).unwrap();
-    assert!(said.contains("radius of gyration") && said.contains("1e-6"), "{said}");
-}
-
-#[test]
 fn statements_for_the_report_are_text_in_one_line() {
     let with = |what: &str| parse(&format!("{GOOD}\n[report]\n{what}"));
     let said = with("support = \"two cords\"").unwrap().statements;

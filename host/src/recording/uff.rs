@@ -1,9 +1,13 @@
-//! Time records of a universal file: dataset 58 with function type 1. A DOF that occurs again begins the next
-//! segment, whose channels have the quantities and units of those of the first.
+//! Time records of a universal file: dataset 58 with function type 1. Records that repeat the DOFs, quantities and units
+//! of those before them in the same order are further segments; other records of a DOF that occurs again are channels of
+//! their own.
+
+use std::collections::HashSet;
 
 use super::lvm::EQUAL_RATES;
-use super::{Channel, Recording, RecordingError, Segment};
+use super::{Channel, MOST_CHANNELS, Recording, RecordingError, Segment};
 use crate::uff::{Function, UffFile};
+use crate::units::{Measure, is_unstated, unit_size};
 
 /// Reads the bytes of a file.
 pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
@@ -14,52 +18,80 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
                     give frequency responses to `massline solve`";
         return Err(RecordingError::Array(text.into()));
     };
-    let per_segment = records
-        .iter()
-        .skip(1)
-        .position(|f| {
-            f.response == first.response && f.numerator_axis.measures_as(&first.numerator_axis)
-        })
-        .map_or(records.len(), |at| at + 1);
-    let channels: Vec<Channel> =
+    let per_segment = channels_of_segment(&records)?;
+    let mut channels: Vec<Channel> =
         records.iter().take(per_segment).map(|f| f.time_channel()).collect();
     Recording::plausible(records.len().div_ceil(per_segment) as u64, per_segment as u64)?;
+    let rate_of_first = rate(first)?;
     let mut segments = Vec::new();
     for group in records.chunks(per_segment) {
-        if group.len() < per_segment {
-            let wanted = format!("{per_segment} records of the last segment");
-            return Err(RecordingError::Truncated { wanted });
-        }
         let length = group.first().map_or(0, |f| f.ordinate.len());
         if let Some(other) = group.iter().find(|f| f.ordinate.len() != length) {
             let found = other.ordinate.len();
             return Err(RecordingError::Ragged { line: other.line, found, wanted: length });
         }
-        if let Some((other, wanted)) =
-            group.iter().zip(&channels).find(|(f, channel)| f.time_channel() != **channel)
-        {
-            let fault = format!(
-                "this record of channel \"{}\" has another quantity, DOF or unit than that of the first segment; \
-                 export all segments alike",
-                wanted.name
-            );
-            return Err(RecordingError::Header { line: other.line, fault });
-        }
-        if let (Some(wanted), Some((other, found))) = (
-            rate(first),
-            group
-                .iter()
-                .filter_map(|f| Some((f, rate(f)?)))
-                .find(|(_, r)| differs(*r, rate(first))),
-        ) {
-            let fault = format!(
-                "this record was sampled at {found} Hz and the first one at {wanted} Hz; export all records at one rate"
-            );
-            return Err(RecordingError::Header { line: other.line, fault });
+        for record in group {
+            if let Some((wanted, found)) = rate_of_first.zip(rate(record)?)
+                && differs(found, rate_of_first)
+            {
+                let fault = format!(
+                    "this record was sampled at {found} Hz and the first one at {wanted} Hz; export all records at one rate"
+                );
+                return Err(RecordingError::Header { line: record.line, fault });
+            }
         }
         segments.push(Segment(group.iter().map(|f| f.time_samples()).collect()));
     }
-    Ok(Recording { rate_hz: rate(first), channels, segments })
+    name_apart(&mut channels);
+    Ok(Recording { rate_hz: rate_of_first, channels, segments })
+}
+
+/// The number of channels: that of the shortest beginning whose DOFs and quantities the records repeat to their end.
+///
+/// # Errors
+/// When the last repetition is incomplete, or a repetition has other units.
+fn channels_of_segment(records: &[&Function]) -> Result<usize, RecordingError> {
+    let channels: Vec<Channel> = records.iter().map(|f| f.time_channel()).collect();
+    let repeats = |period: &usize| {
+        channels
+            .iter()
+            .skip(*period)
+            .zip(&channels)
+            .all(|(later, channel)| later.name == channel.name)
+    };
+    let periods = 1..channels.len().min(MOST_CHANNELS + 1);
+    let Some(period) = periods.into_iter().find(repeats) else { return Ok(channels.len()) };
+    let rest = channels.len() % period;
+    // A beginning that occurs once and in part is no segment: two of its channels have the same DOF.
+    if rest > 0 && channels.len() < 2 * period {
+        return Ok(channels.len());
+    }
+    if rest > 0 {
+        let wanted = format!("{} records of the last segment", period - rest);
+        return Err(RecordingError::Truncated { wanted });
+    }
+    let mut later = records.iter().zip(&channels).skip(period).zip(&channels);
+    if let Some(((record, channel), wanted)) =
+        later.find(|((_, channel), wanted)| channel != wanted)
+    {
+        let fault = format!(
+            "this record of channel \"{}\" has another unit than that of the first segment ({:?} and {:?}); export all \
+             segments alike",
+            wanted.name, channel.unit, wanted.unit
+        );
+        return Err(RecordingError::Header { line: record.line, fault });
+    }
+    Ok(period)
+}
+
+/// Adds the number of the record to each name that occurs again.
+fn name_apart(channels: &mut [Channel]) {
+    let mut names = HashSet::new();
+    for (place, channel) in channels.iter_mut().enumerate() {
+        if !names.insert(channel.name.clone()) {
+            channel.name = format!("{} (record {})", channel.name, place + 1).trim().to_owned();
+        }
+    }
 }
 
 impl Function {
@@ -89,9 +121,19 @@ fn differs(rate: f64, first: Option<f64>) -> bool {
 }
 
 /// The sampling rate of an even abscissa, Hz.
-fn rate(function: &Function) -> Option<f64> {
-    let (first, last) = (function.abscissa.first()?, function.abscissa.last()?);
-    let steps = function.abscissa.len().checked_sub(1)?;
-    let rate = steps as f64 / (last - first);
-    (rate.is_finite() && rate > 0.0).then_some(rate)
+fn rate(function: &Function) -> Result<Option<f64>, RecordingError> {
+    let unit = &function.abscissa_axis.unit;
+    let second = match is_unstated(unit) {
+        true => 1.0,
+        false => unit_size(unit, Measure::Time).map_err(|fault| {
+            let fault = format!(
+                "the abscissa is in \"{unit}\": {fault}; export the records over time in seconds"
+            );
+            RecordingError::Header { line: function.line, fault }
+        })?,
+    };
+    let ends = function.abscissa.first().zip(function.abscissa.last());
+    let steps = function.abscissa.len().saturating_sub(1);
+    let rate = ends.map(|(first, last)| steps as f64 / ((last - first) * second));
+    Ok(rate.filter(|rate| rate.is_finite() && *rate > 0.0))
 }

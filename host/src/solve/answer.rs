@@ -6,9 +6,10 @@ use massline_shared::identify::global_fit::GlobalFitSolution;
 use massline_shared::identify::{DofMassLines, Estimate, MassLines, Method, Observable};
 use massline_shared::layout::{HOST_SENSORS, Hit, HostLayout};
 
+use super::plausibility::Suspicion;
 use super::suspension::ModalPart;
 use super::{MassLinePart, ReferencePoint};
-use crate::document::{MassLine, Refusal, Solution, Unseen};
+use crate::document::{FrequencyResponsesRead, MassLine, Refusal, Solution, Unseen};
 use crate::identification::Identification;
 use crate::report::{
     self, Truth, comparison_json, comparison_text, global_fit_json, global_fit_text, hammer_text,
@@ -28,6 +29,7 @@ pub(super) struct Settings {
     pub(super) layout_hash: Option<u32>,
     pub(super) truth: Option<Truth>,
     pub(super) layout: HostLayout,
+    pub(super) reading: FrequencyResponsesRead,
 }
 
 /// A method without an answer, because what it uses could not be had.
@@ -68,8 +70,12 @@ pub struct FrfSolution {
     pub(super) failed: Vec<Failed>,
     /// Expected values to compare with.
     pub truth: Option<Truth>,
-    /// Which body the layout was checked with, and how the file was read.
+    /// What was understood of the file.
+    pub reading: FrequencyResponsesRead,
+    /// How the file was read, and which body the layout was checked with.
     pub notes: Vec<String>,
+    /// What of the input looks wrong.
+    pub suspicions: Vec<Suspicion>,
     layout: HostLayout,
 }
 
@@ -80,7 +86,7 @@ impl FrfSolution {
         modal: Option<ModalPart>,
         notes: Vec<String>,
     ) -> Self {
-        let Settings { reference_point, layout_hash, truth, layout } = settings;
+        let Settings { reference_point, layout_hash, truth, layout, reading } = settings;
         let mut all = Self {
             identification: Identification::default(),
             examination: None,
@@ -95,7 +101,9 @@ impl FrfSolution {
             layout_hash,
             failed: Vec::new(),
             truth,
+            reading,
             notes,
+            suspicions: Vec::new(),
             layout,
         };
         if let Some(MassLinePart { lines, identification, examination, .. }) = mass_lines {
@@ -158,6 +166,7 @@ impl FrfSolution {
         not_applicable.extend(self.failed.iter().map(Failed::to_json));
         let examination = self.examination.as_ref();
         diagnostics.extend(examination.iter().flat_map(|of| of.diagnostics_json(layout)));
+        diagnostics.extend(self.suspicions.iter().map(Suspicion::to_json));
         let lines = layout.hits.iter().zip(&self.mass_lines).zip(&self.noise);
         let mass_line = |((hit, lines), noise): ((&Hit<f64>, &Vec<f64>), &Vec<f64>)| MassLine {
             dof: hit.dof.to_string(),
@@ -183,6 +192,7 @@ impl FrfSolution {
             frf_estimator: None,
             terms: layout.test.terms.name(),
             mass_lines: lines.map(mass_line).collect(),
+            frequency_responses: self.reading.clone(),
             notes: self.notes.clone(),
             diagnostics,
             single_faults: examination.map(|of| of.to_json(layout)),
@@ -226,6 +236,7 @@ impl FrfSolution {
         let said = |d: &&Diagnostic| shown.iter().any(|of| of.diagnostics.contains(d));
         let rest: Vec<Diagnostic> = self.diagnostics.iter().filter(|d| !said(d)).copied().collect();
         text += &report::sentences(&rest, |d| message_in(d, &self.layout));
+        self.suspicions.iter().for_each(|suspicion| text += &suspicion.to_text());
         for note in &self.notes {
             text += &format!("note: {note}\n");
         }

@@ -1,23 +1,25 @@
-//! Selects the functions of a universal file for a layout, and fits the mass lines.
+//! The frequency responses of a layout, and the mass lines that are fitted to them.
 
 use massline_shared::FrequencyResponses;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::MassLines;
-use massline_shared::layout::{
-    Axis, Dof, HOST_SENSORS, Hit, HostLayout, Sensor, TestProfile, TestSettings,
-};
+use massline_shared::layout::{HOST_SENSORS, HostLayout, TestProfile, TestSettings};
 use massline_shared::mass_line::{
     BasisRow, Bin, Fitting, MassLineError, ResponseFits, find_band, window_correlation,
 };
 use nalgebra::Complex;
 
+use super::reading::Reading;
+use super::selection::{Pair, Selection};
 use crate::identification::MeasuredLines;
-use crate::uff::{Frf, Function, NodeDirection, Quantity, UffFault, UffFile};
+use crate::uff::{Frf, NodeDirection, Quantity, UffFile};
 use crate::{Error, Result};
 
 /// The frequency responses of a layout: hit by hit, sensor by sensor, axis by axis.
 pub(super) struct LayoutResponses {
     hits: Vec<Vec<Response>>,
+    /// What was understood of the file.
+    pub(super) reading: Reading,
 }
 
 /// The mass lines of a layout, and their band.
@@ -64,27 +66,40 @@ pub(super) fn stated_band(test: &TestSettings<f64>) -> Option<[f64; 2]> {
 }
 
 /// One frequency response, with its sign corrected to the layout's directions.
-struct Response {
-    name: String,
-    dataset: usize,
+pub(super) struct Response {
+    pub(super) name: String,
+    pub(super) dataset: usize,
     /// Frequencies in Hz, ascending, and accelerances.
-    points: Vec<(f64, Complex<f64>)>,
+    pub(super) points: Vec<(f64, Complex<f64>)>,
 }
 
 impl LayoutResponses {
-    /// Finds the function of every sensor axis and hit.
+    /// Finds the function of every sensor axis and hit. Bins without a number are left out outside the band of the mass
+    /// lines and that of the suspension modes.
     pub(super) fn of(
         layout: &HostLayout,
         uff: &UffFile,
         quantity: Option<Quantity>,
+        suspension_band_hz: [f64; 2],
     ) -> Result<Self> {
-        let of_hit = |hit: &Hit<f64>| {
-            let places =
-                layout.sensors.iter().flat_map(|sensor| Axis::ALL.map(|axis| (sensor, axis)));
-            places.map(|(sensor, axis)| response(uff, quantity, sensor, axis, hit.dof)).collect()
+        let selection = Selection::new(layout, uff);
+        let mut reading = Reading::of(uff, &selection);
+        let mut responses = Vec::new();
+        for pair in Pair::all(layout) {
+            let response = response(&selection, quantity, &pair, &mut reading)?;
+            responses.push(response);
+        }
+        let [low, high] = suspension_band_hz;
+        let band = match stated_band(&layout.test) {
+            Some(band) => [low.min(band[0]), high.max(band[1])],
+            None => [low, f64::INFINITY],
         };
-        let hits = layout.hits.iter().map(of_hit).collect::<Result<_>>()?;
-        Ok(Self { hits })
+        reading.leave_out_without_number(&mut responses, band)?;
+        let mut responses = responses.into_iter();
+        let channels = 3 * layout.sensors.len();
+        let hits =
+            layout.hits.iter().map(|_| responses.by_ref().take(channels).collect()).collect();
+        Ok(Self { hits, reading })
     }
 
     /// The mass lines of every hit of the layout; `decay` is σ of the exponential window used for the
@@ -260,16 +275,16 @@ impl Response {
 
 /// The response of one sensor axis to one hit.
 fn response(
-    uff: &UffFile,
+    selection: &Selection<'_>,
     quantity: Option<Quantity>,
-    sensor: &Sensor<f64>,
-    axis: Axis,
-    hit: Dof,
+    pair: &Pair,
+    reading: &mut Reading,
 ) -> Result<Response> {
-    let function = find(uff, sensor.node, axis, hit)?;
-    let frf = function.accelerance(quantity)?;
-    let sign = sign(function.response) * sign(function.reference) * hit.sign.factor();
-    let (name, dataset) = (name(sensor.node, axis, hit), function.dataset);
+    let function = selection.find(pair)?;
+    let (frf, understood) = function.converted(quantity)?;
+    reading.add(&frf, &understood);
+    let sign = sign(function.response) * sign(function.reference) * pair.hit.sign.factor();
+    let (name, dataset) = (pair.name(), function.dataset);
     let points = points(&frf, sign);
     if points.iter().all(|(_, h)| h.norm_sqr() == 0.0) {
         let message = format!(
@@ -278,75 +293,7 @@ fn response(
         );
         return Err(Error::input("channel_dead", message));
     }
-    match points.iter().find(|(f, h)| !(f.is_finite() && is_finite(h))) {
-        None => Ok(Response { name, dataset, points }),
-        Some((f, _)) => {
-            let message = format!(
-                "the frequency response of {name} (dataset {dataset}) is NaN or infinite at {f} Hz; \
-                 measure or export it again"
-            );
-            Err(Error::input("data_not_finite", message))
-        }
-    }
-}
-
-/// The functions of a sensor axis and hit.
-fn functions(
-    uff: &UffFile,
-    node: u16,
-    axis: Axis,
-    hit: Dof,
-) -> impl Iterator<Item = &Function> + Clone {
-    let at = |place: NodeDirection, node: u16, axis: Axis| {
-        place.node == i64::from(node) && place.direction.unsigned_abs() == axis.index() as u64 + 1
-    };
-    let of_both =
-        move |f: &&Function| at(f.response, node, axis) && at(f.reference, hit.node, hit.axis);
-    uff.functions.iter().filter(of_both)
-}
-
-/// The coherence of a sensor axis and hit above 0 Hz, in ascending order of the frequency; `None` when the file has none.
-pub(super) fn coherence_of(uff: &UffFile, node: u16, axis: Axis, hit: Dof) -> Option<Vec<f64>> {
-    let function = functions(uff, node, axis, hit).find(|f| f.is_coherence())?;
-    let pairs = function.abscissa.iter().zip(&function.ordinate);
-    let mut points: Vec<(f64, f64)> =
-        pairs.filter(|(f, _)| **f != 0.0).map(|(f, value)| (*f, value.re)).collect();
-    points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Some(points.into_iter().map(|(_, value)| value).collect())
-}
-
-/// The only frequency response of a sensor axis and hit.
-fn find(uff: &UffFile, node: u16, axis: Axis, hit: Dof) -> Result<&Function> {
-    let mut matching = functions(uff, node, axis, hit);
-    let mut frfs = matching.clone().filter(|f| f.is_frequency_response());
-    match (frfs.next(), frfs.next(), matching.next()) {
-        (Some(function), None, _) => Ok(function),
-        (Some(first), Some(second), _) => {
-            let message = format!(
-                "the frequency response of {} is there twice, in datasets {} and {}; remove one",
-                name(node, axis, hit),
-                first.dataset,
-                second.dataset
-            );
-            Err(Error::input("frf_doubled", message))
-        }
-        (None, _, Some(other)) => {
-            let found = other.function_type;
-            let error = other.error(UffFault::FunctionType { found });
-            Err(Error::from(error).within(name(node, axis, hit)))
-        }
-        (None, _, None) => {
-            let message = format!(
-                "the file has no frequency response of {}; export it (response node {node}, direction ±{}, reference node \
-                 {}, direction ±{}), or take the sensor or the hit out of the layout",
-                name(node, axis, hit),
-                axis.index() + 1,
-                hit.node,
-                hit.axis.index() + 1
-            );
-            Err(Error::input("frf_missing", message))
-        }
-    }
+    Ok(Response { name, dataset, points })
 }
 
 /// Frequencies and accelerances above 0 Hz, ascending.
@@ -358,16 +305,8 @@ fn points(frf: &Frf, sign: f64) -> Vec<(f64, Complex<f64>)> {
     points
 }
 
-fn is_finite(h: &Complex<f64>) -> bool {
-    h.re.is_finite() && h.im.is_finite()
-}
-
 fn sign(place: NodeDirection) -> f64 {
     if place.direction < 0 { -1.0 } else { 1.0 }
-}
-
-fn name(node: u16, axis: Axis, hit: Dof) -> String {
-    format!("the sensor on node {node}, axis {axis:?}, due to the hit {hit}")
 }
 
 #[cfg(test)]
@@ -394,7 +333,7 @@ mod tests {
         let response = || Response { name: String::new(), dataset: 1, points: points.clone() };
         let of_hit = || (0..9).map(|_| response()).collect();
         let hits = layout.hits.iter().map(|_| of_hit()).collect();
-        (layout, LayoutResponses { hits })
+        (layout, LayoutResponses { hits, reading: Reading::default() })
     }
 
     /// With the σ of the window the fit is exact except for the noise of 1e-6; without it, the residual is a

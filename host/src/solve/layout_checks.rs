@@ -1,4 +1,4 @@
-//! Whether a layout admits the methods, judged with the body that it says most about.
+//! Whether a layout admits the methods, judged with an assumed body; what is expected of the object decides nothing.
 
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Diagnostic, Diagnostics};
@@ -48,7 +48,25 @@ pub(super) fn layout_problem(
     }
 }
 
-/// The body that a layout is checked with, and a sentence that names its origin: what `[reference]` states,
+/// The body that a layout is checked with before its responses are solved, and a sentence that names its origin: the
+/// mass of `[prior]` or 1 kg near the centroid of the nodes, with the inertia `m L² I`. What `[reference]` states is to
+/// be compared with the answer and must not decide whether there is one.
+pub(super) fn assumed_for_solving(file: &LayoutFile) -> (RigidBody<f64>, String) {
+    let prior = prior_mass(file);
+    let body = assumed_body(prior, file.nodes.iter().map(|node| node.position));
+    let mass = if prior.is_some() { "the mass of [prior]" } else { "an assumed mass of 1 kg" };
+    let text = format!(
+        "the layout was checked with {mass}, an assumed centre of mass near the centroid of the nodes and an assumed \
+         inertia m L² I, L being the extent of the nodes"
+    );
+    (body, text)
+}
+
+fn prior_mass(file: &LayoutFile) -> Option<f64> {
+    file.layout.priors.iter().find(|p| p.property == 0).map(|known| known.value)
+}
+
+/// The body that a design is checked with, and a sentence that names its origin: what `[reference]` states,
 /// for the rest the mass of `[prior]` or 1 kg, near the centroid of the nodes, with the inertia `m L² I`.
 pub fn body_for_checks(file: &LayoutFile) -> (RigidBody<f64>, String) {
     let none = Reference { mass_kg: None, center_of_mass_m: None, inertia_kg_m2: None };

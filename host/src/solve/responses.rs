@@ -3,7 +3,9 @@
 use massline_shared::layout::{Axis, Hit, HostLayout};
 use nalgebra::Complex;
 
-use super::frfs::{LayoutResponses, coherence_of};
+use super::SUSPENSION_BAND_HZ;
+use super::frfs::LayoutResponses;
+use super::selection::{Pair, Selection};
 use crate::Result;
 use crate::uff::{Quantity, UffFile};
 
@@ -32,11 +34,13 @@ pub fn responses_of(
     uff: &UffFile,
     quantity: Option<Quantity>,
 ) -> Result<FileResponses> {
-    let responses = LayoutResponses::of(layout, uff, quantity)?;
+    let responses = LayoutResponses::of(layout, uff, quantity, SUSPENSION_BAND_HZ)?;
     let frequency_hz = responses.common_frequencies()?;
+    let selection = Selection::new(layout, uff);
     let coherence = |hit: &Hit<f64>| {
         let places = layout.sensors.iter().flat_map(|of| Axis::ALL.map(|axis| (of.node, axis)));
-        let each = places.map(|(node, axis)| coherence_of(uff, node, axis, hit.dof));
+        let each =
+            places.map(|(node, axis)| selection.coherence(&Pair { node, axis, hit: hit.dof }));
         each.map(|of| of.filter(|of| of.len() == frequency_hz.len())).collect::<Option<Vec<_>>>()
     };
     let of_hit = |(hit, accelerance)| HitResponses {

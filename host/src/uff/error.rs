@@ -109,7 +109,7 @@ pub enum UffFault {
         wanted: &'static str,
     },
     /// A unit that is unknown or is not a unit of the axis' quantity.
-    #[error("\"{unit}\" is not a known unit of {quantity}; {known}")]
+    #[error("\"{unit}\" is not a known unit of {quantity}; {known} are")]
     WrongUnit {
         /// The label in the file.
         unit: String,
@@ -117,6 +117,24 @@ pub enum UffFault {
         quantity: &'static str,
         /// The known units.
         known: &'static str,
+    },
+    /// A unit that is understood and of no use.
+    #[error(
+        "\"{unit}\": {fault}; export the functions in units of the quantity, such as m/s^2 and N"
+    )]
+    UnusableUnit {
+        /// The label in the file.
+        unit: String,
+        /// Why it is of no use.
+        fault: String,
+    },
+    /// An amplitude over an effective value.
+    #[error(
+        "\"{unit}\": one part of the ratio is an effective value (rms), the other a peak; export both alike"
+    )]
+    MixedAmplitudes {
+        /// The label of the denominator.
+        unit: String,
     },
     /// Invalid unit factors in dataset 164.
     #[error("the unit factor {value} of dataset 164 cannot be; it must be positive")]
@@ -133,9 +151,11 @@ impl UffFault {
             Self::Truncated { .. } | Self::TooFewValues { .. } => "uff_truncated",
             Self::TooManyPoints | Self::TooManyFunctions => "uff_too_long",
             Self::FunctionType { .. } => "uff_wrong_function_type",
-            Self::WrongQuantity { .. } | Self::WrongUnit { .. } | Self::UnitFactor { .. } => {
-                "uff_wrong_units"
-            }
+            Self::WrongQuantity { .. }
+            | Self::WrongUnit { .. }
+            | Self::UnusableUnit { .. }
+            | Self::MixedAmplitudes { .. }
+            | Self::UnitFactor { .. } => "uff_wrong_units",
             _ => "uff_corrupt",
         }
     }

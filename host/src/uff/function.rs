@@ -2,11 +2,14 @@
 
 use nalgebra::Complex;
 
+use super::columns::{Columns, unit_label};
 use super::error::{UffError, UffFault};
 use super::lines::Lines;
 use super::units::UnitSystem;
 use super::values::{Binary, Shape, read_ascii, read_binary, real};
 use super::{AxisProperties, Function, MOST_POINTS, NodeDirection};
+use crate::encoding::label;
+use crate::units::is_unstated;
 
 /// The function type of a record over time.
 pub(super) const TIME_RESPONSE: i64 = 1;
@@ -58,11 +61,12 @@ pub(super) fn read_function(
     lines: &mut Lines<'_>,
     units: Option<UnitSystem>,
 ) -> Result<Function, UffError> {
+    let (line, byte) = lines.dataset_place();
     let binary = binary_header(kind, lines)?;
     for _ in 0..5 {
-        lines.text("an ID line of dataset 58")?;
+        lines.record("an ID line of dataset 58")?;
     }
-    let (function_type, response, reference) = dof_record(lines)?;
+    let dofs = dof_record(lines)?;
     let shape = shape_record(lines)?;
     let mut axes =
         [const { AxisProperties { data_type: 0, unit: String::new(), line: 0, byte: 0 } }; 4];
@@ -73,7 +77,7 @@ pub(super) fn read_function(
     let values = match binary {
         Some((binary, extra)) => {
             for _ in 0..extra {
-                lines.text("a header line of dataset 58")?;
+                lines.record("a header line of dataset 58")?;
             }
             read_binary(lines, &shape, binary)?
         }
@@ -81,14 +85,14 @@ pub(super) fn read_function(
     };
     lines.skip_to_delimiter()?;
     let (abscissa, ordinate) = split(&values, &shape);
-    let (line, byte) = lines.dataset_place();
     Ok(Function {
         dataset: lines.dataset(),
         line,
         byte,
-        function_type,
-        response,
-        reference,
+        function_type: dofs.function_type,
+        response: dofs.response,
+        reference: dofs.reference,
+        components: dofs.components,
         abscissa,
         ordinate,
         abscissa_axis,
@@ -101,7 +105,7 @@ pub(super) fn read_function(
 /// The binary format that the first line states, with the number of additional header lines; `None` when the
 /// data are text.
 fn binary_header(kind: &[u8], lines: &Lines<'_>) -> Result<Option<(Binary, i64)>, UffError> {
-    let text = String::from_utf8_lossy(kind);
+    let text = label(kind);
     let mut fields = text.split_ascii_whitespace();
     let head = fields.next().unwrap_or_default();
     if head == "58" {
@@ -136,29 +140,83 @@ fn binary_header(kind: &[u8], lines: &Lines<'_>) -> Result<Option<(Binary, i64)>
     Ok(Some((Binary { big_endian }, header - HEADER_LINES)))
 }
 
-/// Record 6: type and DOFs, `2(I5,I10),2(1X,10A1,I10,I4)`.
-fn dof_record(lines: &mut Lines<'_>) -> Result<(i64, NodeDirection, NodeDirection), UffError> {
-    let text = lines.text("record 6, the DOFs,")?;
-    let function_type = field(lines, &text, 0, 5, "the function type")?;
-    let words: Vec<&str> = text.split_whitespace().collect();
-    let fixed = [(41, 10), (51, 4), (66, 10), (76, 4)]
-        .map(|(from, width)| column(&text, from, width).and_then(integer));
-    // A name longer than its field shifts the columns after it; the fields are then found by counting words.
-    let counted = [5, 6, 8, 9].map(|k: usize| words.get(k).copied().and_then(integer));
-    let numbers = all(fixed)
-        .or_else(|| all(counted))
-        .ok_or_else(|| not_a_number(lines, "response and reference DOFs", &text))?;
-    let [node, direction, ref_node, ref_direction] = numbers;
-    let reference = NodeDirection { node: ref_node, direction: ref_direction };
-    Ok((function_type, NodeDirection { node, direction }, reference))
+/// Record 6.
+struct Dofs {
+    function_type: i64,
+    response: NodeDirection,
+    reference: NodeDirection,
+    /// Names of the components of response and reference.
+    components: [String; 2],
+}
+
+impl Dofs {
+    /// The DOFs by fixed columns, `2(I5,I10),2(1X,10A1,I10,I4)`.
+    fn in_columns(columns: &Columns<'_>) -> Option<Self> {
+        let place = |from: usize| {
+            let direction = columns.integer(from + 20, 4).filter(|d| (-6..=6).contains(d));
+            Some(NodeDirection { node: columns.integer(from + 10, 10)?, direction: direction? })
+        };
+        Some(Self {
+            function_type: columns.integer(0, 5)?,
+            response: place(31)?,
+            reference: place(56)?,
+            components: [31, 56].map(|from| component(&columns.text(from, 10))),
+        })
+    }
+
+    /// The DOFs by counting words: a name that is longer than its field shifts the columns after it.
+    fn by_words(text: &str) -> Option<Self> {
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let integer = |k: usize| words.get(k)?.parse().ok();
+        let place =
+            |k: usize| Some(NodeDirection { node: integer(k)?, direction: integer(k + 1)? });
+        Some(Self {
+            function_type: integer(0)?,
+            response: place(5)?,
+            reference: place(8)?,
+            components: [words.get(4)?, words.get(7)?].map(|name| component(name)),
+        })
+    }
+
+    fn are_at(&self, other: &Self) -> bool {
+        (self.response, self.reference) == (other.response, other.reference)
+    }
+}
+
+/// The name of a component; empty for one without a name.
+fn component(name: &str) -> String {
+    if is_unstated(name) { String::new() } else { name.to_owned() }
+}
+
+/// Reads record 6: type and DOFs.
+fn dof_record(lines: &mut Lines<'_>) -> Result<Dofs, UffError> {
+    let record = lines.record("record 6, the DOFs,")?;
+    let by_bytes = Columns::by_bytes(record);
+    // The blanks between the fields tell their columns from others that happen to hold numbers.
+    let by_characters = Columns::by_characters(record);
+    let layouts = [Some(&by_bytes), by_characters.as_ref()];
+    let separated = layouts.into_iter().flatten().filter(|columns| columns.are_blank([30, 55]));
+    let mut readings = separated.filter_map(Dofs::in_columns);
+    let text = label(record);
+    let refused = |field| not_a_number(lines, field, &text);
+    match (readings.next(), readings.next()) {
+        (Some(dofs), Some(other)) if !dofs.are_at(&other) => Err(refused(
+            "response and reference DOFs that do not depend on how letters are counted",
+        )),
+        (Some(dofs), _) => Ok(dofs),
+        (None, _) => Dofs::in_columns(&by_bytes)
+            .or_else(|| Dofs::by_words(&text))
+            .ok_or_else(|| refused("response and reference DOFs")),
+    }
 }
 
 /// Record 7: format of the data, `3I10,3E13.5`.
 fn shape_record(lines: &mut Lines<'_>) -> Result<Shape, UffError> {
-    let text = lines.text("record 7, the form of the data,")?;
-    let form = field(lines, &text, 0, 10, "the ordinate data type")?;
-    let points = field(lines, &text, 10, 10, "the number of values")?;
-    let spacing = field(lines, &text, 20, 10, "the abscissa spacing")?;
+    let record = lines.record("record 7, the form of the data,")?;
+    let columns = Columns::by_bytes(record);
+    let form = field(lines, &columns, 0, 10, "the ordinate data type")?;
+    let points = field(lines, &columns, 10, 10, "the number of values")?;
+    let spacing = field(lines, &columns, 20, 10, "the abscissa spacing")?;
     let (complex, double) = match form {
         2 => (false, false),
         4 => (false, true),
@@ -173,8 +231,8 @@ fn shape_record(lines: &mut Lines<'_>) -> Result<Shape, UffError> {
             }));
         }
     };
-    let points = usize::try_from(points).ok().filter(|&n| n > 0).ok_or_else(|| {
-        let known = "at least one is needed";
+    let points = usize::try_from(points).map_err(|_| {
+        let known = "it cannot be negative";
         lines.error(UffFault::Unknown { field: "number of values", value: points, known })
     })?;
     if points > MOST_POINTS {
@@ -183,8 +241,8 @@ fn shape_record(lines: &mut Lines<'_>) -> Result<Shape, UffError> {
     let even = match spacing {
         0 => None,
         1 => {
-            let minimum = real_field(lines, &text, 30, 13, "the abscissa minimum")?;
-            Some([minimum, real_field(lines, &text, 43, 13, "the abscissa increment")?])
+            let minimum = real_field(lines, &columns, 30, 13, "the abscissa minimum")?;
+            Some([minimum, real_field(lines, &columns, 43, 13, "the abscissa increment")?])
         }
         value => {
             let (field, known) = ("abscissa spacing", "0 is uneven, 1 even");
@@ -196,12 +254,10 @@ fn shape_record(lines: &mut Lines<'_>) -> Result<Shape, UffError> {
 
 /// Records 8 to 11: quantity and unit of an axis, `I10,3I5,2(1X,20A1)`.
 fn axis_record(lines: &mut Lines<'_>) -> Result<AxisProperties, UffError> {
-    let text = lines.text("records 8 to 11, the axes,")?;
-    let data_type = field(lines, &text, 0, 10, "the specific data type")?;
-    let unit = column(&text, 47, 20).unwrap_or_default().trim();
-    let unit = if unit.eq_ignore_ascii_case("none") { "" } else { unit };
+    let record = lines.record("records 8 to 11, the axes,")?;
+    let data_type = field(lines, &Columns::by_bytes(record), 0, 10, "the specific data type")?;
     let (line, byte) = lines.place();
-    Ok(AxisProperties { data_type, unit: unit.to_owned(), line, byte })
+    Ok(AxisProperties { data_type, unit: unit_label(record), line, byte })
 }
 
 /// Splits the values of the file into abscissa and ordinate.
@@ -225,19 +281,6 @@ fn split(values: &[f64], shape: &Shape) -> (Vec<f64>, Vec<Complex<f64>>) {
     (abscissa, ordinate)
 }
 
-/// Characters `from..from + width` of a line, `None` when it is shorter or empty there.
-fn column(text: &str, from: usize, width: usize) -> Option<&str> {
-    let mut places = text.char_indices().map(|(at, _)| at).chain([text.len()]);
-    let start = places.nth(from)?;
-    let end = if width == 0 { start } else { places.nth(width - 1).unwrap_or(text.len()) };
-    text.get(start..end).filter(|column| !column.trim().is_empty())
-}
-
-fn all(values: [Option<i64>; 4]) -> Option<[i64; 4]> {
-    let [a, b, c, d] = values;
-    Some([a?, b?, c?, d?])
-}
-
 fn integer(text: &str) -> Option<i64> {
     text.trim().parse().ok()
 }
@@ -250,22 +293,22 @@ fn not_a_number(lines: &Lines<'_>, field: &'static str, text: &str) -> UffError 
 /// An integer in fixed columns.
 fn field(
     lines: &Lines<'_>,
-    text: &str,
+    columns: &Columns<'_>,
     from: usize,
     width: usize,
     name: &'static str,
 ) -> Result<i64, UffError> {
-    let text = column(text, from, width).unwrap_or_default();
-    integer(text).ok_or_else(|| not_a_number(lines, name, text))
+    let integer = columns.integer(from, width);
+    integer.ok_or_else(|| not_a_number(lines, name, &columns.text(from, width)))
 }
 
 fn real_field(
     lines: &Lines<'_>,
-    text: &str,
+    columns: &Columns<'_>,
     from: usize,
     width: usize,
     name: &'static str,
 ) -> Result<f64, UffError> {
-    let text = column(text, from, width).unwrap_or_default();
-    real(text).filter(|v| v.is_finite()).ok_or_else(|| not_a_number(lines, name, text))
+    let text = columns.text(from, width);
+    real(&text).filter(|v| v.is_finite()).ok_or_else(|| not_a_number(lines, name, &text))
 }

@@ -1,14 +1,22 @@
 //! The lines of a universal file, with the place of each for errors.
 
+use std::borrow::Cow;
+
 use super::error::{UffError, UffFault};
+use crate::encoding::label;
 
 /// The line that begins and ends a dataset.
 const DELIMITER: &[u8] = b"    -1";
 
 /// True for the line that begins and ends a dataset.
 pub(super) fn is_delimiter(line: &[u8]) -> bool {
-    line.trim_ascii_end() == DELIMITER
+    line.strip_suffix(&[END_OF_FILE]).unwrap_or(line).trim_ascii_end() == DELIMITER
 }
+
+/// The character that ends a text file under DOS.
+const END_OF_FILE: u8 = 0x1a;
+/// The bytes that mark a text as UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// A cursor over the bytes of a file.
 pub(super) struct Lines<'a> {
@@ -29,7 +37,7 @@ impl<'a> Lines<'a> {
         let zero = 0;
         Self {
             bytes,
-            at: zero,
+            at: if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { zero },
             line: zero,
             line_start: zero,
             dataset: zero,
@@ -78,11 +86,19 @@ impl<'a> Lines<'a> {
     }
 
     /// Reads the next line of a dataset's text.
-    pub(super) fn text(&mut self, wanted: &'static str) -> Result<String, UffError> {
-        match self.next() {
-            Some(line) => Ok(String::from_utf8_lossy(line).into_owned()),
-            None => Err(self.error(UffFault::Truncated { wanted })),
-        }
+    pub(super) fn record(&mut self, wanted: &'static str) -> Result<&'a [u8], UffError> {
+        self.next().ok_or_else(|| self.error(UffFault::Truncated { wanted }))
+    }
+
+    /// Reads the next line of a dataset's text as text.
+    pub(super) fn text(&mut self, wanted: &'static str) -> Result<Cow<'a, str>, UffError> {
+        self.record(wanted).map(label)
+    }
+
+    /// Whether no dataset can follow: what is left are blanks, zeros and ends of file.
+    pub(super) fn at_end(&self) -> bool {
+        let fills = |b: &u8| b.is_ascii_whitespace() || [0, END_OF_FILE].contains(b);
+        self.rest().iter().all(fills)
     }
 
     /// The unread bytes.

@@ -1,31 +1,103 @@
 //! Quantities and units: data types, labels, dataset 164.
+//!
+//! A label holds; where there is none, dataset 164 does; without both, SI is assumed and reported as that. A label that
+//! is not understood is refused.
 
-use super::Function;
 use super::error::{UffError, UffFault};
 use super::lines::Lines;
 use super::values::real;
+use super::{AxisProperties, Function};
 use crate::units::{
-    FOOT, INCH, KILOGRAM_FORCE, POUND_FORCE, POUNDAL, Quantity, force_unit, motion_unit, plain,
+    FOOT, INCH, KILOGRAM_FORCE, Measure, POUND_FORCE, POUNDAL, Quantity, UnitFault, amplitude,
+    force_unit, is_unstated, unit_size,
 };
 
 /// The units of a dataset 164: the values of 1 m and 1 N in the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct UnitSystem {
+    /// The number of the dataset.
+    pub(super) dataset: usize,
     length: f64,
     force: f64,
 }
 
-impl Default for UnitSystem {
-    fn default() -> Self {
-        Self { length: 1.0, force: 1.0 }
+impl UnitSystem {
+    /// True for the same units.
+    pub(super) fn equals(&self, other: &Self) -> bool {
+        are_close(self.length, other.length) && are_close(self.force, other.force)
+    }
+
+    /// The sizes of the units of this measure: m or N, and what belongs to it.
+    fn size(&self, measure: Measure) -> f64 {
+        match measure {
+            Measure::Motion(_) => 1.0 / self.length,
+            Measure::Force => 1.0 / self.force,
+            _ => self.force / self.length,
+        }
     }
 }
 
-/// Factors that convert a function to SI.
+/// Whether two units are equal to the digits that writers give their factors.
+fn are_close(a: f64, b: f64) -> bool {
+    (a / b - 1.0).abs() < 1e-3
+}
+
+/// Factors that convert a function to SI, and where they are from.
 pub(super) struct Conversion {
-    pub(super) quantity: Quantity,
     pub(super) ordinate: f64,
     pub(super) hertz: f64,
+    pub(super) understood: Understood,
+}
+
+/// What a function was understood to be.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Understood {
+    /// The quantity.
+    pub(crate) quantity: Quantity,
+    /// The unit of the ordinate.
+    pub(crate) unit: String,
+    /// Where the unit was read.
+    pub(crate) source: UnitSource,
+    /// The label and dataset 164 where they contradict each other: both units, and how many times as large the
+    /// accelerances would be by the dataset.
+    pub(crate) contradiction: Option<Contradiction>,
+}
+
+/// A label that is not the unit of dataset 164.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Contradiction {
+    /// The number of the dataset.
+    pub(crate) dataset: usize,
+    /// By how many times the accelerances by the dataset are larger than by the label.
+    pub(crate) factor: f64,
+}
+
+/// Where a unit was read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum UnitSource {
+    /// Labels of records 9 and 10.
+    Labels,
+    /// Dataset 164 alone.
+    Dataset164,
+    /// The label of one record, and dataset 164 for the other.
+    LabelAndDataset164,
+    /// The label of one record; SI is assumed for the other.
+    LabelAndAssumed,
+    /// Nowhere: SI is assumed.
+    Assumed,
+}
+
+impl UnitSource {
+    /// Its words in text and JSON.
+    pub(crate) fn words(self) -> &'static str {
+        match self {
+            Self::Labels => "labels",
+            Self::Dataset164 => "dataset 164",
+            Self::LabelAndDataset164 => "label and dataset 164",
+            Self::LabelAndAssumed => "label; SI assumed for the other part",
+            Self::Assumed => "assumed: the file states no unit",
+        }
+    }
 }
 
 /// The systems of dataset 164's unit codes from 1: the values of 1 m and 1 N.
@@ -63,15 +135,14 @@ pub(super) fn read_units(
     let named = usize::try_from(code - 1).ok().and_then(|k| SYSTEMS.get(k));
     let system = match named {
         Some(&[named_length, named_force]) => {
-            let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-3;
-            if !close(length, named_length) || !close(force, named_force) {
+            if !are_close(length, named_length) || !are_close(force, named_force) {
                 notes.push(format!(
                     "dataset {}: the factors of the units do not belong to units code {code}; the \
                      code was taken (length {named_length:.6} per m, force {named_force:.6} per N)",
                     lines.dataset()
                 ));
             }
-            UnitSystem { length: named_length, force: named_force }
+            UnitSystem { dataset: lines.dataset(), length: named_length, force: named_force }
         }
         None => {
             for value in [length, force] {
@@ -79,7 +150,7 @@ pub(super) fn read_units(
                     return Err(lines.error(UffFault::UnitFactor { value }));
                 }
             }
-            UnitSystem { length, force }
+            UnitSystem { dataset: lines.dataset(), length, force }
         }
     };
     lines.skip_to_delimiter()?;
@@ -97,20 +168,50 @@ pub(super) fn time_factor(function: &Function) -> Option<f64> {
     }
 }
 
-/// The conversion of `function` to SI: by `quantity` and dataset 164, or by its own records.
+/// The conversion of `function` to SI, whose quantity is `stated` or that of its data types.
 pub(super) fn conversion(
     function: &Function,
-    quantity: Option<Quantity>,
+    stated: Option<Quantity>,
 ) -> Result<Conversion, UffError> {
     let hertz =
         hertz(function).map_err(|fault| function.axis_error(&function.abscissa_axis, fault))?;
-    let units = function.units.unwrap_or_default();
-    let length = 1.0 / units.length;
-    let force = 1.0 / units.force;
-    if let Some(quantity) = quantity {
-        return Ok(Conversion { quantity, ordinate: length / force, hertz });
-    }
-    let numerator = &function.numerator_axis;
+    let quantity = match stated {
+        Some(quantity) => quantity,
+        None => quantity_of(function)?,
+    };
+    let labels = Labels::of(function, quantity)?;
+    let units = function.units;
+    let size = |measure| units.map_or(1.0, |units| units.size(measure));
+    let [of_motion, of_force] = [Measure::Motion(quantity), Measure::Force];
+    let (ordinate, is_part) = match labels {
+        Labels::Ratio(ratio) => (ratio, false),
+        Labels::Parts(motion, force) => (
+            motion.unwrap_or(size(of_motion)) / force.unwrap_or(size(of_force)),
+            motion.is_none() || force.is_none(),
+        ),
+    };
+    let source = match (labels.are_missing(), is_part, units.is_some()) {
+        (true, _, true) => UnitSource::Dataset164,
+        (true, _, false) => UnitSource::Assumed,
+        (false, true, true) => UnitSource::LabelAndDataset164,
+        (false, true, false) => UnitSource::LabelAndAssumed,
+        (false, false, _) => UnitSource::Labels,
+    };
+    let by_dataset = size(of_motion) / size(of_force);
+    let contradiction = units
+        .filter(|_| !are_close(ordinate, by_dataset))
+        .map(|units| Contradiction { dataset: units.dataset, factor: by_dataset / ordinate });
+    let unit = unit_text(function, quantity, &labels);
+    Ok(Conversion {
+        ordinate,
+        hertz,
+        understood: Understood { quantity, unit, source, contradiction },
+    })
+}
+
+/// The quantity by the data types of a function.
+fn quantity_of(function: &Function) -> Result<Quantity, UffError> {
+    let (numerator, denominator) = (&function.numerator_axis, &function.denominator_axis);
     let quantity = match numerator.data_type {
         8 => Quantity::Displacement,
         11 => Quantity::Velocity,
@@ -122,36 +223,115 @@ pub(super) fn conversion(
             return Err(function.axis_error(numerator, fault));
         }
     };
-    let denominator = &function.denominator_axis;
-    if denominator.data_type != 13 {
-        let wanted = "excitation force (13) is needed; when it is a force, say what the response \
-                      is with --quantity";
-        let (axis, found) = ("ordinate denominator", denominator.data_type);
-        let fault = UffFault::WrongQuantity { axis, found, wanted };
-        return Err(function.axis_error(denominator, fault));
+    // A numerator that is a motion over a force needs no denominator.
+    let is_ratio = unit_size(&numerator.unit, Measure::MotionOverForce(quantity)).is_ok();
+    let is_general = matches!(denominator.data_type, 0 | 1);
+    if denominator.data_type == 13 || (is_ratio && is_general) {
+        return Ok(quantity);
     }
-    let (motion, over) = split_ratio(&numerator.unit);
-    let motion = match motion {
-        "" => length,
-        unit => motion_unit(unit, quantity)
-            .ok_or_else(|| function.axis_error(numerator, unknown_motion(unit, quantity)))?,
-    };
-    let unknown = |axis, unit| function.axis_error(axis, unknown_force(unit));
-    let over = match (over, denominator.unit.as_str()) {
-        ("", "") => force,
-        ("", unit) => force_unit(unit).ok_or_else(|| unknown(denominator, unit))?,
-        (unit, "") => force_unit(unit).ok_or_else(|| unknown(numerator, unit))?,
-        (a, b) => {
-            let of_numerator = force_unit(a).ok_or_else(|| unknown(numerator, a))?;
-            let of_denominator = force_unit(b).ok_or_else(|| unknown(denominator, b))?;
-            if of_numerator != of_denominator {
-                return Err(unknown(denominator, b));
-            }
-            of_numerator
+    let wanted = "excitation force (13) is needed; when it is a force, say what the response \
+                  is with --quantity";
+    let (axis, found) = ("ordinate denominator", denominator.data_type);
+    Err(function.axis_error(denominator, UffFault::WrongQuantity { axis, found, wanted }))
+}
+
+/// The sizes of the units that the labels of records 9 and 10 state.
+#[derive(Clone, Copy)]
+enum Labels {
+    /// That of a motion over a force.
+    Ratio(f64),
+    /// That of the motion and that of the force, each where it is stated.
+    Parts(Option<f64>, Option<f64>),
+}
+
+impl Labels {
+    fn of(function: &Function, quantity: Quantity) -> Result<Self, UffError> {
+        let (numerator, denominator) = (&function.numerator_axis, &function.denominator_axis);
+        let fault = |axis: &AxisProperties, measure: Measure| {
+            function.axis_error(axis, wrong_unit(&axis.unit, measure))
+        };
+        let amplitudes = [numerator, denominator].map(|axis| amplitude(&axis.unit));
+        if let [Some(first), Some(second)] = amplitudes
+            && (first == "rms") != (second == "rms")
+        {
+            let unit = denominator.unit.clone();
+            return Err(function.axis_error(denominator, UffFault::MixedAmplitudes { unit }));
+        }
+        let force = match denominator.unit.as_str() {
+            "" => None,
+            unit => Some(force_unit(unit).ok_or_else(|| fault(denominator, Measure::Force))?),
+        };
+        if numerator.unit.is_empty() {
+            return Ok(Self::Parts(None, force));
+        }
+        if let Ok(motion) = unit_size(&numerator.unit, Measure::Motion(quantity)) {
+            return Ok(Self::Parts(Some(motion), force));
+        }
+        let ratio = unit_size(&numerator.unit, Measure::MotionOverForce(quantity))
+            .map_err(|_| fault(numerator, Measure::Motion(quantity)))?;
+        // The denominator repeats the force of the ratio, which is newton where it names none, as in 1/kg.
+        let mut forces = forces_in(&numerator.unit).peekable();
+        let repeats = match (force, forces.peek()) {
+            (None, _) => true,
+            (Some(force), None) => force == 1.0,
+            (Some(force), Some(_)) => forces.any(|other| other == force),
+        };
+        if repeats { Ok(Self::Ratio(ratio)) } else { Err(fault(denominator, Measure::Force)) }
+    }
+
+    fn are_missing(&self) -> bool {
+        matches!(self, Self::Parts(None, None))
+    }
+}
+
+/// The sizes of the units of force in a label.
+fn forces_in(label: &str) -> impl Iterator<Item = f64> {
+    label.split(|c: char| !c.is_alphabetic()).filter_map(force_unit)
+}
+
+/// The unit of a function as text: labels as they are written, units of dataset 164 and assumed ones by their names.
+fn unit_text(function: &Function, quantity: Quantity, labels: &Labels) -> String {
+    let [numerator, denominator] =
+        [&function.numerator_axis, &function.denominator_axis].map(|of| of.unit.trim());
+    if matches!(labels, Labels::Ratio(_)) {
+        return numerator.to_owned();
+    }
+    let name = |label: &str, names: &[(&str, f64)], size: f64| {
+        let known = names.iter().find(|(_, known)| are_close(*known, size));
+        match (label, known) {
+            ("", Some((name, _))) => (*name).to_owned(),
+            ("", None) => format!("({size:.6} {})", names.first().map_or("", |(name, _)| name)),
+            (label, _) => label.to_owned(),
         }
     };
-    Ok(Conversion { quantity, ordinate: motion / over, hertz })
+    let size = |measure| function.units.map_or(1.0, |units| units.size(measure));
+    let over_time = match (numerator, quantity) {
+        ("", Quantity::Acceleration) => "/s^2",
+        ("", Quantity::Velocity) => "/s",
+        _ => "",
+    };
+    let motion = name(numerator, &LENGTHS, size(Measure::Motion(quantity)));
+    let motion = format!("{motion}{over_time}");
+    let motion = if motion.contains(['/', ' ', '*', '.']) && !motion.starts_with('(') {
+        format!("({motion})")
+    } else {
+        motion
+    };
+    format!("{motion}/{}", name(denominator, &FORCES, size(Measure::Force)))
 }
+
+/// Names of the units of dataset 164.
+const LENGTHS: [(&str, f64); 5] =
+    [("m", 1.0), ("mm", 1e-3), ("cm", 1e-2), ("in", INCH), ("ft", FOOT)];
+const FORCES: [(&str, f64); 7] = [
+    ("N", 1.0),
+    ("mN", 1e-3),
+    ("cN", 1e-2),
+    ("kN", 1e3),
+    ("lbf", POUND_FORCE),
+    ("kgf", KILOGRAM_FORCE),
+    ("pdl", POUNDAL),
+];
 
 /// The unit of the abscissa, Hz.
 fn hertz(function: &Function) -> Result<f64, UffFault> {
@@ -160,50 +340,20 @@ fn hertz(function: &Function) -> Result<f64, UffFault> {
         let (found, wanted) = (axis.data_type, "frequency (18) is needed");
         return Err(UffFault::WrongQuantity { axis: "abscissa", found, wanted });
     }
-    match plain(&axis.unit).to_ascii_lowercase().as_str() {
-        "" | "hz" | "hertz" | "1/s" | "s-1" => Ok(1.0),
-        "khz" => Ok(1e3),
-        "rad/s" | "rad/sec" => Ok(1.0 / std::f64::consts::TAU),
-        _ => Err(UffFault::WrongUnit {
-            unit: axis.unit.clone(),
-            quantity: "frequency",
-            known: "Hz, kHz and rad/s are",
-        }),
+    if is_unstated(&axis.unit) {
+        return Ok(1.0);
     }
+    unit_size(&axis.unit, Measure::Frequency)
+        .map_err(|_| wrong_unit(&axis.unit, Measure::Frequency))
 }
 
-/// Splits `m/s^2/N` into the units of acceleration and force; the second part is empty when there is none.
-fn split_ratio(label: &str) -> (&str, &str) {
-    match label.rsplit_once('/') {
-        Some((motion, force)) if force_unit(force).is_some() => (motion, force),
-        _ => (label, ""),
-    }
-}
-
-fn unknown_motion(unit: &str, quantity: Quantity) -> UffFault {
-    let (quantity, known) = match quantity {
-        Quantity::Acceleration => {
-            ("acceleration", "m/s^2, cm/s^2, mm/s^2, in/s^2, ft/s^2 and g are")
+/// The fault of a label that is no unit of this measure.
+fn wrong_unit(unit: &str, measure: Measure) -> UffFault {
+    let unit = unit.to_owned();
+    match unit_size(&unit, measure) {
+        Err(fault @ (UnitFault::NeedsSensitivity | UnitFault::PeakToPeak)) => {
+            UffFault::UnusableUnit { unit, fault: fault.to_string() }
         }
-        Quantity::Velocity => ("velocity", "m/s, cm/s, mm/s, in/s and ft/s are"),
-        Quantity::Displacement => ("displacement", "m, cm, mm, um, in and ft are"),
-    };
-    UffFault::WrongUnit { unit: unit.to_owned(), quantity, known }
-}
-
-fn unknown_force(unit: &str) -> UffFault {
-    let known = "N, mN, kN, lbf, kgf and pdl are, the same in both records";
-    UffFault::WrongUnit { unit: unit.to_owned(), quantity: "force", known }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_unit_of_a_ratio_is_split_into_numerator_and_denominator() {
-        assert_eq!(split_ratio("(m/s^2)/N"), ("(m/s^2)", "N"));
-        assert_eq!(split_ratio("m/s^2"), ("m/s^2", ""));
-        assert_eq!(split_ratio("g/lbf"), ("g", "lbf"));
+        _ => UffFault::WrongUnit { unit, quantity: measure.name(), known: measure.known() },
     }
 }

@@ -2,6 +2,7 @@
 
 use super::error::{UffError, UffFault};
 use super::lines::{Lines, is_delimiter};
+use crate::encoding::label;
 
 /// The format of the data: record 7.
 pub(super) struct Shape {
@@ -30,11 +31,36 @@ pub(super) struct Binary {
     pub(super) big_endian: bool,
 }
 
-/// Parses a number in Fortran notation.
+/// Parses a number in Fortran notation, or one of the words that programs write for no number.
 pub(super) fn real(text: &str) -> Option<f64> {
     let text = text.trim();
     let exponent = || text.replace(['D', 'd'], "E").parse().ok();
-    text.parse().ok().or_else(exponent).or_else(|| without_letter(text))
+    text.parse().ok().or_else(exponent).or_else(|| without_letter(text)).or_else(|| no_number(text))
+}
+
+/// What is not finite, or did not fit its columns: `-1.#IND`, `1.#QNAN000`, `1.#INF`, `-nan(ind)`, `NaNQ`, `*****`.
+fn no_number(text: &str) -> Option<f64> {
+    let text = text.to_ascii_lowercase();
+    if !text.is_empty() && text.bytes().all(|b| b == b'*') {
+        return Some(f64::NAN);
+    }
+    let (sign, word) = match text.strip_prefix('-') {
+        Some(word) => (-1.0, word),
+        None => (1.0, text.strip_prefix('+').unwrap_or(&text)),
+    };
+    let word = word.strip_prefix("1.#").unwrap_or(word);
+    let ends = |rest: &str| {
+        let digits = rest.trim_start_matches(|c: char| c.is_ascii_digit());
+        let exponent = digits.strip_prefix('e').unwrap_or(digits).trim_start_matches(['+', '-']);
+        exponent.bytes().all(|b| b.is_ascii_digit())
+    };
+    let not_numbers = ["nan(ind)", "nan(snan)", "nan", "nanq", "nans", "ind", "qnan", "snan"];
+    let is_one_of = |words: &[&str]| words.iter().any(|w| word.strip_prefix(w).is_some_and(ends));
+    match () {
+        () if is_one_of(&not_numbers) => Some(f64::NAN),
+        () if is_one_of(&["inf", "infinity"]) => Some(sign * f64::INFINITY),
+        () => None,
+    }
 }
 
 /// Parses a number whose exponent has three digits, for which Fortran leaves the letter out: `1.0-101`.
@@ -57,7 +83,7 @@ pub(super) fn read_ascii(lines: &mut Lines<'_>, shape: &Shape) -> Result<Vec<f64
     let mut values = Vec::with_capacity(wanted);
     while values.len() < wanted {
         let line = match lines.peek() {
-            Some(line) if !is_delimiter(line) => String::from_utf8_lossy(line),
+            Some(line) if !is_delimiter(line) => label(line),
             _ => {
                 let found = values.len();
                 return Err(lines.error(UffFault::TooFewValues { wanted, found }));
@@ -177,6 +203,55 @@ fn number(bytes: &[u8], binary: Binary) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_words_of_other_programs_for_no_number_are_read() {
+        for text in [
+            "-1.#IND000000",
+            "1.#QNAN",
+            "1.#QNAN00E+00",
+            "-1.#IND",
+            "1.#SNAN0",
+            "nan(ind)",
+            "-nan(ind)",
+            "NaN",
+            "-nan",
+            "NaNQ",
+            "nans",
+            "*************",
+            " 1.#IND ",
+        ] {
+            assert!(real(text).is_some_and(f64::is_nan), "{text}");
+        }
+        for (text, sign) in [
+            ("1.#INF", 1.0),
+            ("-1.#INF000", -1.0),
+            ("inf", 1.0),
+            ("-Infinity", -1.0),
+            ("+Inf", 1.0),
+        ] {
+            assert_eq!(real(text), Some(sign * f64::INFINITY), "{text}");
+        }
+        for text in [
+            "",
+            "*1",
+            "1.#",
+            "#IND",
+            "ind.",
+            "1.#IND0000001.0E+00",
+            "nano",
+            "none",
+            "information",
+            "2.#IND",
+        ] {
+            assert!(real(text).is_none(), "{text}");
+        }
+        let mut values = Vec::new();
+        let shape = Shape { complex: true, double: true, points: 1, even: Some([0.0, 1.0]) };
+        let touching = "     -1.#IND00000000-1.2345678901234E+001";
+        assert!(!push_words(touching, &mut values) && push_columns(touching, &shape, &mut values));
+        assert!(values[0].is_nan() && values[1] == -12.345_678_901_234, "{values:?}");
+    }
 
     #[test]
     fn an_exponent_of_three_digits_needs_no_letter_and_a_range_is_no_number() {

@@ -11,6 +11,7 @@ mod demo;
 mod documents;
 mod edited_results;
 mod export;
+mod foreign_uff;
 #[cfg(unix)]
 mod full_disk;
 #[cfg(target_os = "linux")]

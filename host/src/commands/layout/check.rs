@@ -126,7 +126,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let found = &design_report.findings.diagnostics;
     let message_of = |d: &Diagnostic| message_in(d, &file.layout);
     let asked = has_undeclared_mass(&file.layout).then(|| ask_for_mass(&file));
-    let notes = asked.iter().cloned().chain(file.suspicion()).chain(file.not_for_a_rig());
+    let notes = asked.iter().cloned().chain(file.suspicions()).chain(file.not_for_a_rig());
     let notes = notes.collect();
     let document =
         report::design_report_json(&design_report, &file, noise, forecast.as_ref(), notes);

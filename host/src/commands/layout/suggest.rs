@@ -99,7 +99,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let forecast = forecast_of(layout, &assumed, &suggestion.criterion, output)?;
     let message_of = |d: &Diagnostic| message_in(d, layout);
     let found = &suggestion.findings.diagnostics;
-    let notes = file.suspicion().into_iter().chain(file.not_for_a_rig());
+    let notes = file.suspicions().into_iter().chain(file.not_for_a_rig());
     let document = LayoutSuggestion {
         written: args.write.clone(),
         ..report::suggestion_json(&suggestion, &options, forecast.as_ref(), notes.collect())
