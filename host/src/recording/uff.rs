@@ -2,7 +2,7 @@
 //! segment, whose channels have the quantities and units of those of the first.
 
 use super::lvm::EQUAL_RATES;
-use super::{Channel, Recording, RecordingError, Segment};
+use super::{Channel, DeclaredRate, Recording, RecordingError, Segment, Source};
 use crate::uff::{Function, UffFile};
 
 /// Reads the bytes of a file.
@@ -59,7 +59,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
         }
         segments.push(Segment(group.iter().map(|f| f.time_samples()).collect()));
     }
-    Ok(Recording { rate_hz: rate(first), channels, segments })
+    let declared =
+        rate(first).map(|hz| DeclaredRate { hz, uncertainty: 0.0, entry: "the abscissa" });
+    let source = Source { format: "universal file", ..Source::default() };
+    Ok(Recording { source, declared, channels, segments, ..Recording::default() })
 }
 
 impl Function {
@@ -79,7 +82,7 @@ impl Function {
             stated => stated,
         };
         let factor = if unit.is_empty() { self.time_factor() } else { None };
-        Channel { name: name.trim().to_owned(), unit: unit.to_owned(), factor }
+        Channel { name: name.trim().to_owned(), unit: unit.to_owned(), factor, fault: None }
     }
 }
 
