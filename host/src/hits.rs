@@ -1,8 +1,10 @@
 //! Grades the hits of a recording: each on its own, then against the others.
 
 mod cut;
+mod polarity;
 mod repeats;
 mod report;
+mod understanding;
 
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::TestSettings;
@@ -12,8 +14,9 @@ use massline_shared::signal::{
 use nalgebra::Complex;
 
 use crate::error::{Error, Result};
-use crate::recording::{Channel, Recording, StatedUnit};
+use crate::recording::{Channel, Recording, Statements, column};
 use repeats::Repeats;
+pub use understanding::Understanding;
 
 /// Largest number of hits that are compared, as their spectra are held in memory; repeat hits are never so
 /// many.
@@ -26,8 +29,8 @@ pub struct Options {
     pub force: Option<String>,
     /// Names or numbers (from 1) of the columns that are not graded.
     pub leave_out: Vec<String>,
-    /// Units of columns; they override those of the file.
-    pub units: Vec<StatedUnit>,
+    /// Units, sensitivities and signs of columns.
+    pub statements: Statements,
     /// Sampling rate, Hz; overrides that of the file.
     pub rate_hz: Option<f64>,
     /// Force from which on the hammer channel counts as overloaded, N.
@@ -49,7 +52,7 @@ impl Default for Options {
         Self {
             force: None,
             leave_out: Vec::new(),
-            units: Vec::new(),
+            statements: Statements::default(),
             rate_hz: None,
             force_range_n: None,
             response_range: None,
@@ -69,8 +72,23 @@ pub struct Hits {
     pub hits: Vec<Hit>,
     /// The channels in the order of grading: the force first.
     pub channels: Vec<Channel>,
+    /// What was understood of the recording.
+    pub understanding: Understanding,
     /// Warnings about the recording.
     pub warnings: Vec<String>,
+}
+
+/// A recording in N and m/s² whose rate is known.
+#[derive(Clone, Debug)]
+pub struct PreparedRecording {
+    recording: Recording,
+    /// The channels in the order of grading: the force first.
+    order: Vec<usize>,
+    /// The force as it is named on the command line.
+    force: String,
+    rate: f64,
+    understanding: Understanding,
+    warnings: Vec<String>,
 }
 
 /// A graded hit.
@@ -101,37 +119,69 @@ struct CutHit {
 /// Grades the hits of a recording.
 ///
 /// # Errors
-/// Exit 2 when there is no force, response or rate, no hit, or more hits than can be compared.
+/// Exit 2 when there is no force, response, unit or rate, no hit, or more hits than can be compared.
 pub fn grade(recording: Recording, options: &Options) -> Result<Hits> {
-    let order = cut::channel_order(&recording, options)?;
-    let (recording, mut warnings) = recording.in_si(&order, &options.units)?;
-    let rate = cut::rate(&recording, options)?;
-    let cut = cut::hits(&recording, &order, rate, options)?;
-    let channels = order.iter().filter_map(|&k| recording.channels.get(k).cloned()).collect();
-    warnings.extend(cut::other_rate(&recording, rate));
-    // The hits are copies of its samples.
-    drop(recording);
-    let mut hits: Vec<Hit> = Vec::new();
-    for hit in &cut {
-        let ranges = ranges(hit, options);
-        let grader = HitGrader {
-            ranges: &ranges,
-            rate,
-            pre_trigger: hit.pre_trigger,
-            test: &options.test,
-            last: hits.last().map(|last| last.report.fingerprint),
-        };
-        let signals: Vec<&[f64]> = hit.channels.iter().map(Vec::as_slice).collect();
-        hits.push(Hit {
-            segment: hit.segment,
-            start_s: hit.start_s,
-            report: grader.grade(signals.as_slice()),
-            distance: None,
-            kept: false,
-        });
+    PreparedRecording::new(recording, options)?.grade(options)
+}
+
+impl PreparedRecording {
+    /// Finds force, responses, units and rate of a recording.
+    ///
+    /// # Errors
+    /// Exit 2 when one of them is not stated, is not understood or is contradicted.
+    pub fn new(mut recording: Recording, options: &Options) -> Result<Self> {
+        let order = cut::channel_order(&mut recording, options)?;
+        let (scales, notes) = recording.scales(&order, &options.statements)?;
+        let time_unit = options.statements.units.iter().rfind(|stated| recording.is_time_column(&stated.column));
+        let rate = recording.rate(options.rate_hz, time_unit.map(|stated| stated.unit.as_str()))?;
+        cut::check_rate(&rate, options)?;
+        let warnings = recording.notes.iter().chain(&notes).chain(&rate.notes).cloned().collect();
+        let understanding = Understanding::new(&recording, &order, &scales, rate.clone());
+        let force = order.first().copied().unwrap_or_default();
+        let force = recording.channels.get(force).map_or_else(String::new, |channel| column(force, channel));
+        let recording = recording.scaled(&order, &scales);
+        Ok(Self { recording, order, force, rate: rate.hz, understanding, warnings })
     }
-    compare(&mut hits, &cut, rate, options)?;
-    Ok(Hits { hits, channels, warnings })
+
+    /// What was understood.
+    pub fn understanding(&self) -> &Understanding {
+        &self.understanding
+    }
+
+    /// Grades the hits.
+    ///
+    /// # Errors
+    /// Exit 2 when there is no hit, when the force has the wrong sign, or there are more hits than can be compared.
+    pub fn grade(self, options: &Options) -> Result<Hits> {
+        let Self { recording, order, force, rate, understanding, warnings } = self;
+        let place = order.first().copied().unwrap_or_default();
+        polarity::check(&recording.segments, place, &force, rate, options)?;
+        let cut = cut::hits(&recording, &order, rate, options)?;
+        let channels = order.iter().filter_map(|&k| recording.channels.get(k).cloned()).collect();
+        // The hits are copies of its samples.
+        drop(recording);
+        let mut hits: Vec<Hit> = Vec::new();
+        for hit in &cut {
+            let ranges = ranges(hit, options);
+            let grader = HitGrader {
+                ranges: &ranges,
+                rate,
+                pre_trigger: hit.pre_trigger,
+                test: &options.test,
+                last: hits.last().map(|last| last.report.fingerprint),
+            };
+            let signals: Vec<&[f64]> = hit.channels.iter().map(Vec::as_slice).collect();
+            hits.push(Hit {
+                segment: hit.segment,
+                start_s: hit.start_s,
+                report: grader.grade(signals.as_slice()),
+                distance: None,
+                kept: false,
+            });
+        }
+        compare(&mut hits, &cut, rate, options)?;
+        Ok(Hits { hits, channels, understanding, warnings })
+    }
 }
 
 /// Range and resolution of the channels of a hit, as far as they are known.

@@ -9,20 +9,39 @@
 //!
 //! Every reader returns a [`Recording`]. The readers accept any bytes: they never panic, and never allocate
 //! more than a small multiple of the input's length.
+//!
+//! A reader says what the file states and no more. What the user states is added later: the rate in `rate`, the units
+//! and sensitivities in `scale`. A unit is read or asked for, never assumed.
 
 mod csv;
+mod dialect;
+mod error;
+mod header;
 mod lvm;
 mod npy;
 mod number;
-mod si;
+mod rate;
+mod scale;
+mod sensitivity;
+mod stamp;
+mod steps;
+mod time;
 mod uff;
 
-use std::borrow::Cow;
 use std::path::Path;
 
-use thiserror::Error;
+pub use error::RecordingError;
+pub use number::Decimal;
+pub use rate::{DeclaredRate, Rate, RateSource};
+pub(crate) use rate::six_digits;
+pub(crate) use scale::column;
+pub use scale::{EVERY_RESPONSE, Scale, StatedSensitivity, StatedUnit, Statements, UnitSource};
+pub use sensitivity::Sensitivity;
+pub use steps::Steps;
+pub use time::{TimeColumn, TimeUnit};
 
-pub use si::StatedUnit;
+use crate::encoding::Text;
+use steps::Times;
 
 /// Largest file that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 27;
@@ -30,6 +49,9 @@ pub const MAX_BYTES: u64 = 1 << 27;
 /// Most channels, and most segments: more than any recording of hits has.
 const MOST_CHANNELS: usize = 1000;
 const MOST_SEGMENTS: usize = 10_000;
+
+/// Most lines of text before the numbers.
+const MOST_HEADER_LINES: usize = 1000;
 
 /// Longest line of a text, bytes.
 const MOST_LINE_BYTES: usize = 1 << 20;
@@ -39,165 +61,63 @@ const MOST_LINE_BYTES: usize = 1 << 20;
 const MOST_VALUES: usize = 1 << 24;
 
 /// Channels over time, in one segment or in several.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {
-    /// Sampling rate, Hz, when the file states it.
-    pub rate_hz: Option<f64>,
-    /// Name and unit of each channel; an unnamed channel has an empty name.
+    /// How the file is written.
+    pub source: Source,
+    /// The sampling rate that a header states.
+    pub declared: Option<DeclaredRate>,
+    /// The column that has the time.
+    pub time: Option<TimeColumn>,
+    /// The channels.
     pub channels: Vec<Channel>,
     /// The segments of the file; one when the recording is continuous.
     pub segments: Vec<Segment>,
+    /// What the file has beside these channels.
+    pub left_out: Vec<LeftOut>,
+    /// What a person should know about the file.
+    pub notes: Vec<String>,
+}
+
+/// How a file is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Source {
+    /// The format, as a person knows it.
+    pub format: &'static str,
+    /// The encoding of its text.
+    pub encoding: Option<&'static str>,
+    /// What separates its columns.
+    pub separator: Option<&'static str>,
+    /// The decimal sign.
+    pub decimal: Option<Decimal>,
+}
+
+/// A column that is not used, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Its name.
+    pub name: String,
+    /// Why.
+    pub reason: String,
 }
 
 /// Name and unit of a channel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Channel {
-    /// Its name in the file.
+    /// Its name in the file; an unnamed channel has an empty name.
     pub name: String,
     /// Its unit in the file.
     pub unit: String,
     /// The factor to N or m/s² for a channel without a unit of its own, where the file states its units for all
     /// channels together.
     pub factor: Option<f64>,
+    /// Why its samples cannot be used.
+    pub fault: Option<RecordingError>,
 }
 
 /// A segment of a recording: the samples of every channel, equally many for all.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Segment(pub Vec<Vec<f64>>);
-
-/// Why a file is not accepted as a recording.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum RecordingError {
-    /// The file is empty.
-    #[error("the file is empty; export the measurement again")]
-    Empty,
-    /// The format is not one of those that are known.
-    #[error(
-        "the format is not known; LabVIEW measurement (.lvm), CSV, universal files with dataset 58 \
-         and NumPy arrays (.npy) are read"
-    )]
-    UnknownFormat,
-    /// A line with a different number of columns than the lines before.
-    #[error(
-        "line {line}: {found} columns where {wanted} are expected; every line needs one value for \
-         each channel"
-    )]
-    Ragged {
-        /// The line, from 1.
-        line: usize,
-        /// Its columns.
-        found: usize,
-        /// The number of columns of the lines before.
-        wanted: usize,
-    },
-    /// Text where a number should be.
-    #[error(
-        "line {line}, column {column}: \"{text}\" is not a number with decimal {decimal}; check the \
-         decimal sign and the columns of the export"
-    )]
-    NotANumber {
-        /// The line, from 1.
-        line: usize,
-        /// The column, from 1.
-        column: usize,
-        /// The text of the field.
-        text: String,
-        /// The decimal sign that is expected.
-        decimal: &'static str,
-    },
-    /// Commas as decimal sign and as separator.
-    #[error(
-        "line {line}, column {column}: \"{text}\" looks like the decimals of a number: the comma cannot both \
-         separate columns and be the decimal sign; export with semicolons, tabs or decimal points"
-    )]
-    CommaTwice {
-        /// The line, from 1.
-        line: usize,
-        /// The column, from 1.
-        column: usize,
-        /// The text of the field.
-        text: String,
-    },
-    /// NaN, infinity, or a value that no measurement can have.
-    #[error(
-        "{place}, channel {channel}: the value is {value:e}; cut the recording where the signal is \
-         lost"
-    )]
-    NotFinite {
-        /// The place in the file, as text for people.
-        place: String,
-        /// The channel, from 1.
-        channel: usize,
-        /// The value.
-        value: f64,
-    },
-    /// More values than are held in memory.
-    #[error(
-        "the recording has more than {MOST_VALUES} values; export fewer channels, a lower rate or a shorter time"
-    )]
-    TooLong,
-    /// More channels than a recording of hits has.
-    #[error(
-        "{channels} channels; at most {MOST_CHANNELS} are read: check the separator of columns, or export fewer"
-    )]
-    TooManyChannels {
-        /// Their number.
-        channels: u64,
-    },
-    /// More segments than a recording of hits has.
-    #[error(
-        "{segments} segments; at most {MOST_SEGMENTS} are read: check the order of the dimensions, or export fewer"
-    )]
-    TooManySegments {
-        /// Their number.
-        segments: u64,
-    },
-    /// A line that is longer than any line of numbers.
-    #[error(
-        "line {line}: it is longer than {MOST_LINE_BYTES} bytes; check the line ends and quotes of the export"
-    )]
-    LongLine {
-        /// The line, from 1.
-        line: usize,
-    },
-    /// The file is truncated.
-    #[error("the file is truncated: {wanted} should come; copy or export it again")]
-    Truncated {
-        /// What is missing.
-        wanted: String,
-    },
-    /// An invalid header.
-    #[error("line {line}: {fault}")]
-    Header {
-        /// The line, from 1.
-        line: usize,
-        /// What is wrong and what to do.
-        fault: String,
-    },
-    /// A NumPy array that cannot be read as a recording.
-    #[error("{0}")]
-    Array(String),
-    /// A universal file that cannot be read.
-    #[error(transparent)]
-    Uff(#[from] crate::uff::UffError),
-}
-
-impl RecordingError {
-    /// The stable identifier of this error in JSON.
-    pub fn code(&self) -> &'static str {
-        match self {
-            Self::Empty => "recording_empty",
-            Self::UnknownFormat => "recording_unknown_format",
-            Self::Truncated { .. } => "recording_truncated",
-            Self::TooLong | Self::TooManyChannels { .. } | Self::TooManySegments { .. } => {
-                "recording_too_long"
-            }
-            Self::NotFinite { .. } => "data_not_finite",
-            Self::Uff(error) => error.fault.code(),
-            _ => "recording_malformed",
-        }
-    }
-}
 
 impl From<RecordingError> for crate::Error {
     fn from(error: RecordingError) -> Self {
@@ -206,18 +126,18 @@ impl From<RecordingError> for crate::Error {
 }
 
 impl Recording {
-    /// Reads a file of any of the formats.
+    /// Reads a file of any of the formats; `decimal` is the decimal sign of a text with columns, where it is stated.
     ///
     /// # Errors
     /// When the file cannot be read, has an unknown format, is truncated or malformed; the message names the
     /// file and the place.
-    pub fn read(path: &Path) -> crate::Result<Self> {
+    pub fn read(path: &Path, decimal: Option<Decimal>) -> crate::Result<Self> {
         let file = path.display();
         let bytes = crate::file::read(path, MAX_BYTES).map_err(|error| {
             let message = crate::file::unreadable(path, &error);
             crate::Error::input("recording_not_readable", message)
         })?;
-        Self::parse(&bytes).map_err(|error| crate::Error::from(error).within(file))
+        Self::parse_with(&bytes, decimal).map_err(|error| crate::Error::from(error).within(file))
     }
 
     /// Reads the bytes of a file of any of the formats.
@@ -225,22 +145,26 @@ impl Recording {
     /// # Errors
     /// As [`Recording::read`].
     pub fn parse(bytes: &[u8]) -> Result<Self, RecordingError> {
-        let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        let recording = if text.trim_ascii().is_empty() {
-            Err(RecordingError::Empty)
-        } else if bytes.starts_with(crate::npy::MAGIC) {
-            npy::read(bytes)
-        } else if text.trim_ascii_start().starts_with(b"LabVIEW Measurement") {
-            lvm::read(&decoded(text))
-        } else if text.starts_with(b"    -1") {
-            uff::read(bytes)
+        Self::parse_with(bytes, None)
+    }
+
+    fn parse_with(bytes: &[u8], decimal: Option<Decimal>) -> Result<Self, RecordingError> {
+        if bytes.starts_with(crate::npy::MAGIC) {
+            return npy::read(bytes)?.checked();
+        }
+        if bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).starts_with(b"    -1") {
+            return uff::read(bytes)?.checked();
+        }
+        let text = Text::decode(bytes)?;
+        if text.text.trim().is_empty() {
+            return Err(RecordingError::Empty);
+        }
+        let recording = if text.text.trim_start().starts_with("LabVIEW Measurement") {
+            lvm::read(&text)
         } else {
-            match std::str::from_utf8(text) {
-                Ok(text) if !text.contains('\0') => csv::read(text),
-                _ => Err(RecordingError::UnknownFormat),
-            }
-        }?;
-        recording.checked()
+            csv::read(&text, decimal)
+        };
+        recording?.checked()
     }
 
     /// Refuses more channels or segments than a recording has.
@@ -259,31 +183,68 @@ impl Recording {
         if before + segment.values() > MOST_VALUES { Err(RecordingError::TooLong) } else { Ok(()) }
     }
 
-    /// Rejects channels of different lengths and values that are not plausible readings.
-    fn checked(self) -> Result<Self, RecordingError> {
-        let count = self.channels.len();
-        if self.segments.iter().all(|segment| segment.samples() == 0) || count == 0 {
+    /// Refuses a recording without samples, and marks channels with values that are no readings.
+    fn checked(mut self) -> Result<Self, RecordingError> {
+        if self.segments.iter().all(|segment| segment.samples() == 0) || self.channels.is_empty() {
             return Err(RecordingError::Empty);
         }
         for (k, segment) in self.segments.iter().enumerate() {
-            for (channel, samples) in segment.0.iter().enumerate() {
+            for (n, (channel, samples)) in self.channels.iter_mut().zip(&segment.0).enumerate() {
                 if let Some(at) = samples.iter().position(|value| !is_reading(*value)) {
                     let value = samples.get(at).copied().unwrap_or(f64::NAN);
                     let place = format!("segment {k}, sample {at}");
-                    return Err(RecordingError::NotFinite { place, channel: channel + 1, value });
+                    let fault = RecordingError::NotFinite { place, channel: n + 1, value };
+                    channel.fault.get_or_insert(fault);
                 }
             }
         }
         Ok(self)
     }
+
+    /// Takes the time out of the columns: `columns` are the times of those that may be one, `line` gives the line of a row of
+    /// the only segment. The rows are cut where the time begins again.
+    fn take_time(&mut self, columns: Vec<(usize, Times)>, line: impl Fn(usize) -> usize) -> Result<(), RecordingError> {
+        let time::TimeColumns { time, others } = time::find(&self.channels, &columns);
+        let place_of_time = time;
+        if let Some((place, times)) = columns.into_iter().find(|(place, _)| Some(*place) == time)
+            && let Some(channel) = self.channels.get(place)
+        {
+            let (column, runs) = time::time_column(channel, &times, line)?;
+            self.time = Some(column);
+            if let ([whole], [_, _, ..]) = (self.segments.as_slice(), runs.as_slice()) {
+                Self::plausible(runs.len() as u64, 1)?;
+                let part = |rows: &std::ops::Range<usize>| {
+                    whole.0.iter().map(|all| all.get(rows.clone()).unwrap_or_default().to_vec()).collect()
+                };
+                self.notes.push(format!("the time begins again: {} segments", runs.len()));
+                self.segments = runs.iter().map(|rows| Segment(part(rows))).collect();
+            }
+        }
+        let mut places: Vec<usize> = others.iter().copied().chain(place_of_time).collect();
+        places.sort_unstable();
+        for place in places.into_iter().rev() {
+            let channel = self.remove(place);
+            if Some(place) != place_of_time {
+                let reason = "it counts the samples or repeats the time".to_owned();
+                self.left_out.push(LeftOut { name: column(place, &channel), reason });
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes a channel from all segments.
+    fn remove(&mut self, place: usize) -> Channel {
+        for segment in self.segments.iter_mut().filter(|segment| place < segment.0.len()) {
+            segment.0.remove(place);
+        }
+        if place < self.channels.len() { self.channels.remove(place) } else { Channel::default() }
+    }
 }
 
-/// The text of bytes that are UTF-8 or else, as LabVIEW on Windows writes them, Latin-1.
-fn decoded(bytes: &[u8]) -> Cow<'_, str> {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => text.into(),
-        Err(_) => bytes.iter().copied().map(char::from).collect::<String>().into(),
-    }
+/// True for the name of a force.
+pub(crate) fn is_named_force(name: &str) -> bool {
+    let name = name.to_lowercase();
+    ["force", "hammer", "kraft"].iter().any(|word| name.contains(word))
 }
 
 /// True for a value that a converter could produce in any unit. The squares of larger values overflow.

@@ -5,26 +5,32 @@ use std::path::PathBuf;
 
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::{HitPolicy, TestSettings, Verdict};
+use serde_json::json;
 
 use super::number::{not_negative, positive};
 use crate::error::{Error, Result};
-use crate::hits::{Options, grade};
+use crate::hits::{Options, PreparedRecording};
 use crate::output::Output;
-use crate::recording::{Recording, StatedUnit};
+use crate::recording::{Decimal, Recording, Sensitivity, StatedSensitivity, StatedUnit, Statements};
 
 /// Arguments of `massline hits`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "\
-Reads LabVIEW measurement (.lvm, decimal point or comma), CSV (; tab or comma, with or without
-names), UFF time records (dataset 58, type 1) and NumPy arrays ((segments,) samples, channels). A
-file of several segments has a hit in each, and so has a short one that begins with a hit; a
-continuous one is cut by the trigger. Units that the file declares are converted to N and m/s².
+#[command(after_help = r#"Reads LabVIEW measurement (.lvm), text with columns (CSV: semicolons, tabs, commas or blanks; up to
+1000 lines of header), UFF time records (dataset 58, type 1) and NumPy arrays ((segments,) samples,
+channels). Text may be UTF-8, UTF-16, Windows-1252 or Shift-JIS. A file of several segments has a
+hit in each, and so has a short one that begins with a hit; a continuous one is cut by the trigger.
+
+The first line of the answer says what was understood: channels, units, rate and what is left out.
+A unit is read from the file or asked for, never assumed. A signal in mV, V, pC or counts needs the
+sensitivity of its sensor. Samples that are missing are never closed up: such a file is refused.
 
 Examples:
   massline hits impact.lvm
   massline hits taps.csv --force Hammer --rate-hz 4000 --force-range-n 120
-  massline hits old.csv --unit Hammer=lbf --unit 2=g --leave-out Temperature
-  massline hits taps.npy --rate-hz 51200 --policy double_hit=warn --json")]
+  massline hits old.csv --unit Hammer=lbf --unit "*=g" --leave-out Temperature
+  massline hits volts.csv --sensitivity "Hammer=2.3 mV/N" --sensitivity "2=100 mV/g" --reverse Hammer
+  massline hits ticks.csv --unit "time_us=us"
+  massline hits taps.npy --unit 1=N --unit "*=m/s^2" --rate-hz 51200 --json"#)]
 pub struct Args {
     /// The recording.
     file: PathBuf,
@@ -35,9 +41,20 @@ pub struct Args {
     #[arg(long, value_name = "COLUMN")]
     leave_out: Vec<String>,
     /// Unit of a column, where the file does not state it or states a wrong one: COLUMN=UNIT, for example
-    /// "2=g"; may be repeated. Without any, the force is in N and the responses are in m/s².
+    /// "2=g"; may be repeated. "*=g" states it for every response without a unit. A time column may be named too
+    /// ("time=us" for one without a name).
     #[arg(long, value_name = "COLUMN=UNIT", value_parser = unit)]
     unit: Vec<StatedUnit>,
+    /// Sensitivity of the sensor of a column in mV, V, pC or counts: COLUMN=VALUE, for example "Force=2.3 mV/N",
+    /// "2=100 mV/g" or "3=10.2 mV/(m/s^2)"; may be repeated.
+    #[arg(long, value_name = "COLUMN=VALUE", value_parser = sensitivity)]
+    sensitivity: Vec<StatedSensitivity>,
+    /// Column whose sign is reversed, such as a hammer whose compression is negative; may be repeated.
+    #[arg(long, value_name = "COLUMN")]
+    reverse: Vec<String>,
+    /// Decimal sign of a text, where it cannot be told from a separator of thousands: point or comma.
+    #[arg(long, value_name = "SIGN", value_parser = decimal)]
+    decimal: Option<Decimal>,
     /// Sampling rate, for a file that does not state it.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate_hz: Option<f64>,
@@ -87,8 +104,16 @@ fn test_defaults() -> TestSettings<f64> {
 /// # Errors
 /// Exit 2 when the file or an option is bad, or the file has no hit; exit 3 when every hit was rejected.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let hits = grade(Recording::read(&args.file)?, &options(args)?)
-        .map_err(|error| error.within(args.file.display()))?;
+    let file = args.file.display();
+    let options = options(args)?;
+    let recording = Recording::read(&args.file, args.decimal)?;
+    let recording = PreparedRecording::new(recording, &options).map_err(|error| error.within(&file))?;
+    if output.json() {
+        output.explain(&json!({ "recording": recording.understanding().to_json() }));
+    } else {
+        output.text(format!("{file}: {}", recording.understanding().to_text()))?;
+    }
+    let hits = recording.grade(&options).map_err(|error| error.within(&file))?;
     hits.warnings.iter().for_each(|warning| output.warn(warning));
     if hits.hits.iter().any(|hit| hit.report.good()) {
         return output.answer(&hits.to_json(), |_| hits.to_text());
@@ -100,7 +125,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let all = hits.hits.len();
     let text = format!("all {all} hits were rejected; the sentence beside each says what to do");
-    Err(Error::undetermined("all_hits_rejected", text).within(args.file.display()))
+    Err(Error::undetermined("all_hits_rejected", text).within(&file))
 }
 
 fn options(args: &Args) -> Result<Options> {
@@ -117,7 +142,11 @@ fn options(args: &Args) -> Result<Options> {
     Ok(Options {
         force: args.force.clone(),
         leave_out: args.leave_out.clone(),
-        units: args.unit.clone(),
+        statements: Statements {
+            units: args.unit.clone(),
+            sensitivities: args.sensitivity.clone(),
+            reversed: args.reverse.clone(),
+        },
         rate_hz: args.rate_hz,
         force_range_n: args.force_range_n,
         response_range: args.response_range_m_per_s2,
@@ -145,6 +174,18 @@ fn unit(text: &str) -> std::result::Result<StatedUnit, String> {
     } else {
         Ok(StatedUnit { column, unit })
     }
+}
+
+fn sensitivity(text: &str) -> std::result::Result<StatedSensitivity, String> {
+    let wrong = "write COLUMN=VALUE, for example Force=2.3 mV/N";
+    let (column, value) = text.rsplit_once('=').ok_or(wrong)?;
+    let sensitivity: Sensitivity = value.parse()?;
+    let column = column.trim().to_owned();
+    if column.is_empty() { Err(wrong.into()) } else { Ok(StatedSensitivity { column, sensitivity }) }
+}
+
+fn decimal(text: &str) -> std::result::Result<Decimal, String> {
+    Decimal::from_name(text).ok_or_else(|| "write point or comma".into())
 }
 
 fn count(text: &str) -> std::result::Result<NonZeroUsize, String> {

@@ -7,10 +7,74 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "hits")]
 pub struct Hits {
+    /// What was understood of the recording.
+    pub recording: RecordingSummary,
     /// The hits, in the order of the file.
     pub hits: Vec<GradedHit>,
     /// Warnings about the recording.
     pub notes: Vec<String>,
+}
+
+/// What was understood of a recording before its hits were graded.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "recording_summary")]
+pub struct RecordingSummary {
+    /// The format of the file.
+    pub format: &'static str,
+    /// The encoding of its text; `null` for a file that is no text.
+    pub encoding: Option<&'static str>,
+    /// What separates its columns; `null` where the format fixes it.
+    pub separator: Option<&'static str>,
+    /// The decimal sign, `point` or `comma`; `null` where the format fixes it.
+    pub decimal: Option<&'static str>,
+    /// The channels in use, the force first.
+    pub channels: Vec<RecordedChannel>,
+    /// The sampling rate in use.
+    pub rate_hz: f64,
+    /// Where the rate comes from: `time_column`, `header` or `option`.
+    pub rate_source: &'static str,
+    /// Name of the time column that gives the rate, empty for one without a name; `null` for another source.
+    pub time_column: Option<String>,
+    /// The unit in which the time column is read; `null` for another source.
+    pub time_unit: Option<String>,
+    /// Whether that unit is assumed because the file states none.
+    pub time_unit_assumed: bool,
+    /// Number of segments.
+    pub segments: usize,
+    /// Samples of a channel in all segments together.
+    pub samples: usize,
+    /// Their duration.
+    pub duration_s: f64,
+    /// Columns that are not used.
+    pub left_out: Vec<ColumnLeftOut>,
+}
+
+/// A channel of a recording, with its unit.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "recorded_channel")]
+pub struct RecordedChannel {
+    /// Its name, or its number where it has none.
+    pub name: String,
+    /// `force` or `response`.
+    pub role: &'static str,
+    /// The unit of its samples, or with a sensitivity the unit of the sensor.
+    pub unit: String,
+    /// Where the unit was read: `file`, `unit_system`, `option` or `sensitivity`.
+    pub unit_source: &'static str,
+    /// Factor from its samples to N or m/s².
+    pub factor_to_si: f64,
+    /// Whether its sign is reversed.
+    pub reversed: bool,
+}
+
+/// A column of a recording that is not used.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "column_left_out")]
+pub struct ColumnLeftOut {
+    /// Its name, or its number where it has none.
+    pub name: String,
+    /// Why it is not used.
+    pub reason: String,
 }
 
 /// A graded hit.

@@ -45,7 +45,9 @@ pub use estimate::{ChiSquared, Estimate, LearnedBudget, PrincipalMoments};
 pub use fault::{Fault, SingleFaults, Suspect};
 pub use finding::{Cause, Failure, Finding, FoundBy, Refusal, Unseen, VerdictReason};
 pub use hit_log::{HitRemark, HitVerdict, LoggedHit};
-pub use hits::{Decided, GradedHit, HitFinding, Hits};
+pub use hits::{
+    ColumnLeftOut, Decided, GradedHit, HitFinding, Hits, RecordedChannel, RecordingSummary,
+};
 pub use layout::{
     Advice, AssumedBody, Band, CandidateCounts, ErrorSource, Forecast, ForecastAnswer, HitTotal,
     JudgedLayout, JudgedMethod, LayoutCheck, LayoutSuggestion, Prediction, SensorTotal, ShownHit,

@@ -4,38 +4,34 @@ use massline_shared::signal::{CHANNELS, EdgeTrigger};
 
 use super::{CutHit, MOST_HITS, Options};
 use crate::error::{Error, Result};
-use crate::recording::{Channel, Recording, Segment};
-use crate::units::force_unit;
+use crate::recording::{EVERY_RESPONSE, LeftOut, Rate, Recording, Segment, column, is_named_force, six_digits};
+use crate::units::{Quantity, force_unit, motion_unit};
 
 /// A segment with fewer samples than this is rejected.
 const SHORTEST: usize = 32;
 /// Number of samples at the start of a segment whose mean is the zero level of its force.
 const FIRST: usize = 8;
 
-/// The channels in the order of grading: the force, then the responses.
-pub(super) fn channel_order(recording: &Recording, options: &Options) -> Result<Vec<usize>> {
-    let left_out = options.leave_out.iter().map(|column| recording.named(column));
-    let left_out = left_out.collect::<Result<Vec<_>>>()?;
-    let used: Vec<usize> =
-        (0..recording.channels.len()).filter(|k| !left_out.contains(k)).collect();
-    let force = match &options.force {
-        Some(wanted) => {
-            let force = recording.named(wanted)?;
-            no_other_force(recording, &used, force, options)?;
-            force
-        }
-        None => found(recording, &used)?,
+/// The channels in the order of grading: the force, then the responses. Channels that are neither are left out of the recording.
+pub(super) fn channel_order(recording: &mut Recording, options: &Options) -> Result<Vec<usize>> {
+    let left_out = left_out(recording, options)?;
+    let candidates: Vec<usize> = (0..recording.channels.len()).filter(|k| !left_out.contains(k)).collect();
+    let stated = options.force.as_deref().map(|wanted| recording.named(wanted)).transpose()?;
+    let force = match stated {
+        Some(force) => force,
+        None => the_force(recording, &candidates, options)?,
     };
-    if !used.contains(&force) {
+    if !candidates.contains(&force) {
         let message = "the column of the force is left out; leave out another one";
         return Err(Error::input("force_left_out", message));
     }
+    let before = recording.left_out.len();
+    let useful = recording.leave_out_other_units(Some(force), &options.statements, &candidates)?;
+    let used: Vec<usize> = candidates.into_iter().filter(|k| useful.contains(k)).collect();
+    no_other_force(recording, &used, force, options)?;
     let count = used.len();
     if count < 2 {
-        return Err(Error::input(
-            "no_response",
-            "there is one channel; force and at least one response are needed",
-        ));
+        return Err(no_response(recording.left_out.get(before..).unwrap_or_default()));
     }
     if count > CHANNELS {
         let message = format!(
@@ -47,27 +43,58 @@ pub(super) fn channel_order(recording: &Recording, options: &Options) -> Result<
     Ok([force].into_iter().chain(used.into_iter().filter(|&k| k != force)).collect())
 }
 
+/// The channels that the user leaves out; a column that the reader has left out already may be among them.
+fn left_out(recording: &mut Recording, options: &Options) -> Result<Vec<usize>> {
+    let mut places = Vec::new();
+    for wanted in &options.leave_out {
+        let is_gone = recording.left_out.iter().any(|left_out| left_out.name.eq_ignore_ascii_case(wanted));
+        match recording.named(wanted) {
+            Ok(place) => places.push(place),
+            Err(_) if is_gone || recording.is_time_column(wanted) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    for &place in &places {
+        let Some(channel) = recording.channels.get(place) else { continue };
+        let name = column(place, channel);
+        recording.left_out.push(LeftOut { name, reason: "--leave-out".into() });
+    }
+    Ok(places)
+}
+
+/// The error of a recording without a response; `others` are the channels that have units of something else.
+fn no_response(others: &[LeftOut]) -> Error {
+    if others.is_empty() {
+        let message = "there is one channel; force and at least one response are needed";
+        return Error::input("no_response", message);
+    }
+    let names: Vec<String> = others.iter().map(|LeftOut { name, reason }| format!("\"{name}\": {reason}")).collect();
+    let message = format!(
+        "no channel is an acceleration ({}); state the unit of one with --unit COLUMN=UNIT, or export accelerations",
+        names.join(", ")
+    );
+    Error::input("recording_unknown_unit", message)
+}
+
+/// Whether a channel is a force: by what the user states, else by its unit, else by its name.
+fn is_force(recording: &Recording, k: usize, options: &Options) -> bool {
+    let Some(channel) = recording.channels.get(k) else { return false };
+    let is_meant = |column: &String| column != EVERY_RESPONSE && recording.named(column).ok() == Some(k);
+    let statements = &options.statements;
+    if let Some(stated) = statements.sensitivities.iter().rfind(|stated| is_meant(&stated.column)) {
+        return stated.sensitivity.is_of_force();
+    }
+    let stated = statements.units.iter().rfind(|stated| is_meant(&stated.column)).map(|stated| stated.unit.as_str());
+    let unit = stated.unwrap_or(&channel.unit);
+    let is_acceleration = motion_unit(unit, Quantity::Acceleration).is_some();
+    force_unit(unit).is_some() || is_named_force(&channel.name) && !is_acceleration
+}
+
 /// Refuses a second channel that is a force: by its unit or, where none is stated, by its name.
-fn no_other_force(
-    recording: &Recording,
-    used: &[usize],
-    force: usize,
-    options: &Options,
-) -> Result<()> {
-    let stated = options.units.iter().filter_map(|of| recording.named(&of.column).ok());
-    let stated: Vec<usize> = stated.collect();
-    let is_other = |&k: &usize| {
-        let of_force = |channel: &Channel| match channel.unit.as_str() {
-            "" => channel.factor.is_none() && is_named_force(channel),
-            unit => force_unit(unit).is_some(),
-        };
-        k != force && !stated.contains(&k) && recording.channels.get(k).is_some_and(of_force)
-    };
+fn no_other_force(recording: &Recording, used: &[usize], force: usize, options: &Options) -> Result<()> {
+    let is_other = |&k: &usize| k != force && is_force(recording, k, options);
     let Some(other) = used.iter().copied().find(is_other) else { return Ok(()) };
-    let column = match recording.channels.get(other).map(|channel| channel.name.as_str()) {
-        Some(name) if !name.is_empty() => name.to_owned(),
-        _ => (other + 1).to_string(),
-    };
+    let column = recording.channels.get(other).map_or_else(String::new, |channel| column(other, channel));
     let message = format!(
         "channel {} is a force as well by its name or unit, and the responses are accelerations: leave it out with \
          --leave-out \"{column}\", or state its unit with --unit \"{column}=g\"",
@@ -76,18 +103,9 @@ fn no_other_force(
     Err(Error::input("several_forces", message))
 }
 
-/// True for a channel with the name of a force.
-fn is_named_force(channel: &Channel) -> bool {
-    let name = channel.name.to_lowercase();
-    ["force", "hammer", "kraft"].iter().any(|word| name.contains(word))
-}
-
-/// The channel among those used whose name or unit is that of a force; the first one when no channel has a name.
-fn found(recording: &Recording, used: &[usize]) -> Result<usize> {
-    let channels = &recording.channels;
-    let is_force =
-        |channel: &Channel| is_named_force(channel) || force_unit(&channel.unit).is_some();
-    let forces = used.iter().copied().filter(|&k| channels.get(k).is_some_and(is_force));
+/// The channel among those used that is the force; the first one when no channel has a name.
+fn the_force(recording: &Recording, used: &[usize], options: &Options) -> Result<usize> {
+    let forces = used.iter().copied().filter(|&k| is_force(recording, k, options));
     match forces.collect::<Vec<_>>()[..] {
         [force] => return Ok(force),
         [] => {}
@@ -101,7 +119,7 @@ fn found(recording: &Recording, used: &[usize]) -> Result<usize> {
         }
     }
     if let Some(&first) = used.first()
-        && channels.iter().all(|channel| channel.name.is_empty())
+        && recording.channels.iter().all(|channel| channel.name.is_empty())
     {
         return Ok(first);
     }
@@ -112,23 +130,20 @@ fn found(recording: &Recording, used: &[usize]) -> Result<usize> {
     Err(Error::input("no_force", message))
 }
 
-/// Sampling rate, Hz.
-pub(super) fn rate(recording: &Recording, options: &Options) -> Result<f64> {
-    let rate = options.rate_hz.or(recording.rate_hz).filter(|rate| rate.is_finite() && *rate > 0.0);
-    rate.ok_or_else(|| {
-        Error::input(
-            "no_rate",
-            "the recording does not state its sampling rate; give it with --rate-hz",
-        )
-    })
-}
-
-/// A warning when the rate in use is not that of the file.
-pub(super) fn other_rate(recording: &Recording, used: f64) -> Option<String> {
-    let said = recording.rate_hz?;
-    // A rate in a text file has at least six digits.
-    let same = (said - used).abs() <= 1e-5 * used;
-    (!same).then(|| format!("the file states {said} Hz, using {used} Hz from --rate-hz"))
+/// Refuses a rate that does not reach the end of the band.
+pub(super) fn check_rate(rate: &Rate, options: &Options) -> Result<()> {
+    let [_, high] = options.test.expected_band();
+    if rate.hz.is_finite() && rate.hz > 2.0 * high {
+        return Ok(());
+    }
+    let message = format!(
+        "the rate of {} Hz ({}) reaches {} Hz, and the band ends at {high} Hz: check the unit of the time (state it with \
+         --unit) or the rate (--rate-hz), or lower the HIGH of --band-hz",
+        six_digits(rate.hz),
+        rate.origin(),
+        six_digits(0.5 * rate.hz)
+    );
+    Err(Error::input("rate_too_low", message))
 }
 
 /// One hit per segment, or the hits that the trigger finds in a single segment.

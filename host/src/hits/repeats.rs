@@ -99,7 +99,7 @@ fn by_distance_from_the_middle(hits: &[Vec<f64>]) -> Vec<usize> {
 }
 
 /// The median: the middle value, or the mean of the two middle values; zero of an empty list.
-fn median(mut values: Vec<f64>) -> f64 {
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;
     let even = values.len().is_multiple_of(2);
     if values.is_empty() {

@@ -60,6 +60,7 @@ impl Hits {
     /// All of them as JSON.
     pub fn to_json(&self) -> document::Hits {
         document::Hits {
+            recording: self.understanding.to_json(),
             hits: self.hits.iter().map(Hit::to_json).collect(),
             notes: self.warnings.clone(),
         }

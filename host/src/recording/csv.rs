@@ -1,199 +1,225 @@
-//! Text with a column for each channel: separated by semicolon, tab or comma, with or without a line
-//! of names.
+//! Text with a column for each channel: separated by semicolons, tabs, commas or blanks, with or without lines of names.
 
-use std::cell::Cell;
-use std::io::{self, Read};
-use std::rc::Rc;
+use super::dialect::{Dialect, Kind, Lines, Row, Separator, rows_of};
+use super::header;
+use super::number::{Decimal, last_digit};
+use super::stamp::Stamp;
+use super::steps::Times;
+use super::time::{TimeUnit, may_be_time};
+use super::{Channel, LeftOut, Recording, RecordingError, Segment, Source};
+use crate::encoding::Text;
 
-use super::number::Decimal;
-use super::{Channel, MOST_LINE_BYTES, Recording, RecordingError, Segment};
-use crate::units::{Quantity, force_unit, motion_unit};
-
-/// Largest relative deviation of a time step from the mean step at which the time column counts as even.
-const EVEN: f64 = 1e-2;
-
-/// Most lines of text before the data.
-const MOST_HEADER_LINES: usize = 1000;
-
-/// A line of fields, with its number, from 1.
-struct Row {
-    line: usize,
-    fields: Vec<String>,
+/// Reads the text of a file; `stated` is its decimal sign, where the user states it.
+pub(super) fn read(text: &Text<'_>, stated: Option<Decimal>) -> Result<Recording, RecordingError> {
+    let content: &str = &text.text;
+    let dialect = Dialect::of(content).ok_or(RecordingError::UnknownFormat)?;
+    let separator = dialect.separator;
+    let decimal = match stated {
+        Some(decimal) => decimal,
+        None => dialect.decimal(content)?,
+    };
+    Recording::plausible(1, dialect.kinds.len() as u64)?;
+    let mut rows = rows_of(content, separator);
+    let header = rows.by_ref().take(dialect.start).collect::<Result<Vec<_>, _>>()?;
+    let names = header.last().map_or(0, |names| names.fields.len());
+    let channels = header::channels(header, dialect.kinds.len(), separator, text)?;
+    let mut table = Table::new(&channels, &dialect.kinds, decimal);
+    for row in rows {
+        let row = row?;
+        if row.fields.first().is_some_and(|first| first.starts_with('#')) {
+            continue;
+        }
+        if separator == Separator::Comma {
+            refuse_decimals(&row, names)?;
+        }
+        table.add(row)?;
+    }
+    let mut recording = table.recording(channels)?;
+    recording.source = Source {
+        format: "text with columns",
+        encoding: Some(text.encoding()),
+        separator: Some(separator.name()),
+        decimal: Some(decimal),
+    };
+    Ok(recording)
 }
 
-/// Reads the text of a file.
-pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
-    let sample = text.lines().filter(|line| !is_comment(line)).take(8).last().unwrap_or_default();
-    // The last of the first eight lines is numeric if any of them is.
-    let (separator, decimal) = dialect(sample).ok_or(RecordingError::UnknownFormat)?;
-    let (mut header, mut data) = (Vec::new(), Segment::default());
-    for row in rows_of(text, separator) {
-        let Row { line, fields } = row?;
-        let before = data.samples() == 0;
-        if before && fields.iter().any(|f| is_text(f)) {
-            if header.len() == MOST_HEADER_LINES {
-                return Err(RecordingError::UnknownFormat);
+/// The columns of numbers while they are read.
+struct Table {
+    decimal: Decimal,
+    columns: Vec<Column>,
+    lines: Lines,
+    rows: usize,
+    comments: usize,
+}
+
+/// One column.
+#[derive(Default)]
+struct Column {
+    kind: Option<Kind>,
+    values: Vec<f64>,
+    /// The unit of the last digit of each value, for a column that may be a time.
+    digits: Option<Vec<f64>>,
+    numbers: usize,
+    stamps: usize,
+    /// The first field that is no number, and the first that is empty.
+    text: Option<RecordingError>,
+    empty: Option<RecordingError>,
+}
+
+impl Table {
+    fn new(channels: &[Channel], kinds: &[Kind], decimal: Decimal) -> Self {
+        let column = |(place, kind): (usize, &Kind)| {
+            let is_candidate = channels.get(place).is_some_and(|channel| may_be_time(place, channel));
+            Column {
+                kind: Some(*kind),
+                digits: (is_candidate || *kind == Kind::Stamp).then(Vec::new),
+                ..Column::default()
             }
-            header.push(Row { line, fields });
-            continue;
+        };
+        let columns = kinds.iter().enumerate().map(column).collect();
+        Self { decimal, columns, lines: Lines::default(), rows: 0, comments: 0 }
+    }
+
+    fn add(&mut self, Row { line, mut fields }: Row) -> Result<(), RecordingError> {
+        let wanted = self.columns.len();
+        let may_be_empty = self.columns.last().is_some_and(|column| column.numbers == 0 && column.stamps == 0);
+        if fields.len() + 1 == wanted && wanted > 1 && may_be_empty {
+            fields.push(String::new());
         }
-        if fields.first().is_some_and(|first| first.starts_with('#')) {
-            continue;
+        // A remark behind the numbers.
+        if fields.len() == wanted + 1 && fields.last().is_some_and(|last| Kind::of(last) == Kind::Text) {
+            fields.pop();
+            self.comments += 1;
         }
-        if before {
-            Recording::plausible(1, fields.len() as u64)?;
-            data = Segment::of_channels(fields.len());
-        }
-        let wanted = data.0.len();
         if fields.len() != wanted {
             return Err(RecordingError::Ragged { line, found: fields.len(), wanted });
         }
-        refuse_decimals(&fields, separator, &header, line)?;
-        for (column, (to, field)) in data.0.iter_mut().zip(&fields).enumerate() {
-            to.push(decimal.value(field, line, column)?);
+        for (place, (column, field)) in self.columns.iter_mut().zip(&fields).enumerate() {
+            column.add(field, self.decimal, line, place);
         }
-        Recording::within_memory(0, &data)?;
+        self.lines.add(self.rows, line);
+        self.rows += 1;
+        if self.rows.saturating_mul(wanted) > super::MOST_VALUES {
+            return Err(RecordingError::TooLong);
+        }
+        Ok(())
     }
-    if data.samples() == 0 {
-        return Err(RecordingError::UnknownFormat);
-    }
-    let channels = channels(header, data.0.len())?;
-    Ok(recording(channels, data))
-}
 
-/// The rows of the text, with quotes taken off; blank lines are left out.
-fn rows_of(text: &str, separator: char) -> impl Iterator<Item = Result<Row, RecordingError>> {
-    let left = Rc::new(Cell::new(0));
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(u8::try_from(separator).unwrap_or(b','))
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(Limited { bytes: text.as_bytes(), left: left.clone() });
-    let mut record = csv::StringRecord::new();
-    std::iter::from_fn(move || {
-        loop {
-            left.set(MOST_LINE_BYTES);
-            let line = reader.position().line() as usize;
-            match reader.read_record(&mut record) {
-                Ok(false) => return None,
-                Ok(true) => {}
-                // That the text is UTF-8 has been checked.
-                Err(_) => return Some(Err(RecordingError::LongLine { line })),
+    /// The recording of these columns.
+    fn recording(self, mut channels: Vec<Channel>) -> Result<Recording, RecordingError> {
+        if self.rows == 0 {
+            return Err(RecordingError::UnknownFormat);
+        }
+        let Self { columns, lines, rows, comments, .. } = self;
+        let rising = |column: &Column| {
+            let times = Times::exact(column.values.clone());
+            times.count() || times.rise()
+        };
+        name_rows(&mut channels, columns.first().is_some_and(rising));
+        let mut recording = Recording { segments: vec![Segment::default()], ..Recording::default() };
+        let mut times = Vec::new();
+        let mut clocks = Vec::new();
+        for (place, (column, mut channel)) in columns.into_iter().zip(channels).enumerate() {
+            if let Some(reason) = column.no_channel(rows) {
+                if !channel.name.is_empty() || column.text.is_some() {
+                    recording.left_out.push(LeftOut { name: super::column(place, &channel), reason });
+                }
+                continue;
             }
-            let line = record.position().map_or(1, |at| at.line()) as usize;
-            let mut fields: Vec<String> = record.iter().map(str::to_owned).collect();
-            if fields.len() > 1 && fields.last().is_some_and(String::is_empty) {
-                fields.pop();
+            channel.fault = if column.numbers > 0 { column.text.clone() } else { None };
+            channel.fault = channel.fault.or(column.empty);
+            let here = recording.channels.len();
+            let is_whole = column.numbers + column.stamps == rows;
+            if column.stamps > 0 {
+                clocks.push(here);
             }
-            if fields.iter().any(|field| !field.is_empty()) {
-                return Some(Ok(Row { line, fields }));
+            if let Some(digits) = column.digits.filter(|_| is_whole) {
+                times.push((here, Times { values: column.values.clone(), digits }));
+            }
+            recording.channels.push(channel);
+            recording.segments.iter_mut().for_each(|segment| segment.0.push(column.values.clone()));
+        }
+        if comments > 0 {
+            recording.notes.push(format!("{comments} rows have text behind the numbers, which is not used"));
+        }
+        // A clock is a time, whatever its name.
+        for &place in &clocks {
+            if let Some(channel) = recording.channels.get_mut(place) {
+                channel.unit = "s".into();
             }
         }
-    })
-}
-
-/// Bytes of which a part is read at a time: a line that does not end, or a quote, would fill the memory.
-struct Limited<'t> {
-    bytes: &'t [u8],
-    left: Rc<Cell<usize>>,
-}
-
-impl Read for Limited<'_> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.left.get() == 0 && !self.bytes.is_empty() {
-            return Err(io::ErrorKind::FileTooLarge.into());
+        let first_clock = clocks.first().copied();
+        recording.take_time(times, |row| lines.of(row))?;
+        if let (Some(time), true) = (&mut recording.time, first_clock.is_some()) {
+            if matches!(&time.unit, TimeUnit::Known { label, .. } if label == "s") {
+                time.unit = TimeUnit::Clock;
+            }
         }
-        let most = buffer.len().min(self.left.get().max(1));
-        let read = self.bytes.read(&mut buffer[..most])?;
-        self.left.set(self.left.get().saturating_sub(read));
-        Ok(read)
+        Ok(recording)
     }
 }
 
-/// The channels from the lines of text before the data: names, then perhaps units; other lines are comments.
-fn channels(header: Vec<Row>, columns: usize) -> Result<Vec<Channel>, RecordingError> {
-    let mut whole: Vec<Vec<String>> = Vec::new();
-    let mut last = None;
-    for Row { line, mut fields } in header {
-        if let Some(first) = fields.first_mut() {
-            *first = first.trim_start_matches(['#', '%']).trim().to_owned();
+/// A header with one name less than there are columns, where the first column counts the rows: the names belong to the
+/// other columns.
+fn name_rows(channels: &mut [Channel], first_rises: bool) {
+    let [first, .., last] = channels else { return };
+    let is_shifted = last.name.is_empty() && last.unit.is_empty() && !first.name.is_empty() && !super::time::is_time(first);
+    if is_shifted && first_rises {
+        channels.rotate_right(1);
+    }
+}
+
+impl Column {
+    fn add(&mut self, field: &str, decimal: Decimal, line: usize, place: usize) {
+        let value = match self.kind {
+            Some(Kind::Stamp) => Stamp::parse(field).map(|stamp| {
+                self.stamps += 1;
+                (stamp.after(self.values.last().copied()), stamp.digit)
+            }),
+            _ => decimal.number(field).map(|value| {
+                self.numbers += 1;
+                (value, if self.digits.is_some() { last_digit(field) } else { 0.0 })
+            }),
+        };
+        if value.is_none() && field.is_empty() {
+            self.empty.get_or_insert(RecordingError::Hole { line, column: place + 1 });
+        } else if value.is_none() {
+            self.text.get_or_insert_with(|| decimal.fault(field, line, place));
         }
-        if fields.len() == columns {
-            whole.push(fields);
+        let (value, digit) = value.unwrap_or_default();
+        self.values.push(value);
+        if let Some(digits) = &mut self.digits {
+            digits.push(digit);
+        }
+    }
+
+    /// Why this column is no channel: it has no numbers, or mostly text.
+    fn no_channel(&self, rows: usize) -> Option<String> {
+        let read = self.numbers + self.stamps;
+        let is_text = self.text.is_some() && matches!(self.kind, Some(Kind::Text | Kind::Date | Kind::Empty));
+        if is_text && 2 * read < rows.max(1) {
+            Some("it has text".into())
+        } else if read == 0 && self.text.is_none() {
+            Some("it has no values".into())
         } else {
-            last = Some((line, fields));
+            None
         }
     }
-    let units = whole.pop_if(|fields| fields.iter().all(|f| f.is_empty() || is_unit(f)));
-    let names = match (whole.pop(), last) {
-        (Some(names), _) => names,
-        // The header may omit names, but must not have more names than there are columns.
-        (None, Some((line, fields))) if fields.len() > columns && columns > 1 => {
-            return Err(RecordingError::Ragged { line, found: fields.len(), wanted: columns });
-        }
-        (None, Some((_, fields))) => fields,
-        (None, None) => Vec::new(),
-    };
-    let unit = |k: usize| units.as_ref().and_then(|units| units.get(k)).filter(|u| !u.is_empty());
-    let named = |k: usize| channel(names.get(k).map_or("", String::as_str));
-    Ok((0..columns)
-        .map(|k| match unit(k) {
-            Some(unit) => Channel { unit: unwrapped(unit), ..named(k) },
-            None => named(k),
-        })
-        .collect())
 }
 
-/// A unit without its brackets.
-fn unwrapped(unit: &str) -> String {
-    unit.trim_matches(['[', ']', '(', ')']).trim().to_owned()
-}
-
-fn is_unit(text: &str) -> bool {
-    let unit = unwrapped(text);
-    let known = ["s", "ms", "us", "µs", "V", "mV", "-", "1", "°C", "degC"];
-    known.contains(&unit.as_str())
-        || force_unit(&unit).is_some()
-        || Quantity::ALL.into_iter().any(|quantity| motion_unit(&unit, quantity).is_some())
-}
-
-/// A comment, or nothing.
-fn is_comment(line: &str) -> bool {
-    line.trim().is_empty() || line.trim_start().starts_with('#')
-}
-
-/// Refuses a row in which commas are decimal signs and separators.
-fn refuse_decimals(
-    fields: &[String],
-    separator: char,
-    header: &[Row],
-    line: usize,
-) -> Result<(), RecordingError> {
-    if separator != ',' {
-        return Ok(());
-    }
-    let names = header.last().map_or(0, |names| names.fields.len());
+/// Refuses a row in which commas are decimal signs and separators. `names` is the number of names in the header.
+fn refuse_decimals(row: &Row, names: usize) -> Result<(), RecordingError> {
+    let Row { line, fields } = row;
     let halved = names * 2 == fields.len() && !fields.iter().any(|field| field.contains('.'));
     let decimals = |(k, field): (usize, &String)| is_decimals(field) || (halved && k % 2 == 1);
     match fields.iter().enumerate().position(decimals) {
         None => Ok(()),
         Some(column) => {
-            let text =
-                fields.get(column).map_or_else(String::new, |f| f.chars().take(40).collect());
-            Err(RecordingError::CommaTwice { line, column: column + 1, text })
+            let text = fields.get(column).map_or_else(String::new, |field| field.chars().take(40).collect());
+            Err(RecordingError::CommaTwice { line: *line, column: column + 1, text })
         }
     }
-}
-
-/// True for a field that is a name rather than a malformed number: it begins with a letter; NaN and infinity
-/// count as numbers.
-fn is_text(field: &str) -> bool {
-    let begins = field
-        .chars()
-        .next()
-        .is_some_and(|c| c.is_alphabetic() || matches!(c, '#' | '[' | '(' | '%'));
-    begins && field.parse::<f64>().is_err()
 }
 
 /// True for digits that no whole number begins with: a zero and another digit.
@@ -202,67 +228,4 @@ fn is_decimals(field: &str) -> bool {
     characters.next() == Some('0')
         && characters.next().is_some_and(|c| c.is_ascii_digit())
         && characters.all(|c| c.is_ascii_digit())
-}
-
-/// Separator and decimal sign of a line of numbers.
-fn dialect(line: &str) -> Option<(char, Decimal)> {
-    let separator = [';', '\t'].into_iter().find(|&c| line.contains(c));
-    let of = |fields: &str| match fields.contains(',') && !fields.contains('.') {
-        true => Decimal::Comma,
-        false => Decimal::Point,
-    };
-    match separator {
-        Some(separator) => Some((separator, of(line))),
-        None if line.contains(',') => Some((',', Decimal::Point)),
-        // A single column.
-        None => line.trim().parse::<f64>().ok().map(|_| (',', Decimal::Point)),
-    }
-}
-
-/// Removes a time column.
-fn recording(mut channels: Vec<Channel>, mut segment: Segment) -> Recording {
-    let named = channels.first().is_some_and(|c| is_time(&c.name));
-    let step = segment.0.first().and_then(|first| even_step(first));
-    let unnamed = channels.first().is_some_and(|c| c.name.is_empty());
-    let mut rate_hz = None;
-    if named || (unnamed && step.is_some()) {
-        let unit = match channels.first().map(|c| c.unit.as_str()) {
-            Some("ms") => 1e3,
-            Some("us" | "µs") => 1e6,
-            _ => 1.0,
-        };
-        rate_hz = step.map(|step| unit / step);
-        channels.remove(0);
-        segment.0.remove(0);
-    }
-    Recording { rate_hz, channels, segments: vec![segment] }
-}
-
-/// Splits `Force [N]` or `Force (N)` into a name and a unit.
-fn channel(text: &str) -> Channel {
-    let open = text.rfind(['[', '(']);
-    let parts = open.and_then(|at| text.split_at_checked(at));
-    match parts {
-        Some((name, unit)) if unit.ends_with([']', ')']) => {
-            Channel { name: name.trim().to_owned(), unit: unwrapped(unit), factor: None }
-        }
-        _ => Channel { name: text.to_owned(), ..Channel::default() },
-    }
-}
-
-fn is_time(name: &str) -> bool {
-    let name = name.to_lowercase();
-    ["t", "x_value", "zeit"].contains(&name.as_str()) || name.starts_with("time")
-}
-
-/// The step of a column whose values rise evenly.
-fn even_step(column: &[f64]) -> Option<f64> {
-    let (first, last) = (column.first()?, column.last()?);
-    let steps = column.len().checked_sub(1).filter(|&steps| steps >= 2)?;
-    let mean = (last - first) / steps as f64;
-    let even = column.windows(2).all(|pair| match pair {
-        [a, b] => (b - a - mean).abs() <= EVEN * mean,
-        _ => false,
-    });
-    (even && mean > 0.0).then_some(mean)
 }

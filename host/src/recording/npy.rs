@@ -4,7 +4,8 @@ use std::io;
 
 use npyz::{Deserialize, NpyFile, Order};
 
-use super::{Channel, MOST_VALUES, Recording, RecordingError, Segment};
+use super::steps::Times;
+use super::{Channel, MOST_VALUES, Recording, RecordingError, Segment, Source};
 use crate::npy::{open, shape_text};
 
 /// The numbers of an array, in order.
@@ -51,7 +52,17 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
         numbers.collect::<io::Result<_>>().map_err(|error| fault(error.to_string()))?;
     let segments = segments_of(&numbers, shape, header.order());
     let [_, _, channels] = shape;
-    Ok(Recording { rate_hz: None, channels: vec![Channel::default(); channels], segments })
+    let mut recording = Recording {
+        source: Source { format: "NumPy array", ..Source::default() },
+        channels: vec![Channel::default(); channels],
+        segments,
+        ..Recording::default()
+    };
+    let column = |place: usize| recording.segments.iter().filter_map(|segment| segment.0.get(place)).flatten().copied().collect();
+    // A column of times may be the first, or the second after one that counts.
+    let columns = (0..channels.min(2)).map(|place| (place, Times::exact(column(place)))).collect();
+    recording.take_time(columns, |row| row + 1)?;
+    Ok(recording)
 }
 
 /// The segments of an array of this shape: segments, samples, channels.

@@ -5,7 +5,7 @@
 use std::collections::HashSet;
 
 use super::lvm::EQUAL_RATES;
-use super::{Channel, MOST_CHANNELS, Recording, RecordingError, Segment};
+use super::{Channel, DeclaredRate, MOST_CHANNELS, Recording, RecordingError, Segment, Source};
 use crate::uff::{Function, UffFile};
 use crate::units::{Measure, is_unstated, unit_size};
 
@@ -43,7 +43,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
         segments.push(Segment(group.iter().map(|f| f.time_samples()).collect()));
     }
     name_apart(&mut channels);
-    Ok(Recording { rate_hz: rate_of_first, channels, segments })
+    let declared =
+        rate_of_first.map(|hz| DeclaredRate { hz, uncertainty: 0.0, entry: "the abscissa" });
+    let source = Source { format: "universal file", ..Source::default() };
+    Ok(Recording { source, declared, channels, segments, ..Recording::default() })
 }
 
 /// The number of channels: that of the shortest beginning whose DOFs and quantities the records repeat to their end.
@@ -111,7 +114,7 @@ impl Function {
             stated => stated,
         };
         let factor = if unit.is_empty() { self.time_factor() } else { None };
-        Channel { name: name.trim().to_owned(), unit: unit.to_owned(), factor }
+        Channel { name: name.trim().to_owned(), unit: unit.to_owned(), factor, fault: None }
     }
 }
 

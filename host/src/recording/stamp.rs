@@ -1,0 +1,145 @@
+//! Times of day in a column of text: `12:00:01.250`, `2026-01-02T12:00:00.000195Z`, `05.01.2026 10:00:00,5`.
+
+/// Half a day and a day, s.
+const HALF_A_DAY: f64 = 43_200.0;
+const DAY: f64 = 86_400.0;
+
+/// A time of day.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stamp {
+    /// Seconds since midnight.
+    pub seconds: f64,
+    /// The unit of its last digit, s.
+    pub digit: f64,
+}
+
+impl Stamp {
+    /// Reads a time of day with or without a date before it and a zone behind it. The date is not used: what counts is
+    /// the difference of two times, and a step back of more than half a day is midnight.
+    pub fn parse(field: &str) -> Option<Self> {
+        let field = field.trim().trim_matches('"').trim();
+        let colon = field.find(':')?;
+        let (before, _) = field.split_at_checked(colon)?;
+        let hour = before.trim_end_matches(|c: char| c.is_ascii_digit());
+        let (date, clock) = field.split_at_checked(hour.len())?;
+        let is_of_date = |c: char| c.is_alphanumeric() || "-./, _".contains(c);
+        if !date.chars().all(is_of_date) || (!date.is_empty() && !has_digit(date)) {
+            return None;
+        }
+        let end = clock.find(|c: char| !(c.is_ascii_digit() || ":.,".contains(c)));
+        let (clock, rest) = clock.split_at_checked(end.unwrap_or(clock.len()))?;
+        let afternoon = after_noon(rest)?;
+        let (seconds, digit) = since_midnight(clock)?;
+        let seconds = match afternoon {
+            // 12 AM is midnight, 12 PM noon.
+            Some(is_afternoon) => seconds % HALF_A_DAY + if is_afternoon { HALF_A_DAY } else { 0.0 },
+            None => seconds,
+        };
+        Some(Self { seconds, digit })
+    }
+
+    /// The seconds of this time when the time before was `last`.
+    pub fn after(self, last: Option<f64>) -> f64 {
+        let Some(last) = last else { return self.seconds };
+        let days = ((last - self.seconds - HALF_A_DAY) / DAY).ceil().max(0.0);
+        self.seconds + days * DAY
+    }
+}
+
+/// True for a date alone, such as 2026-01-02 or 05.01.2026.
+pub(super) fn is_date(field: &str) -> bool {
+    ['-', '.', '/'].into_iter().any(|sign| {
+        let groups: Vec<&str> = field.split(sign).collect();
+        let digits = |group: &&str| group.chars().all(|c| c.is_ascii_digit());
+        let lengths: Vec<usize> = groups.iter().map(|group| group.len()).collect();
+        groups.iter().all(digits) && matches!(lengths[..], [4, 1..=2, 1..=2] | [1..=2, 1..=2, 2 | 4])
+    })
+}
+
+fn has_digit(text: &str) -> bool {
+    text.chars().any(|c| c.is_ascii_digit())
+}
+
+/// Whether what follows a time says morning or afternoon; none when it is no zone either.
+fn after_noon(rest: &str) -> Option<Option<bool>> {
+    let rest = rest.trim().to_ascii_lowercase();
+    match rest.trim_end_matches('.') {
+        "" | "z" | "utc" | "gmt" => Some(None),
+        "am" | "a.m" => Some(Some(false)),
+        "pm" | "p.m" => Some(Some(true)),
+        zone => {
+            let offset = zone.trim_start_matches("utc").trim_start_matches("gmt").strip_prefix(['+', '-', '−'])?;
+            offset.chars().all(|c| c.is_ascii_digit() || c == ':').then_some(None)
+        }
+    }
+}
+
+/// The seconds of hours, minutes and seconds, and the unit of the last digit. A time of two groups with decimals has no
+/// hours; a fourth group has the decimals of the seconds.
+fn since_midnight(clock: &str) -> Option<(f64, f64)> {
+    let (whole, decimals) = clock.split_once(['.', ',']).unwrap_or((clock, ""));
+    let groups: Vec<&str> = whole.split(':').collect();
+    let has_decimals = clock.contains(['.', ',']);
+    let (hours, minutes, seconds, decimals) = match groups[..] {
+        [minutes, seconds] if has_decimals => ("0", minutes, seconds, decimals),
+        [hours, minutes] => return Some((3600.0 * group(hours)? + 60.0 * group(minutes)?, 60.0)),
+        [hours, minutes, seconds] => (hours, minutes, seconds, decimals),
+        [hours, minutes, seconds, decimals] if !has_decimals => (hours, minutes, seconds, decimals),
+        _ => return None,
+    };
+    let (minutes, seconds) = (group(minutes)?, group(seconds)?);
+    if minutes >= 60.0 && hours != "0" || seconds > 60.0 {
+        return None;
+    }
+    let places = i32::try_from(decimals.len()).ok().filter(|&places| places <= 12)?;
+    let fraction = if decimals.is_empty() { 0.0 } else { format!("0.{decimals}").parse().ok()? };
+    Some((3600.0 * group(hours)? + 60.0 * minutes + seconds + fraction, 10_f64.powi(-places)))
+}
+
+fn group(digits: &str) -> Option<f64> {
+    let is_number = (1..=4).contains(&digits.len()) && digits.chars().all(|c| c.is_ascii_digit());
+    if is_number { digits.parse().ok() } else { None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_of_day_are_read_as_programs_write_them() {
+        for (text, seconds, digit) in [
+            ("12:00:01.250", 43_201.25, 1e-3),
+            ("2026-01-02T12:00:00.000195Z", 43_200.000_195, 1e-6),
+            ("2026-01-02 00:00:01.5", 1.5, 0.1),
+            ("2026-01-02T01:00:00.25+01:00", 3600.25, 0.01),
+            ("05.01.2026 10:00:00,500", 36_000.5, 1e-3),
+            ("1/2/2026 1:00:01.5 PM", 46_801.5, 0.1),
+            ("12:30:00 AM", 1800.0, 1.0),
+            ("12:00:01:250", 43_201.25, 1e-3),
+            ("00:01.25", 1.25, 0.01),
+            ("10:15", 36_900.0, 60.0),
+            ("\"7:08:09\"", 25_689.0, 1.0),
+            ("2-Jan-2026 10:00:00.1", 36_000.1, 0.1),
+        ] {
+            let stamp = Stamp::parse(text).unwrap_or_else(|| panic!("{text}"));
+            assert!((stamp.seconds - seconds).abs() < 1e-9 && (stamp.digit / digit - 1.0).abs() < 1e-9, "{text}");
+        }
+        for text in ["", ":", "12", "a:b", "12:", "12:61:00", "12:00:61", "Rate: 5120", "12:00:01.25 m/s", "1:2:3:4:5"] {
+            assert_eq!(Stamp::parse(text), None, "{text}");
+        }
+        let dates = ["2026-01-02", "05.01.2026", "1/2/26"];
+        assert!(dates.iter().all(|text| is_date(text) && Stamp::parse(text).is_none()));
+        assert!(["1.5", "2026", "1.234.567", "1-2", "", "..", "-5"].iter().all(|text| !is_date(text)));
+    }
+
+    #[test]
+    fn the_time_after_midnight_goes_on() {
+        let at = |text: &str| Stamp::parse(text).unwrap();
+        let last = at("23:59:59.9").after(None);
+        assert!((at("00:00:00.1").after(Some(last)) - last - 0.2).abs() < 1e-9);
+        let second = at("00:00:00.1").after(Some(last + DAY));
+        assert!((second - last - DAY - 0.2).abs() < 1e-9);
+        // A clock that is set back by an hour.
+        assert_eq!(at("10:00:00").after(Some(39_600.0)), 36_000.0);
+    }
+}

@@ -1,0 +1,359 @@
+//! The steps of a time column: even, rounded by the digits that were written, uneven, with a gap, or begun again.
+//!
+//! Times that were rounded lie on a straight line to within their last digit. The line through all of them gives the
+//! step far more precisely than two neighbours do.
+
+use std::ops::Range;
+
+/// Largest deviation of a step from the mean, relative to it, at which the steps count as even.
+const EVEN: f64 = 1e-2;
+/// A step longer than this many steps is a gap.
+const GAP: f64 = 1.5;
+/// How many last digits a rounded or truncated time may be away from its line.
+const DIGITS: f64 = 1.05;
+/// Relative resolution of a number of 32 bits, in which many programs hold times.
+const SINGLE: f64 = 1.2e-7;
+
+/// What the steps of a time column are, in its unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Steps {
+    /// One step.
+    Even {
+        /// The step.
+        step: f64,
+        /// Relative uncertainty of the step.
+        uncertainty: f64,
+        /// The last digit of the times, when their steps differ by it.
+        rounded_to: Option<f64>,
+    },
+    /// Samples are missing.
+    Lost {
+        /// Number of gaps.
+        gaps: usize,
+        /// Samples that are missing in the first gap.
+        samples: f64,
+        /// The row before the first gap, from 0; later its line in the file.
+        row: usize,
+        /// The time in that row.
+        after: f64,
+    },
+    /// The steps differ for no reason that is known.
+    Uneven {
+        /// The shortest and the longest step.
+        range: [f64; 2],
+        /// The row before the longest step, from 0; later its line in the file.
+        row: usize,
+    },
+}
+
+/// A column of times.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Times {
+    pub values: Vec<f64>,
+    /// The unit of the last digit of each value, as it was written.
+    pub digits: Vec<f64>,
+}
+
+impl Times {
+    pub fn push(&mut self, value: f64, digit: f64) {
+        self.values.push(value);
+        self.digits.push(digit);
+    }
+
+    /// Values that were written with all digits.
+    pub fn exact(values: Vec<f64>) -> Self {
+        let digits = vec![0.0; values.len()];
+        Self { values, digits }
+    }
+
+    /// The rows of this range.
+    pub fn part(&self, rows: Range<usize>) -> Self {
+        let part = |all: &[f64]| all.get(rows.clone()).unwrap_or_default().to_vec();
+        Self { values: part(&self.values), digits: part(&self.digits) }
+    }
+
+    /// The parts between which the time begins again.
+    pub fn runs(&self) -> Vec<Range<usize>> {
+        let mut runs = Vec::new();
+        let mut start = 0;
+        for (k, pair) in self.values.windows(2).enumerate() {
+            let &[last, next] = pair else { continue };
+            let first = self.values.get(start).copied().unwrap_or(last);
+            if next < last && next - first <= 0.5 * (last - first) {
+                runs.push(start..k + 1);
+                start = k + 1;
+            }
+        }
+        runs.push(start..self.values.len());
+        runs
+    }
+
+    /// True for values that rise and never fall, but for a few returns to the beginning.
+    pub fn rise(&self) -> bool {
+        let runs = self.runs();
+        let rises = |run: &Range<usize>| {
+            let values = self.values.get(run.clone()).unwrap_or_default();
+            values.is_sorted() && values.first() < values.last()
+        };
+        let enough = self.values.len() >= 8 || matches!(self.steps(), Steps::Even { .. });
+        self.values.len() >= 3 && enough && runs.len() * 8 <= self.values.len().max(8) && runs.iter().all(rises)
+    }
+
+    /// True for 0, 1, 2, … or 1, 2, 3, …
+    pub fn count(&self) -> bool {
+        let first = self.values.first().copied().unwrap_or(f64::NAN);
+        (first == 0.0 || first == 1.0)
+            && self.runs().into_iter().all(|run| {
+                let values = self.values.get(run).unwrap_or_default();
+                values.windows(2).all(|pair| matches!(pair, &[a, b] if b - a == 1.0))
+            })
+    }
+
+    /// The steps of a run.
+    pub fn steps(&self) -> Steps {
+        let digits = self.resolution();
+        let line = Line::through(&self.values, &digits, 0..self.values.len());
+        let (least, most, longest) = self.extremes();
+        let mean = line.step;
+        if mean > 0.0 && most - mean <= EVEN * mean && mean - least <= EVEN * mean {
+            return Steps::Even { step: mean, uncertainty: line.uncertainty, rounded_to: None };
+        }
+        if mean > 0.0 && line.fits(&self.values, &digits) {
+            let digit = (0..self.values.len()).map(|k| self.digit(k)).fold(0.0, f64::max);
+            return Steps::Even { step: mean, uncertainty: line.uncertainty, rounded_to: Some(digit) };
+        }
+        let uneven = Steps::Uneven { range: [least, most], row: longest };
+        self.lost(&digits).unwrap_or(uneven)
+    }
+
+    /// The first gap, when the parts between the gaps have one step.
+    fn lost(&self, digits: &[f64]) -> Option<Steps> {
+        let (gaps, parts) = self.gaps(digits);
+        let longest = parts.iter().max_by_key(|part| part.len())?.clone();
+        let line = Line::through(&self.values, digits, longest);
+        let fits = |part: &Range<usize>| {
+            let own = Line::through(&self.values, digits, part.clone());
+            let line = Line { step: line.step, ..own };
+            line.fits(&self.values, digits)
+        };
+        let &first = gaps.first()?;
+        let (&before, &after) = (self.values.get(first)?, self.values.get(first + 1)?);
+        let samples = ((after - before) / line.step).round() - 1.0;
+        let lost = line.step > 0.0 && samples >= 1.0 && parts.iter().all(fits);
+        lost.then_some(Steps::Lost { gaps: gaps.len(), samples, row: first, after: before })
+    }
+
+    /// The rows before a gap, and the parts between.
+    fn gaps(&self, digits: &[f64]) -> (Vec<usize>, Vec<Range<usize>>) {
+        let mut steps: Vec<f64> = self.values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let middle = steps.len() / 2;
+        let mean = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
+        let digit = |k: usize| {
+            let digit = |k: usize| digits.get(k).copied().unwrap_or_default();
+            digit(k).max(digit(k + 1))
+        };
+        let typical = if steps.is_empty() {
+            return (Vec::new(), Vec::new());
+        } else {
+            *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+        };
+        let typical = if typical > 2.0 * digit(self.values.len() / 2) { typical } else { mean };
+        let mut gaps = Vec::new();
+        let mut parts = Vec::new();
+        let mut start = 0;
+        for (k, pair) in self.values.windows(2).enumerate() {
+            if pair[1] - pair[0] > GAP * typical + 2.0 * digit(k) {
+                gaps.push(k);
+                parts.push(start..k + 1);
+                start = k + 1;
+            }
+        }
+        parts.push(start..self.values.len());
+        (gaps, parts)
+    }
+
+    /// The parts of a recording in blocks: equally many rows each, with a pause after each that is longer than half a block.
+    pub fn blocks(&self) -> Vec<Range<usize>> {
+        let digits = self.resolution();
+        let (gaps, parts) = self.gaps(&digits);
+        let length = parts.first().map_or(0, Range::len);
+        let at = |row: usize| self.values.get(row).copied().unwrap_or(f64::NAN);
+        let duration = parts.first().map_or(f64::NAN, |part| at(part.end.saturating_sub(1)) - at(part.start));
+        let pauses = gaps.iter().all(|&row| at(row + 1) - at(row) > 0.5 * duration);
+        let even = |part: &Range<usize>| matches!(self.part(part.clone()).steps(), Steps::Even { .. });
+        let is_blocks = length >= 3 && parts.iter().all(|part| part.len() == length) && pauses;
+        if is_blocks && !gaps.is_empty() && parts.iter().all(even) { parts } else { Vec::new() }
+    }
+
+    /// The shortest and the longest step, and the row before the longest one.
+    fn extremes(&self) -> (f64, f64, usize) {
+        let steps = self.values.windows(2).map(|pair| pair[1] - pair[0]).enumerate();
+        steps.fold((f64::INFINITY, f64::NEG_INFINITY, 0), |(least, most, row), (k, step)| {
+            if step > most { (least.min(step), step, k) } else { (least.min(step), most, row) }
+        })
+    }
+
+    /// The last digit of a time, as far as it tells how finely the times were written. A program that omits zeros at the
+    /// end writes 0.1 between 0.0998 and 0.1002.
+    fn digit(&self, k: usize) -> f64 {
+        let written = |k: usize| self.digits.get(k).copied();
+        let beside = [k.checked_sub(1).and_then(written), written(k + 1)];
+        let beside = beside.into_iter().flatten().fold(0.0, f64::max);
+        written(k).unwrap_or_default().min(beside)
+    }
+
+    /// The resolution of each time: its last digit, or that of the number in which it was held.
+    fn resolution(&self) -> Vec<f64> {
+        let (first, last) = (self.values.first(), self.values.last());
+        let (first, last) = (first.copied().unwrap_or_default(), last.copied().unwrap_or_default());
+        let step = (last - first).abs() / self.values.len().max(2) as f64;
+        let in_single = first.abs() <= (last - first).abs();
+        let resolution = |(k, value): (usize, &f64)| {
+            let single = if in_single { (SINGLE * value.abs()).min(0.25 * step) } else { 0.0 };
+            self.digit(k) + single + 2.0 * f64::EPSILON * value.abs()
+        };
+        self.values.iter().enumerate().map(resolution).collect()
+    }
+}
+
+/// A straight line through times over their rows.
+#[derive(Clone, Debug)]
+struct Line {
+    rows: Range<usize>,
+    /// Mean row and mean time, which the line goes through.
+    center: [f64; 2],
+    step: f64,
+    uncertainty: f64,
+}
+
+impl Line {
+    /// The line of least squares, weighted by the digits of the times.
+    fn through(values: &[f64], digits: &[f64], rows: Range<usize>) -> Self {
+        let first = values.get(rows.start).copied().unwrap_or_default();
+        let last = rows.end.checked_sub(1).and_then(|k| values.get(k)).copied().unwrap_or(first);
+        let mean = (last - first) / rows.len().saturating_sub(1).max(1) as f64;
+        let points = || {
+            rows.clone().zip(values.get(rows.clone()).unwrap_or_default()).map(|(k, value)| {
+                let digit = digits.get(k).copied().unwrap_or_default();
+                let weight = mean * mean / (digit * digit + EVEN * EVEN * mean * mean);
+                let weight = if weight.is_finite() { weight } else { 1.0 };
+                (weight, (k - rows.start) as f64, value - first)
+            })
+        };
+        let total: f64 = points().map(|(w, ..)| w).sum();
+        let row = points().map(|(w, k, _)| w * k).sum::<f64>() / total;
+        let time = points().map(|(w, _, t)| w * t).sum::<f64>() / total;
+        let square: f64 = points().map(|(w, k, _)| w * (k - row) * (k - row)).sum();
+        let product: f64 = points().map(|(w, k, t)| w * (k - row) * (t - time)).sum();
+        let step = if square > 0.0 { product / square } else { mean };
+        // The weights are those of deviations of a digit, in steps.
+        let uncertainty = if square > 0.0 { square.sqrt().recip() } else { 1.0 };
+        Self { center: [rows.start as f64 + row, first + time], rows, step, uncertainty }
+    }
+
+    /// Whether all times lie on this line to within their digits.
+    fn fits(&self, values: &[f64], digits: &[f64]) -> bool {
+        let [row, time] = self.center;
+        self.rows.clone().all(|k| {
+            let (value, digit) = (values.get(k).copied().unwrap_or(f64::NAN), digits.get(k).copied().unwrap_or_default());
+            let deviation = (value - time - (k as f64 - row) * self.step).abs();
+            deviation <= DIGITS * digit + EVEN * self.step.abs()
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEP: f64 = 1.0 / 5120.0;
+
+    /// Times as a program would write them.
+    fn written(rows: usize, write: impl Fn(f64) -> String) -> Times {
+        let mut times = Times::default();
+        for k in 0..rows {
+            let text = write(k as f64 * STEP);
+            let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+            let places = mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+            let digit = 10_f64.powi(exponent.parse::<i32>().unwrap() - places as i32);
+            times.push(text.parse().unwrap(), digit);
+        }
+        times
+    }
+
+    #[track_caller]
+    fn rate(times: &Times, relative: f64) -> Option<f64> {
+        let Steps::Even { step, rounded_to, .. } = times.steps() else { panic!("{:?}", times.steps()) };
+        assert!((STEP / step - 1.0).abs() < relative, "{}", 1.0 / step);
+        rounded_to
+    }
+
+    #[test]
+    fn rounded_times_give_the_rate_of_the_whole_length() {
+        assert_eq!(rate(&written(6144, |t| format!("{t}")), 1e-9), None);
+        // Four decimals are half a step; the line through 6144 times is a thousand times finer.
+        assert_eq!(rate(&written(6144, |t| format!("{t:.4}")), 1e-5), Some(1e-4));
+        assert!(rate(&written(6144, |t| format!("{t:.3}")), 1e-4).is_some());
+        assert!(rate(&written(6144, |t| format!("{t:.5}")), 1e-6).is_some());
+        // Two decimals of a mantissa: up to a hundredth of the time itself.
+        assert!(rate(&written(6144, |t| format!("{t:.2e}")), 1e-3).is_some());
+        // Truncated instead of rounded.
+        assert!(rate(&written(6144, |t| format!("{:.4}", (t * 1e4).floor() * 1e-4)), 1e-4).is_some());
+        // Six digits, as many programs write numbers.
+        let six = |t: f64| if t < 1.0 { format!("{t}").chars().take(10).collect() } else { format!("{t:.5}") };
+        rate(&written(20_000, six), 1e-6);
+        // Held in 32 bits.
+        rate(&written(300_000, |t| format!("{}", t as f32)), 1e-6);
+    }
+
+    #[test]
+    fn lost_samples_are_found_with_their_place_and_number() {
+        for decimals in [3, 4, 7] {
+            let whole = written(6144, |t| format!("{t:.decimals$}"));
+            for (from, lost) in [(1000, 40), (3000, 100), (5000, 20)] {
+                let mut times = whole.part(0..from);
+                let rest = whole.part(from + lost..6144);
+                times.values.extend(rest.values);
+                times.digits.extend(rest.digits);
+                let Steps::Lost { gaps: 1, samples, row, .. } = times.steps() else {
+                    panic!("{decimals} {from}: {:?}", times.steps())
+                };
+                // A time of three decimals is up to three steps off.
+                let near = if decimals == 3 { 5.5 } else { 1.1 };
+                assert!(row == from - 1 && (samples - lost as f64).abs() < near, "{decimals} {from}: {samples}");
+            }
+        }
+        let mut one = written(512, |t| format!("{t}"));
+        one.values.remove(100);
+        one.digits.remove(100);
+        assert!(matches!(one.steps(), Steps::Lost { gaps: 1, samples: 1.0, row: 99, .. }), "{:?}", one.steps());
+    }
+
+    #[test]
+    fn steps_that_differ_are_uneven() {
+        let jitter = |k: usize| k as f64 * STEP + if k % 3 == 0 { 0.2 * STEP } else { 0.0 };
+        let times = Times::exact((0..512).map(jitter).collect());
+        let Steps::Uneven { range: [least, most], .. } = times.steps() else { panic!("{:?}", times.steps()) };
+        assert!((least / STEP - 0.8).abs() < 1e-6 && (most / STEP - 1.2).abs() < 1e-6);
+        // One stamp for each block of a hundred rows.
+        let blocks = Times::exact((0..5000).map(|k| (k / 100) as f64 * 100.0 * STEP).collect());
+        assert!(matches!(blocks.steps(), Steps::Uneven { .. }), "{:?}", blocks.steps());
+        let backwards = Times::exact((0..100).map(|k| -(k as f64)).collect());
+        assert!(matches!(backwards.steps(), Steps::Uneven { .. }) && !backwards.rise());
+        assert!(!Times::exact(vec![5.0; 100]).rise());
+    }
+
+    #[test]
+    fn a_time_that_begins_again_is_cut_there() {
+        let times = Times::exact((0..600).map(|k| (k % 200) as f64 * STEP - 0.01).collect());
+        assert_eq!(times.runs(), [0..200, 200..400, 400..600]);
+        assert!(times.rise());
+        let counts = Times::exact((0..100).map(f64::from).collect());
+        assert!(counts.count() && counts.rise() && !times.count());
+        // Blocks of a clock that goes on.
+        let triggered = Times::exact((0..600).map(|k| (k % 200) as f64 * STEP + (k / 200) as f64 * 3.0).collect());
+        assert_eq!(triggered.blocks(), [0..200, 200..400, 400..600]);
+        assert_eq!(triggered.runs().len(), 1);
+        assert!(times.part(0..200).blocks().is_empty());
+    }
+}
