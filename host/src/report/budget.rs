@@ -66,7 +66,7 @@ fn stated_scatter(layout: &HostLayout) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use massline_shared::identify::maximum_likelihood::BudgetScales;
+    use massline_shared::identify::maximum_likelihood::{BudgetScales, LearnedFrom};
     use massline_shared::layout::Hit;
 
     fn learned() -> LearnedBudget<f64> {
@@ -74,6 +74,7 @@ mod tests {
         LearnedBudget {
             scales,
             scatter_degrees_of_freedom: 40,
+            learned_from: LearnedFrom::RepeatHits,
             constant_log_variance: 0.04,
             widening: [1.01; 10],
         }
