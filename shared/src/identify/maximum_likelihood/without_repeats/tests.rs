@@ -286,3 +286,9 @@ fn the_learned_budget_of_a_layout_scales_its_marks_with_the_hits() {
         assert!((now / before - factor).abs() < 1e-12, "{now} {before}");
     }
 }
+
+/// A rig keeps several of them: what only a host tells apart fits between the numbers.
+#[test]
+fn a_learned_budget_is_as_large_as_its_numbers() {
+    assert!(size_of::<LearnedBudget<f32>>() <= 4 * (3 + 1 + 1 + 10));
+}
