@@ -9,12 +9,14 @@ use massline_shared::body::RigidBody;
 use massline_shared::calibration::CalibrationSigma;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::influence::{Influence, influences};
-use massline_shared::identify::maximum_likelihood::{self, ErrorBudget, NuisanceEstimates, Start};
+use massline_shared::identify::maximum_likelihood::{
+    self, ErrorBudget, MaximumLikelihoodSolution, NuisanceEstimates, Start, without_repeats,
+};
 use massline_shared::identify::{
     self as solvers, DofMassLines, Estimate, IdentifySettings, Method, Methods, Observable,
     Observations, SpectrumBins,
 };
-use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
+use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Layout};
 
 pub(crate) use priors::contradicted;
 use priors::inconsistent_priors;
@@ -114,20 +116,12 @@ pub fn identify<L: SpectrumBins<f64>>(
     selection: Selection,
     settings: &IdentifySettings<f64>,
 ) -> Identification {
-    let Observations { layout, mass_lines, spectrum_bins } = observed;
+    let Observations { layout, mass_lines, .. } = observed;
     let wanted = match selection {
         Selection::All => observed.methods(),
         Selection::Only(_) => selection.methods(),
     };
-    let lines = spectrum_bins.responses().map_or(0, |responses| responses.frequencies().len());
-    let mut memory = vec![0.0; solvers::workspace(&wanted, layout.sensors.len(), lines)];
-    let found = solvers::identify(observed, &wanted, settings, &mut memory);
-    let (estimates, refusals) = found.into_parts();
-    let mut found = Identification {
-        estimates: estimates.into_iter().collect(),
-        not_applicable: refusals.into_iter().collect(),
-        ..Identification::default()
-    };
+    let mut found = answers(observed, &wanted, settings);
     let likelihood = |estimate: &&mut Estimate<f64>| estimate.method == Method::MaximumLikelihood;
     if let Some(estimate) = found.estimates.iter_mut().find(likelihood) {
         found.priors = suspect_priors(estimate, layout, mass_lines);
@@ -142,6 +136,61 @@ pub fn identify<L: SpectrumBins<f64>>(
         }
     }
     found
+}
+
+/// The answers of these methods, without details. Where no repeat hits show their scatter, maximum likelihood learns its
+/// error budget from the residuals.
+pub fn answers<L: SpectrumBins<f64>>(
+    observed: &HostObservations<'_, L>,
+    wanted: &[Method],
+    settings: &IdentifySettings<f64>,
+) -> Identification {
+    let Observations { layout, mass_lines, spectrum_bins } = observed;
+    let from_residuals = layout.learn_budget
+        && settings.error_budget == ErrorBudget::Learned
+        && !without_repeats::have_repeats(mass_lines);
+    let is_apart = |method: &Method| from_residuals && *method == Method::MaximumLikelihood;
+    let together: Vec<Method> = wanted.iter().copied().filter(|m| !is_apart(m)).collect();
+    let lines = spectrum_bins.responses().map_or(0, |responses| responses.frequencies().len());
+    let mut memory = vec![0.0; solvers::workspace(&together, layout.sensors.len(), lines)];
+    let found = solvers::identify(observed, &together, settings, &mut memory);
+    let (estimates, refusals) = found.into_parts();
+    let mut found = Identification {
+        estimates: estimates.into_iter().collect(),
+        not_applicable: refusals.into_iter().collect(),
+        ..Identification::default()
+    };
+    if wanted.iter().any(is_apart) {
+        // It starts from the best of the others, as where all run together.
+        let best = found.estimates.first().map(|estimate| estimate.body);
+        let start = best.as_ref().map_or(Start::InertiaRestraint, Start::At);
+        match solve_learned(layout, mass_lines, start) {
+            Ok(solution) => found.estimates.insert(0, solution.estimate),
+            Err(reasons) => {
+                found.not_applicable.insert(0, (Method::MaximumLikelihood, reasons));
+            }
+        }
+    }
+    found
+}
+
+/// Maximum likelihood that learns its error budget: from repeat hits, or from the residuals where there are none.
+///
+/// # Errors
+/// As [`maximum_likelihood::solve`].
+pub(crate) fn solve_learned<const S: usize, const H: usize>(
+    layout: &Layout<f64, S, H>,
+    lines: &[DofMassLines<f64, S>],
+    start: Start<'_, f64>,
+) -> Result<MaximumLikelihoodSolution<f64, S, H>, Diagnostics> {
+    let sensors = layout.sensors.len();
+    let mut memory = vec![0.0; without_repeats::workspace(sensors, lines.len())];
+    if without_repeats::have_repeats(lines) {
+        let room = &mut memory[..maximum_likelihood::workspace(sensors)];
+        maximum_likelihood::solve(layout, lines, start, ErrorBudget::Learned, room)
+    } else {
+        without_repeats::solve(layout, lines, start, &mut memory)
+    }
 }
 
 /// The priors that contradict the data, searched for only where the data contradict the budget. If there are
@@ -164,11 +213,12 @@ fn suspect_priors(
     priors
 }
 
-/// The layout with the budget that the fit has used.
+/// The layout with the budget that the fit has used; where it was learned, nothing is left to be learned.
 pub fn learned(layout: &HostLayout, estimate: &Estimate<f64>) -> HostLayout {
     let mut layout = layout.clone();
     if let Some(learned) = &estimate.learned {
-        learned.scales.apply_to(&mut layout);
+        learned.apply_to(&mut layout);
+        layout.learn_budget = false;
     }
     layout
 }

@@ -4,11 +4,13 @@
 use massline_protocol::object::DofResult;
 use massline_shared::body::{INERTIAL_PARAMETERS, RigidBody};
 use massline_shared::design::{FurtherHit, FurtherHitSearch, HitCandidates, Precision, Widths};
-use massline_shared::identify::{self as solvers, IdentifySettings, Method, Methods, Progress};
+use massline_shared::identify::{
+    self as solvers, Estimate, IdentifySettings, Method, Methods, Progress,
+};
 use massline_shared::layout::HostLayout;
 
 use crate::document::{self, HalfWidths, WorstProperty};
-use crate::identification::{HostObservations, lines_of_dofs};
+use crate::identification::{HostObservations, answers, learned, lines_of_dofs};
 use crate::report::two_digits;
 
 /// The precision with some of the DOFs of a layout.
@@ -32,18 +34,18 @@ impl<'a> PrecisionReport<'a> {
         let measured = lines.len();
         let found = Self { layout, measured, precision: None, further: None, body: None };
         let wanted: Methods = Method::of_mass_lines().collect();
-        let mut memory = vec![0.0; solvers::workspace(&wanted, layout.sensors.len(), 0)];
         let observed = HostObservations::of_mass_lines(layout, &lines);
-        let settings = IdentifySettings::default();
-        let identified = solvers::identify(&observed, &wanted, &settings, &mut memory);
-        let estimates = identified.estimates();
+        let estimates = answers(&observed, &wanted, &IdentifySettings::default()).estimates;
         let length = layout.characteristic_length();
-        let precision = Precision::of(estimates, layout.target, length);
+        let precision = Precision::of(&estimates, layout.target, length);
         let (Some(precision), Some(best)) = (precision, estimates.first()) else { return found };
         let sensors = layout.sensors.len();
         let candidates = HitCandidates::Following;
-        let mut search = FurtherHitSearch::new(&precision, best, &lines, sensors, candidates);
-        while search.step(layout, &lines, &mut memory) == Progress::Going {}
+        // What was learned is in the layout.
+        let (budget, plain) = (learned(layout, best), Estimate { learned: None, ..best.clone() });
+        let mut search = FurtherHitSearch::new(&precision, &plain, &lines, sensors, candidates);
+        let mut memory = vec![0.0; solvers::workspace(&wanted, sensors, 0)];
+        while search.step(&budget, &lines, &mut memory) == Progress::Going {}
         let body = Some(best.body);
         Self { precision: Some(precision), further: search.found(), body, ..found }
     }

@@ -23,7 +23,7 @@ use massline_shared::calibration::tumble::{Position, TumbleProblem};
 use massline_shared::design::Widths;
 use massline_shared::diagnosis::Setting;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
-use massline_shared::identify::maximum_likelihood::{BudgetScales, LearnedBudget};
+use massline_shared::identify::maximum_likelihood::{BudgetScales, LearnedBudget, LearnedFrom};
 use massline_shared::identify::{Consistency, Method};
 use massline_shared::layout::{RigLayout, TestProfile};
 use massline_shared::measurement::campaign::Phase;
@@ -170,6 +170,7 @@ fn summary() -> Summary {
         learned: Some(LearnedBudget {
             scales: BudgetScales { hit_position: 0.6, hit_direction: 0.56, constant: 0.62 },
             scatter_degrees_of_freedom: 40,
+            learned_from: LearnedFrom::RepeatHits,
             constant_log_variance: 0.04,
             widening: [1.0; 10],
         }),

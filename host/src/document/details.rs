@@ -74,10 +74,35 @@ pub struct Influence {
     pub equations: u16,
 }
 
+/// What a learned error budget was learned from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "learned_from")]
+pub enum LearnedFrom {
+    /// The scatter of the hits from repeat hits, all that stays the same during a test from the residuals.
+    #[default]
+    RepeatHits,
+    /// Three factors from the residuals: `constant_scale` is of the sensors, the others are of the marks as well.
+    Residuals,
+}
+
+impl LearnedFrom {
+    /// What `constant_scale` is of, in words.
+    pub(crate) fn constant(self) -> &'static str {
+        match self {
+            Self::RepeatHits => "systematic errors",
+            Self::Residuals => "errors of the sensors",
+        }
+    }
+}
+
 /// The error budget as stated and as learned.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "error_budget")]
 pub struct ErrorBudget {
+    /// What it was learned from.
+    #[serde(default)]
+    pub learned_from: LearnedFrom,
     /// Scatter of the position of a hit.
     pub hit_position_m: StatedAndLearned,
     /// Scatter of the direction of a hit.

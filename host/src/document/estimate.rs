@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{Finding, Properties, Spread};
+use super::{Finding, LearnedFrom, Properties, Spread};
 
 /// The answer of a method: the ten properties in the body frame.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -63,6 +63,8 @@ pub struct ChiSquared {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "learned_budget")]
 pub struct LearnedBudget {
+    /// What it was learned from.
+    pub learned_from: LearnedFrom,
     /// Of the position of a hit.
     pub hit_position_scale: f64,
     /// Of the direction of a hit.

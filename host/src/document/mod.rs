@@ -35,7 +35,9 @@ pub use calibration::{
     TumbleCalibration, TumbledSensor,
 };
 pub use described::Described;
-pub use details::{Details, ErrorBudget, HitDetails, Influence, SensorDetails, StatedAndLearned};
+pub use details::{
+    Details, ErrorBudget, HitDetails, Influence, LearnedFrom, SensorDetails, StatedAndLearned,
+};
 pub use device::{
     BatteryCharge, ChannelCheck, CounterFinding, DeviceAbort, DeviceBrownOut, DeviceCheck,
     DeviceErase, DeviceIdentity, DeviceList, DeviceStats, Doctor, Looked, Port,

@@ -3,17 +3,18 @@
 use massline_shared::body::RigidBody;
 use massline_shared::design::{DEFAULT_NOISE, ErrorSource, Part};
 use massline_shared::identify::Method;
-use massline_shared::identify::maximum_likelihood::BudgetScales;
+use massline_shared::identify::maximum_likelihood::{BudgetScales, LearnedBudget, LearnedFrom};
 use massline_shared::layout::{Hit, HostLayout, TestProfile};
 use massline_shared::signal::ringing_s;
 use massline_virtual::bench::Bench;
 use massline_virtual::bench::suspension::RigidMode;
 use nalgebra::Vector6;
+use serde::Deserialize;
 
 use super::values::{Sentence, list, words};
 use crate::design::report::{advice_text, most};
 use crate::design::{DesignReport, LayoutCriterion};
-use crate::document::Mode;
+use crate::document::{self, Mode};
 use crate::error::Result;
 use crate::export::Exported;
 use crate::report::{CALIBRATE_HAMMER, hardly_shown, not_shown};
@@ -56,8 +57,8 @@ impl Limits {
         else {
             return Ok(Self::default());
         };
-        if let Some(scales) = learned(source) {
-            scales.apply_to(&mut layout);
+        if let Some(learned) = learned(source) {
+            learned.apply_to(&mut layout);
         }
         let measured = noise(&source.mass_lines()?, &layout).map(|noise| noise * body.mass);
         let relative = measured.unwrap_or(DEFAULT_NOISE);
@@ -177,12 +178,23 @@ fn as_measured(layout: &HostLayout, measured: &[ShownDof]) -> HostLayout {
 }
 
 /// What the answer has learned about its error budget.
-fn learned(source: &ResultFile) -> Option<BudgetScales<f64>> {
+fn learned(source: &ResultFile) -> Option<LearnedBudget<f64>> {
     let of = &source.best_entry()["learned_budget"];
-    Some(BudgetScales {
-        hit_position: of["hit_position_scale"].as_f64()?,
-        hit_direction: of["hit_direction_scale"].as_f64()?,
-        constant: of["constant_scale"].as_f64()?,
+    let from = document::LearnedFrom::deserialize(&of["learned_from"]).unwrap_or_default();
+    Some(LearnedBudget {
+        scales: BudgetScales {
+            hit_position: of["hit_position_scale"].as_f64()?,
+            hit_direction: of["hit_direction_scale"].as_f64()?,
+            constant: of["constant_scale"].as_f64()?,
+        },
+        learned_from: match from {
+            document::LearnedFrom::RepeatHits => LearnedFrom::RepeatHits,
+            document::LearnedFrom::Residuals => LearnedFrom::Residuals,
+        },
+        // Only the intervals of the answer depend on how certain this is.
+        scatter_degrees_of_freedom: 0,
+        constant_log_variance: 0.0,
+        widening: [1.0; 10],
     })
 }
 

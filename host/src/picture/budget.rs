@@ -38,7 +38,7 @@ pub struct Budget {
 impl Budget {
     /// The budget of a result; `None` when the data have taught nothing about it.
     pub fn of(source: &ResultFile, details: &ShownDetails) -> Option<Self> {
-        let ErrorBudget { hit_position_m, hit_direction_rad, constant_scale } =
+        let ErrorBudget { learned_from, hit_position_m, hit_direction_rad, constant_scale } =
             details.error_budget?;
         let entry = |name, quantity, factor: f64, of: StatedAndLearned| Entry {
             name,
@@ -48,7 +48,7 @@ impl Budget {
         let entries = [
             entry("where hits land", "standard deviation, mm", 1e3, hit_position_m),
             entry("direction of hits", "standard deviation, mrad", 1e3, hit_direction_rad),
-            entry("systematic errors", "factor of its budget", 1.0, constant_scale),
+            entry(learned_from.constant(), "factor of its budget", 1.0, constant_scale),
         ];
         Some(Self { title: source.title.clone(), entries })
     }

@@ -39,8 +39,8 @@ pub struct Pulls {
     pub title: String,
     /// Sensors, then hits.
     pub rows: Vec<Pull>,
-    /// Factor of the budget of systematic errors, where the data have taught it.
-    pub scale: Option<f64>,
+    /// Which errors have a factor of their budget that the data have taught, and the factor.
+    pub scale: Option<(&'static str, f64)>,
 }
 
 impl Pulls {
@@ -57,7 +57,9 @@ impl Pulls {
             residual: Some(hit.normalized_residual),
         });
         let rows: Vec<Pull> = sensors.chain(hits).collect();
-        let scale = details.error_budget.map(|budget| budget.constant_scale.learned);
+        let scale = details
+            .error_budget
+            .map(|budget| (budget.learned_from.constant(), budget.constant_scale.learned));
         let title = source.title.clone();
         (!rows.is_empty()).then_some(Self { title, rows, scale })
     }
@@ -72,8 +74,8 @@ impl Pulls {
     /// What is drawn how.
     fn keys(&self) -> Vec<Key> {
         let budget = match self.scale {
-            Some(scale) => {
-                format!("pull, with the learned budget (systematic errors: {scale:.2} × as stated)")
+            Some((errors, scale)) => {
+                format!("pull, with the learned budget ({errors}: {scale:.2} × as stated)")
             }
             None => "pull, with the stated budget".to_owned(),
         };

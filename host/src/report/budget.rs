@@ -1,6 +1,6 @@
 //! The error budget that a fit has used: what was stated beside what the data have taught.
 
-use massline_shared::identify::maximum_likelihood::LearnedBudget;
+use massline_shared::identify::maximum_likelihood::{BudgetScales, LearnedBudget, LearnedFrom};
 use massline_shared::layout::HostLayout;
 
 use crate::document::{self, StatedAndLearned};
@@ -8,6 +8,7 @@ use crate::document::{self, StatedAndLearned};
 /// The learned scales, in an entry of `results`.
 pub(super) fn learned_json(learned: &LearnedBudget<f64>) -> document::LearnedBudget {
     document::LearnedBudget {
+        learned_from: learned_from(learned),
         hit_position_scale: learned.scales.hit_position,
         hit_direction_scale: learned.scales.hit_direction,
         constant_scale: learned.scales.constant,
@@ -23,14 +24,25 @@ pub fn budget_json(learned: &LearnedBudget<f64>, layout: &HostLayout) -> documen
     let scales = &learned.scales;
     let both = |stated: f64, scale: f64| StatedAndLearned { stated, learned: stated * scale };
     document::ErrorBudget {
+        learned_from: learned_from(learned),
         hit_position_m: both(position, scales.hit_position),
         hit_direction_rad: both(direction, scales.hit_direction),
         constant_scale: both(1.0, scales.constant),
     }
 }
 
+fn learned_from(learned: &LearnedBudget<f64>) -> document::LearnedFrom {
+    match learned.learned_from {
+        LearnedFrom::RepeatHits => document::LearnedFrom::RepeatHits,
+        LearnedFrom::Residuals => document::LearnedFrom::Residuals,
+    }
+}
+
 /// The same as a sentence for each.
 pub fn budget_text(learned: &LearnedBudget<f64>, layout: &HostLayout) -> String {
+    if learned.learned_from == LearnedFrom::Residuals {
+        return scales_text(&learned.scales, layout);
+    }
     let [position, direction] = stated_scatter(layout).map(|stated| 1e3 * stated);
     let scales = &learned.scales;
     let mut text = String::from("error budget, learned from these data:\n");
@@ -52,6 +64,24 @@ pub fn budget_text(learned: &LearnedBudget<f64>, layout: &HostLayout) -> String 
     text
 }
 
+/// The three factors that the residuals have taught.
+fn scales_text(scales: &BudgetScales<f64>, layout: &HostLayout) -> String {
+    let [position, direction] = stated_scatter(layout).map(|stated| 1e3 * stated);
+    let of_hits = |of: &str, scale: f64, stated: f64, unit: &str| match stated > 0.0 {
+        true => format!(
+            "  {of} of hits and marks: {scale:.2} times the stated uncertainties (a single hit: {:.1} {unit}; stated: \
+             {stated:.1} {unit})\n",
+            scale * stated
+        ),
+        false => format!("  {of} of hits and marks: {scale:.2} times the stated uncertainties\n"),
+    };
+    String::from(
+        "error budget, learned from what the answer leaves of these data (they hold fewer than three single hits at a DOF):\n",
+    ) + &of_hits("positions", scales.hit_position, position, "mm")
+        + &of_hits("directions", scales.hit_direction, direction, "mrad")
+        + &format!("  sensors: {:.2} times the stated uncertainties\n", scales.constant)
+}
+
 /// Root mean square over the hits of the stated scatter: position, m, and direction, rad.
 fn stated_scatter(layout: &HostLayout) -> [f64; 2] {
     let count = layout.hits.len().max(1) as f64;
@@ -66,7 +96,6 @@ fn stated_scatter(layout: &HostLayout) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use massline_shared::identify::maximum_likelihood::BudgetScales;
     use massline_shared::layout::Hit;
 
     fn learned() -> LearnedBudget<f64> {
@@ -74,6 +103,7 @@ mod tests {
         LearnedBudget {
             scales,
             scatter_degrees_of_freedom: 40,
+            learned_from: LearnedFrom::RepeatHits,
             constant_log_variance: 0.04,
             widening: [1.01; 10],
         }
@@ -97,6 +127,28 @@ mod tests {
         let json = budget_json(&learned(), &layout());
         assert!((json.hit_position_m.learned - 0.0018).abs() < 1e-12);
         assert!((json.hit_direction_rad.stated - 0.05).abs() < 1e-12);
+    }
+
+    #[test]
+    fn three_factors_are_named_where_the_residuals_have_taught_them() {
+        let of_residuals = LearnedBudget {
+            scatter_degrees_of_freedom: 0,
+            learned_from: LearnedFrom::Residuals,
+            ..learned()
+        };
+        let text = budget_text(&of_residuals, &layout());
+        for part in [
+            "fewer than three single hits",
+            "positions of hits and marks: 0.60 times the stated uncertainties (a single hit: 1.8 mm; stated: 3.0 mm)",
+            "directions of hits and marks: 0.56 times the stated uncertainties (a single hit: 28.0 mrad; stated: 50.0 mrad)",
+            "sensors: 1.50 times the stated uncertainties",
+        ] {
+            assert!(text.contains(part), "{text}");
+        }
+        assert!(!text.contains("you hit within") && !text.contains("as stated"), "{text}");
+        let json = budget_json(&of_residuals, &layout());
+        assert_eq!(json.learned_from, document::LearnedFrom::Residuals);
+        assert!((json.hit_direction_rad.learned - 0.028).abs() < 1e-12);
     }
 
     #[test]

@@ -25,7 +25,7 @@ use massline_shared::identify::{Consistency, DofMassLines, Estimate};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS};
 use rayon::prelude::*;
 
-use crate::identification::{layout_of, lines_of};
+use crate::identification::{layout_of, lines_of, solve_learned};
 use crate::layout_file::LayoutFile;
 
 /// The nominal test: its layout, and the points that could be hit by mistake.
@@ -147,7 +147,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
     }
 
     fn examine(&self, with_hidden: bool) -> Examination {
-        let plain = self.nominal_fit(ErrorBudget::Stated);
+        let plain = self.nominal_fit();
         let consistency = plain.as_ref().and_then(|estimate| estimate.consistency);
         let agrees = consistency.is_some_and(|c| !c.rejects_budget());
         let mut suspects = if agrees {
@@ -183,19 +183,20 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         }
     }
 
-    /// The answer of the nominal layout.
-    fn nominal_fit(&self, budget: ErrorBudget) -> Option<Estimate<f64>> {
-        let (start, mut room) = (Start::InertiaRestraint, self.room());
-        let fit = maximum_likelihood::solve(self.layout, self.lines, start, budget, &mut room);
+    /// The answer of the nominal layout under its stated budget.
+    fn nominal_fit(&self) -> Option<Estimate<f64>> {
+        let (start, budget) = (Start::InertiaRestraint, ErrorBudget::Stated);
+        let fit =
+            maximum_likelihood::solve(self.layout, self.lines, start, budget, &mut self.room());
         fit.ok().map(|solution| solution.estimate)
     }
 
     /// True when errors of the stated kinds explain the data, although they are larger than stated: a person
     /// who hits less well, or coarser sensors.
     fn is_rough_work(&self) -> bool {
-        let learned = self.nominal_fit(ErrorBudget::Learned);
+        let learned = solve_learned(self.layout, self.lines, Start::InertiaRestraint);
         let contradicts = |found: &Diagnostic| found.code == Code::DataInconsistentWithBudget;
-        learned.is_some_and(|estimate| !estimate.diagnostics.iter().any(contradicts))
+        learned.is_ok_and(|solution| !solution.estimate.diagnostics.iter().any(contradicts))
     }
 
     /// Fits all mistakes for which `wanted` is true.

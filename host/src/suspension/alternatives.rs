@@ -40,7 +40,7 @@ impl Unexplained<'_, '_> {
         let settings =
             GlobalFitSettings { damping: Damping::Structural, ..GlobalFitSettings::default() };
         let found =
-            GlobalAnswer::of_uneven_noise(self.layout, self.readings, self.start, &settings)
+            GlobalAnswer::of_shown_directions(self.layout, self.readings, self.start, &settings)
                 .ok()?;
         self.is_whole(&found.solution).then_some(found)
     }
@@ -60,7 +60,8 @@ impl Unexplained<'_, '_> {
         let settings = GlobalFitSettings::default();
         let responses = part.responses()?;
         let mut found =
-            GlobalAnswer::of_uneven_noise(self.layout, &responses, self.start, &settings).ok()?;
+            GlobalAnswer::of_shown_directions(self.layout, &responses, self.start, &settings)
+                .ok()?;
         if !self.is_whole(&found.solution) {
             return None;
         }

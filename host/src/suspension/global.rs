@@ -12,6 +12,7 @@ use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 use nalgebra::{Complex, SVector};
 
 use super::HostFit;
+use super::directions::direction_scale;
 use super::explained::left;
 use super::noise::UnevenNoise;
 
@@ -35,9 +36,46 @@ pub struct GlobalAnswer {
     left: Vec<Complex<f64>>,
     gain: Vec<SVector<Complex<f64>, 10>>,
     nuisances: Vec<SVector<f64, 10>>,
+    /// The nuisance parameters at the answer, and their covariance row by row.
+    pulls: Vec<f64>,
+    posterior: Vec<f64>,
 }
 
 impl GlobalAnswer {
+    /// As [`Self::of_uneven_noise`], where the layout permits to learn from the data: the mean loss of directions that scatter
+    /// is then that of the directions that the readings show, and not of those that the layout states.
+    ///
+    /// # Errors
+    /// Those of [`solve_with_sensitivities`].
+    pub fn of_shown_directions(
+        layout: &HostLayout,
+        readings: &FrequencyResponses<'_, f64>,
+        start: &RigidBody<f64>,
+        settings: &GlobalFitSettings,
+    ) -> Result<Self, Diagnostics> {
+        let found = Self::of_uneven_noise(layout, readings, start, settings)?;
+        if !layout.learn_budget {
+            return Ok(found);
+        }
+        let scale = direction_scale(layout, &found.pulls, &found.posterior);
+        let Some(direction_scale) = scale else { return Ok(found) };
+        let GlobalFitSolution { extra_terms, extra_terms_z, .. } = found.solution;
+        let settings =
+            GlobalFitSettings { direction_scale, most_extra_terms: extra_terms, ..*settings };
+        let body = found.solution.estimate.body;
+        let again = match &found.noise {
+            Some(noise) => {
+                let weighted = readings.windowed(readings.decay, noise.correlation);
+                Self::of(layout, &weighted.weighted(&noise.precision), &body, &settings)
+            }
+            None => Self::of(layout, readings, &body, &settings),
+        };
+        // The same minimum, but for the length of the forces, is there again.
+        let Ok(again) = again else { return Ok(found) };
+        let solution = GlobalFitSolution { extra_terms_z, ..again.solution };
+        Ok(Self { solution, noise: found.noise, ..again })
+    }
+
     /// As [`Self::of`], with the noise of every line as the readings show it. Whether a flexible mode is there is decided with
     /// that noise: in white noise, what follows the modes looks like one.
     ///
@@ -107,8 +145,15 @@ impl GlobalAnswer {
         let mut of_nuisances =
             vec![SVector::zeros(); nuisances(sensors, hits, layout.attached.len())];
         let mut left = vec![Complex::ZERO; readings_count];
-        let mut sensitivities =
-            Sensitivities { gain: &mut gain, nuisances: &mut of_nuisances, left: &mut left };
+        let count = of_nuisances.len();
+        let (mut pulls, mut posterior) = (vec![0.0; count], vec![0.0; count * count]);
+        let mut sensitivities = Sensitivities {
+            gain: &mut gain,
+            nuisances: &mut of_nuisances,
+            left: &mut left,
+            pulls: &mut pulls,
+            posterior: &mut posterior,
+        };
         let solution = solve_with_sensitivities(
             layout,
             readings,
@@ -118,7 +163,8 @@ impl GlobalAnswer {
             &mut sensitivities,
         )?;
         let lines = (0..readings.frequencies().len()).collect();
-        Ok(Self { solution, lines, noise: None, left, gain, nuisances: of_nuisances })
+        let nuisances = of_nuisances;
+        Ok(Self { solution, lines, noise: None, left, gain, nuisances, pulls, posterior })
     }
 
     /// The answer to perturbed data, to first order.

@@ -4,6 +4,7 @@
 mod adequacy;
 mod alternatives;
 mod comparison;
+mod directions;
 mod explained;
 mod first_look;
 mod global;
@@ -289,7 +290,7 @@ fn global_fit(
         Diagnostics::from_array([Diagnostic::whole(code, Severity::Error, count as f32)])
     };
     let start = start.filter(|_| count > 0).ok_or_else(few)?;
-    let found = GlobalAnswer::of_uneven_noise(layout, readings, start, settings)
+    let found = GlobalAnswer::of_shown_directions(layout, readings, start, settings)
         .map_err(|reasons| if count < FEWEST_MODES { few() } else { reasons })?;
     let estimate = &found.solution.estimate;
     let length = layout.characteristic_length();

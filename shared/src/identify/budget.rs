@@ -17,6 +17,17 @@ pub struct BudgetScales<R> {
     pub constant: R,
 }
 
+/// What a learned budget was learned from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LearnedFrom {
+    /// The scatter of the hits from the differences between repeat hits, the constant scale from the residuals.
+    #[default]
+    RepeatHits,
+    /// All three scales from the residuals, where no repeat hits show the scatter: what is constant is then the
+    /// sensors alone, and the scales of position and direction are on the marks as well.
+    Residuals,
+}
+
 /// What the data have taught about the error budget (theory, section 12).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -24,8 +35,11 @@ pub struct LearnedBudget<R> {
     /// Learned over stated standard deviations.
     pub scales: BudgetScales<R>,
     /// Degrees of freedom of the scatter of position and of direction each; zero when the repeat hits are too
-    /// few, and the stated scatter is used.
+    /// few, and the stated scatter, or one learned from the residuals, is used.
     pub scatter_degrees_of_freedom: u16,
+    /// What the scales were learned from. Not stored: a rig has its repeat hits.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub learned_from: LearnedFrom,
     /// Variance of the logarithm of the constant scale; zero when the residuals are too few, and the stated
     /// standard deviations are used.
     pub constant_log_variance: R,
@@ -73,6 +87,18 @@ impl<R: Real> LearnedBudget<R> {
         log_scale - 2.0 * deviation.to_f64() > core::f64::consts::LN_2
     }
 
+    /// Replaces the stated budget of a layout by the learned one.
+    pub fn apply_to<const S: usize, const H: usize>(&self, layout: &mut Layout<R, S, H>) {
+        self.scales.apply_to(layout);
+        if self.learned_from == LearnedFrom::Residuals {
+            let BudgetScales { hit_position, hit_direction, constant } = self.scales;
+            for hit in &mut layout.hits {
+                hit.uncertainty.node_position *= hit_position / constant;
+                hit.uncertainty.node_direction *= hit_direction / constant;
+            }
+        }
+    }
+
     /// The same in another precision.
     pub fn cast<Q: Real>(&self) -> LearnedBudget<Q> {
         let to = |v: R| Q::of(v.to_f64());
@@ -84,6 +110,7 @@ impl<R: Real> LearnedBudget<R> {
                 constant: to(constant),
             },
             scatter_degrees_of_freedom: self.scatter_degrees_of_freedom,
+            learned_from: self.learned_from,
             constant_log_variance: to(self.constant_log_variance),
             widening: self.widening.map(to),
         }

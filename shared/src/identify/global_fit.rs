@@ -135,7 +135,7 @@ pub enum Damping {
 }
 
 /// Settings of the global fit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlobalFitSettings {
     /// The damping of the suspension that is fitted.
     pub damping: Damping,
@@ -146,6 +146,9 @@ pub struct GlobalFitSettings {
     /// Most extra terms of the dynamic stiffness, 0 to [`MOST_EXTRA_TERMS`]; how many of them are used is
     /// tested.
     pub most_extra_terms: usize,
+    /// Standard deviation of the directions of the hits that shortens their mean, over the stated one. The other effects of
+    /// the directions are those of the budget.
+    pub direction_scale: f64,
 }
 
 impl Default for GlobalFitSettings {
@@ -156,14 +159,20 @@ impl Default for GlobalFitSettings {
             elastic: false,
             budget: true,
             most_extra_terms: MOST_EXTRA_TERMS,
+            direction_scale: 1.0,
         }
     }
 }
 
 impl GlobalFitSettings {
     /// Body and stiffness alone, with equal weights.
-    pub const PLAIN: Self =
-        Self { damping: Damping::None, elastic: false, budget: false, most_extra_terms: 0 };
+    pub const PLAIN: Self = Self {
+        damping: Damping::None,
+        elastic: false,
+        budget: false,
+        most_extra_terms: 0,
+        direction_scale: 1.0,
+    };
 }
 
 /// Result of the global fit.
@@ -214,6 +223,10 @@ pub struct Sensitivities<'a, R> {
     pub nuisances: &'a mut [SVector<R, 10>],
     /// For each accelerance, in the same order, what the fit leaves of it, (m/s²)/N.
     pub left: &'a mut [Complex<R>],
+    /// The nuisance parameters of that order at the minimum, in standard deviations.
+    pub pulls: &'a mut [R],
+    /// Their covariance under the model, row by row: a square of that length.
+    pub posterior: &'a mut [R],
 }
 
 /// Number of accelerances of this many bins, sensors and hit DOFs.
@@ -293,7 +306,7 @@ pub fn solve_with_sensitivities<R: Real, const S: usize, const H: usize>(
     let bins = responses.frequencies().len();
     let short = || fatal(Code::BandTooNarrow, bins as f32);
     let problem = Problem::new(layout, responses, settings);
-    let (solution, fit) = fit_problem(&problem, start, workspace)?;
+    let (solution, mut fit) = fit_problem(&problem, start, workspace)?;
     fit.write_sensitivities(sensitivities).ok_or_else(short)?;
     Ok(solution)
 }

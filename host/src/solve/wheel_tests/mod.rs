@@ -2,6 +2,7 @@
 
 mod answers;
 mod doubts;
+mod exact;
 mod warnings;
 
 use massline_shared::body::RigidBody;
@@ -50,6 +51,16 @@ fn file_of(
     let mut responses =
         frequency_responses(bench, &layout, frequencies, 0.0, &besides.into()).unwrap();
     add_noise(&mut responses, NOISE, 12, 0);
+    file_with(&layout, frequencies, &responses, change)
+}
+
+/// These responses of a layout, as a file.
+fn file_with(
+    layout: &HostLayout,
+    frequencies: &[f64],
+    responses: &[Complex<f64>],
+    change: impl Fn(f64, usize, usize, Complex<f64>) -> Complex<f64>,
+) -> UffFile {
     let mut frfs = Vec::new();
     let (channels, hits) = (3 * layout.sensors.len(), layout.hits.len());
     for (place, hit) in layout.hits.iter().enumerate() {

@@ -128,14 +128,28 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
     }
 
     /// Writes the sensitivities of theta; [`Self::answer`] must have been called.
-    pub(super) fn write_sensitivities(&self, to: &mut Sensitivities<'_, R>) -> Option<()> {
+    pub(super) fn write_sensitivities(&mut self, to: &mut Sensitivities<'_, R>) -> Option<()> {
         let scale = self.problem.balance.theta_scale();
         let len = self.unknowns.len();
         for (k, change) in to.nuisances.iter_mut().enumerate() {
             *change = SVector::from_fn(|i, _| self.memory.response[i * len + k] * scale[i]);
         }
         self.write_left(to.left)?;
-        self.write_gain(&scale, to.gain)
+        self.write_gain(&scale, to.gain)?;
+        self.write_posterior(to.pulls, to.posterior)
+    }
+
+    /// Writes the nuisance parameters and their covariance.
+    fn write_posterior(&mut self, pulls: &mut [R], posterior: &mut [R]) -> Option<()> {
+        let (count, len) = (pulls.len().min(self.unknowns.nuisances()), self.unknowns.len());
+        pulls[..count].copy_from_slice(&self.memory.x[..count]);
+        if posterior.len() < count * count {
+            return None;
+        }
+        for (place, row) in posterior.chunks_exact_mut(count.max(1)).take(count).enumerate() {
+            row.copy_from_slice(&self.covariances_with(place, len)[..count]);
+        }
+        Some(())
     }
 
     fn write_gain(

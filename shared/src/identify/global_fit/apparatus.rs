@@ -191,8 +191,9 @@ impl<R: Real> HitModel<R> {
         if let Some((own, torque)) = u {
             // Directions that scatter have a mean shorter than one (theory, section 12).
             let square = |sigma: R| sigma * sigma;
-            let shorter =
-                square(hit.uncertainty.direction) + square(hit.uncertainty.node_direction);
+            let scale = R::of(problem.settings.direction_scale);
+            let shorter = square(scale * hit.uncertainty.direction)
+                + square(scale * hit.uncertainty.node_direction);
             force *= (R::one() - shorter).max(R::of(0.5));
             for (slope, u) in slopes.iter().zip(own) {
                 force += slope * *u;

@@ -76,7 +76,7 @@ pub struct Fit<R> {
     /// What the data have taught; the budget in use.
     pub(super) learned: Option<LearnedBudget<R>>,
     /// Reduced χ² under the stated budget, before anything is learned.
-    stated: R,
+    pub(super) stated: R,
     pub(super) shares: Shares<R>,
 }
 
@@ -331,7 +331,7 @@ impl<R: Real> Fit<R> {
 
     /// Computes the equations at the present parameters, eliminates the nuisance parameters and updates the
     /// cost.
-    fn evaluate<const S: usize, const H: usize>(
+    pub(super) fn evaluate<const S: usize, const H: usize>(
         &mut self,
         problem: &FitProblem<'_, R, S, H>,
         dofs: &[DofMassLines<R, S>],

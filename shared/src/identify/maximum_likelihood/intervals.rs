@@ -6,7 +6,7 @@ use crate::Real;
 use crate::identify::budget::LearnedBudget;
 
 /// An interval is wider by this number times the squared relative standard deviation of its own width.
-const WIDENING: f64 = 1.4;
+pub(super) const WIDENING: f64 = 1.4;
 
 /// How much of the variance of each property comes from what stays the same over the test.
 #[derive(Clone, Debug)]

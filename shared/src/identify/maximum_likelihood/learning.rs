@@ -12,7 +12,7 @@ use super::normal_equations::NormalEquations;
 use super::undetermined;
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostics, Severity};
-use crate::identify::budget::{BudgetScales, LearnedBudget};
+use crate::identify::budget::{BudgetScales, LearnedBudget, LearnedFrom};
 use crate::identify::{DofMassLines, MassLines, Progress};
 use crate::layout::{HitUncertainty, Layout};
 use crate::linalg::cholesky;
@@ -23,17 +23,17 @@ const PRIOR_FREEDOM: f64 = 2.0;
 /// Fewest degrees of freedom from which a scatter is learned.
 const LEAST_SCATTER_FREEDOM: u16 = 4;
 /// Fewest degrees of freedom of the residuals from which the constant scale is learned.
-const LEAST_RESIDUAL_FREEDOM: u16 = 8;
+pub(super) const LEAST_RESIDUAL_FREEDOM: u16 = 8;
 /// Prior standard deviation of the logarithm of the constant scale, ln 3: the stated standard deviations are
 /// right within a factor of three.
-const LOG_SCALE_SIGMA: f64 = 1.098_612_288_668_109_8;
+pub(super) const LOG_SCALE_SIGMA: f64 = 1.098_612_288_668_109_8;
 /// Standard deviation of the hits' directions from which terms of higher order count, rad.
-const MOST_SCATTER: f64 = 0.08;
+pub(super) const MOST_SCATTER: f64 = 0.08;
 /// Longest step of the logarithm.
-const LONGEST_STEP: f64 = 0.7;
+pub(super) const LONGEST_STEP: f64 = 0.7;
 /// The iteration ends with a step shorter than this part of the standard deviation of the logarithm. Each step
 /// is many times shorter than the one before.
-const SHORT_STEP: f64 = 0.05;
+pub(super) const SHORT_STEP: f64 = 0.05;
 /// Largest number of steps; four are usual.
 const MOST_STEPS: u8 = 12;
 
@@ -146,6 +146,7 @@ impl<R: Real> Fit<R> {
         self.learned = Some(LearnedBudget {
             scales: BudgetScales { hit_position, hit_direction, constant: R::one() },
             scatter_degrees_of_freedom: of_position.max(of_direction),
+            learned_from: LearnedFrom::RepeatHits,
             constant_log_variance: R::zero(),
             widening: [R::one(); 10],
         });

@@ -38,8 +38,9 @@ mod score;
 mod score_test;
 mod shares;
 mod start;
+pub mod without_repeats;
 
-pub use super::budget::{BudgetScales, ErrorBudget, LearnedBudget};
+pub use super::budget::{BudgetScales, ErrorBudget, LearnedBudget, LearnedFrom};
 pub use bound::{Bound, bound, readings_covariance};
 pub use fit::{Fit, Start};
 pub use nuisances::{HitNuisances, NuisanceEstimates, SensorNuisances};
@@ -118,7 +119,12 @@ impl<R: Real> method::Solver<R> for Fit<R> {
 
 /// Size of the workspace for a layout with this number of sensors.
 pub const fn workspace(sensors: usize) -> usize {
-    normal_equations::workspace(SENSOR_NUISANCES * sensors + 1 + MAX_ATTACHED + 10)
+    normal_equations::workspace(unknowns(sensors))
+}
+
+/// Largest number of unknowns of a layout with this number of sensors.
+const fn unknowns(sensors: usize) -> usize {
+    SENSOR_NUISANCES * sensors + 1 + MAX_ATTACHED + 10
 }
 
 /// Size of the workspace on the rig.

@@ -308,6 +308,30 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         self.second
     }
 
+    /// After [`Self::complete`]: the first half of [`Self::solve_readings`], `L⁻¹ Xᵀ w`. The products of two such
+    /// columns are those with the covariance of the unknowns between them.
+    pub(super) fn project_readings<const S: usize>(
+        &self,
+        rows: &Rows<'_, R, S>,
+        weighted: &Responses<R, S>,
+        projected: &mut [R],
+    ) {
+        projected.fill(R::zero());
+        let (of_sensors, of_shared) = projected.split_at_mut(rows.sensors.len() * SENSOR_NUISANCES);
+        rows.add_products(weighted, of_sensors, of_shared);
+        for i in 0..self.unknowns {
+            let row = &self.packed[start(i)..start(i) + i + 1];
+            projected[i] = (projected[i] - dot(&row[..i], &projected[..i])) / row[i];
+        }
+    }
+
+    /// The second half: the unknowns that these projected readings change.
+    pub(super) fn solve_projected(&mut self, projected: &[R]) -> &[R] {
+        self.second.copy_from_slice(projected);
+        back_substitute(self.packed, self.second);
+        self.second
+    }
+
     /// After [`Self::complete`]: solves for readings of a hit DOF that are already weighted.
     pub(super) fn solve_readings<const S: usize>(
         &mut self,

@@ -10,6 +10,8 @@ struct Answer {
     sigma: SVector<f64, 10>,
     gain: Vec<SVector<Complex<f64>, 10>>,
     nuisances: Vec<SVector<f64, 10>>,
+    pulls: Vec<f64>,
+    posterior: Vec<f64>,
 }
 
 fn answer(layout: &Wheel, data: &[Complex<f64>], elastic: bool) -> Answer {
@@ -29,14 +31,22 @@ fn weighted_answer(
     let mut gain = vec![SVector::zeros(); gains(f.len(), 3, 5)];
     let mut of_nuisances = vec![SVector::zeros(); nuisances(3, 5, layout.attached.len())];
     let mut left = gain.iter().map(|_| Complex::new(0.0, 0.0)).collect::<Vec<_>>();
-    let mut to = Sensitivities { gain: &mut gain, nuisances: &mut of_nuisances, left: &mut left };
+    let count = of_nuisances.len();
+    let (mut pulls, mut posterior) = (vec![0.0; count], vec![0.0; count * count]);
+    let mut to = Sensitivities {
+        gain: &mut gain,
+        nuisances: &mut of_nuisances,
+        left: &mut left,
+        pulls: &mut pulls,
+        posterior: &mut posterior,
+    };
     let start = RigidBody::from_theta(&SVector::from(THETA));
     let mut memory = vec![0.0; workspace(3, 5)];
     let found =
         solve_with_sensitivities(layout, &responses, &start, &settings, &mut memory, &mut to);
     let estimate = found.unwrap().estimate;
     let (theta, sigma) = (estimate.theta(), estimate.sigma().unwrap());
-    Answer { theta, sigma, gain, nuisances: of_nuisances }
+    Answer { theta, sigma, gain, nuisances: of_nuisances, pulls, posterior }
 }
 
 /// Exact apparatus and the usual noise. Second derivatives times residuals over their variance, which the
@@ -49,6 +59,32 @@ fn data(layout: &Wheel) -> Vec<Complex<f64>> {
 fn difference(changed: &Answer, from: &Answer, expected: &SVector<f64, 10>) -> f64 {
     let left = (changed.theta - from.theta - expected).component_div(&from.sigma);
     left.amax() / expected.component_div(&from.sigma).amax()
+}
+
+#[test]
+fn the_posterior_is_that_of_the_pulls() {
+    let layout = layout();
+    let exact = data(&layout);
+    let nominal = answer(&layout, &exact, false);
+    let count = nominal.pulls.len();
+    let covariance = |a: usize, b: usize| nominal.posterior[a * count + b];
+    for a in 0..count {
+        assert!((0.0..1.0 + 1e-6).contains(&covariance(a, a)), "{a}: {}", covariance(a, a));
+        for b in 0..a {
+            assert!((covariance(a, b) - covariance(b, a)).abs() < 1e-6, "{a} {b}");
+        }
+    }
+    // A hit whose mark is moved by a standard deviation is pulled back as far as the data determine it.
+    let mut moved = layout.clone();
+    let hit = layout.hits[1];
+    let [t, _] = crate::layout::across(&hit.direction.into());
+    let (position, _) = hit.uncertainty.of_mean(u16::from(layout.test.hits_per_dof));
+    moved.hits[1].position = (Vector3::from(hit.position) + t * position).into();
+    let place = 45 + crate::layout::GRAVITY_QUANTITIES + crate::layout::HIT_QUANTITIES;
+    let change = answer(&moved, &exact, false).pulls[place] - nominal.pulls[place];
+    let determined = 1.0 - covariance(place, place);
+    // Second derivatives take a few per cent of a standard deviation.
+    assert!(determined > 0.3 && (change + determined).abs() < 0.1, "{change} {determined}");
 }
 
 #[test]

@@ -45,7 +45,7 @@ const HITS: u16 = 5;
 const NOISE: f64 = 0.0015;
 
 /// The mass lines of a test whose errors are drawn with the layout's standard deviations times `scales`.
-fn drawn(
+pub(in super::super) fn drawn(
     layout: &Bar<f64>,
     body: &RigidBody<f64>,
     scales: BudgetScales<f64>,
