@@ -101,7 +101,6 @@ mod tests {
             let Some(chip) = &board.chip else { continue };
             let path = root().join("boards").join(&board.name).join(".cargo/config.toml");
             let config: toml::Table = fs::read_to_string(&path).unwrap().parse().unwrap();
-            assert_eq!(config["build"]["target"].as_str(), Some(&*board.target), "{path:?}");
             let runner = config["target"][&board.target]["runner"].as_str();
             let expected = format!("probe-rs run --chip {}", chip.probe_rs);
             assert_eq!(runner, Some(&*expected), "{path:?}");
