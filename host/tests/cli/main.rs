@@ -36,6 +36,8 @@ mod rig;
 mod schema;
 mod shell;
 mod simulate;
+#[cfg(unix)]
+mod strangers;
 mod suspension;
 mod suspension_rig;
 mod suspension_words;
