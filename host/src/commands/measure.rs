@@ -26,7 +26,7 @@ use super::show;
 use crate::archive::{Archive, ArchivedLayout, Part};
 use crate::calibration::day::age_in_days;
 use crate::campaign::phase_name;
-use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
+use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, restarted};
 use crate::client::{Client, ClientError};
 use crate::clock;
 use crate::design::gravity_to_be_stated;
@@ -237,6 +237,13 @@ fn follow(
         CampaignOutcome::Paused(status) => {
             collected.spectra.followed.status(&status);
             return Err(paused(&status));
+        }
+        CampaignOutcome::Restarted(status) => {
+            match Phase::try_from(status.phase).ok() {
+                Some(Phase::Paused) => collected.spectra.followed.status(&status),
+                _ => collected.discard(),
+            }
+            return Err(restarted(&status));
         }
         CampaignOutcome::Aborted => {
             collected.discard();

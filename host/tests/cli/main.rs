@@ -33,6 +33,7 @@ mod report;
 mod report_contents;
 #[cfg(unix)]
 mod rig;
+mod rig_restarts;
 mod schema;
 mod shell;
 mod simulate;
