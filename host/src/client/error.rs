@@ -95,8 +95,8 @@ pub enum ClientError {
     },
     /// Something else than a rig answers.
     #[error(
-        "{port} answers, but not as a massline rig: {first}; `massline device list` shows the ports, and a rig that is sent to \
-         over a line that garbles bytes looks like this too"
+        "{port} answers, but not as a massline rig: {first}; `massline device list` shows the ports. If it is a rig, the line \
+         garbles what the rig sends"
     )]
     NoRig {
         /// Path of the port.

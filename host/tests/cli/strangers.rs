@@ -9,13 +9,14 @@ use std::thread;
 use nix::pty::openpty;
 use nix::unistd::ttyname;
 
-use crate::program::{Run, run_json};
+use crate::program::answer;
 
-/// What it says, and the code of the error, when the device at this port is asked for its identity.
-fn identify(port: &str) -> (Run, String) {
-    let (run, answer) = run_json(&["device", "identify", "--port", port]);
-    assert_eq!(run.exit, 4, "{answer}");
-    (run, answer["error"]["code"].as_str().unwrap().to_owned())
+/// Code and message of the error when the device at this port is asked for its identity.
+fn identify(port: &str) -> (String, String) {
+    let (exit, answer) = answer(&["device", "identify", "--port", port]);
+    assert_eq!(exit, 4, "{answer}");
+    let text = |key: &str| answer["error"][key].as_str().unwrap().to_owned();
+    (text("code"), text("message"))
 }
 
 /// A terminal, whose other end gives this answer to what it reads. The end of the program is kept open, because reading fails
@@ -57,26 +58,26 @@ fn a_device_that_talks_is_named_with_its_first_bytes() {
         ("\x1b[2Jboot:", "\"\\x1b[2Jboot:"),
     ] {
         let (port, _end) = terminal(move |_| line.as_bytes().to_vec());
-        let (refused, code) = identify(&port);
-        assert_eq!(code, "not_a_rig", "{line}: {}", refused.stderr);
-        let said = format!("{port} answers, but not as a massline rig: {shown}");
-        assert!(refused.says(&said), "{line}: {}", refused.stderr);
+        let (code, message) = identify(&port);
+        assert_eq!(code, "not_a_rig", "{line}: {message}");
+        let start = format!("{port} answers, but not as a massline rig: {shown}");
+        assert!(message.starts_with(&start), "{line}: {message}");
     }
 }
 
 #[test]
 fn a_loopback_plug_is_named_as_an_echo() {
     let (port, _end) = terminal(<[u8]>::to_vec);
-    let (refused, code) = identify(&port);
-    assert_eq!(code, "echo", "{}", refused.stderr);
-    assert!(refused.says("returns what is sent to it: this is an echo"), "{}", refused.stderr);
+    let (code, message) = identify(&port);
+    assert_eq!(code, "echo", "{message}");
+    assert!(message.contains("returns what is sent to it: this is an echo"), "{message}");
 }
 
 #[test]
 fn a_silent_port_does_not_answer() {
     let (port, _end) = terminal(|_| Vec::new());
-    let (refused, code) = identify(&port);
-    assert_eq!(code, "no_answer", "{}", refused.stderr);
+    let (code, message) = identify(&port);
+    assert_eq!(code, "no_answer", "{message}");
 }
 
 #[test]
@@ -96,20 +97,20 @@ fn a_server_of_something_else_is_named_with_its_first_bytes() {
     for (port, shown) in
         [(http, "\"HTTP/1.1 400"), (ssh, "\"SSH-2.0-OpenSSH_9.2p1\\r\\n"), (binary, "\"\\xff\\xff")]
     {
-        let (refused, code) = identify(&port);
-        assert_eq!(code, "not_a_rig", "{}", refused.stderr);
-        assert!(refused.says(&format!("not as a massline rig: {shown}")), "{}", refused.stderr);
+        let (code, message) = identify(&port);
+        assert_eq!(code, "not_a_rig", "{message}");
+        assert!(message.contains(&format!("not as a massline rig: {shown}")), "{message}");
     }
 }
 
 #[test]
 fn a_server_that_closes_each_connection_is_named_as_that() {
-    let (refused, code) = identify(&server(|mut stream| request(&mut stream)));
-    assert_eq!(code, "connection_closed", "{}", refused.stderr);
-    assert!(refused.says("closes the connection when it is asked"), "{}", refused.stderr);
+    let (code, message) = identify(&server(|mut stream| request(&mut stream)));
+    assert_eq!(code, "connection_closed", "{message}");
+    assert!(message.contains("closes the connection when it is asked"), "{message}");
     // Without reading the request, as the server of a rig that has another client does.
-    let (refused, code) = identify(&server(drop));
-    assert_eq!(code, "port_busy", "{}", refused.stderr);
+    let (code, message) = identify(&server(drop));
+    assert_eq!(code, "port_busy", "{message}");
     let said = "it closes the connection without an answer; if no other program is connected, no massline rig listens there";
-    assert!(refused.says(said), "{}", refused.stderr);
+    assert!(message.contains(said), "{message}");
 }
