@@ -17,6 +17,7 @@
 //! | `hit_records` | codes of all channels for each accepted hit, when they were kept |
 //! | `hit_log` | every hit that was graded while the program followed the campaign: its DOF, number, peaks and time, what became of it and why; missing in files that older programs have written, and when nobody has followed |
 //! | `answers` | the document that `measure` or `results get` printed with `--json`; null when there was no answer |
+//! | `checksum` | CRC-32 of the file without white space between values and without this key, which is the last; missing in files that older programs have written. Without it, an edited file is read |
 //!
 //! `layout.resolved` and `result` have the field names of `massline_shared::layout::Layout` and
 //! `massline_protocol::object::MeasurementResult`. Numbers are written with as many digits as they need to be read back
@@ -26,9 +27,11 @@
 //! `format` and `schema_version` come first in a file that this program has written; a reader finds them at any place.
 
 mod check;
+mod checksum;
 mod lines;
 mod part;
 mod records;
+mod sources;
 mod spectra;
 
 use std::path::Path;
@@ -255,7 +258,7 @@ impl Archive {
     ///
     /// # Errors
     /// Exit 2 when the file cannot be read, is not an archive, is cut short, has a version that this program does not
-    /// know, or holds what no test gives.
+    /// know, holds what no test gives or what contradicts itself, or was edited.
     pub fn read(path: &Path) -> Result<Self> {
         let name = path.display();
         let bytes = embedded::read(path, MAX_BYTES)
@@ -268,10 +271,13 @@ impl Archive {
     /// # Errors
     /// As [`Archive::read`].
     pub fn parse(bytes: &[u8], file: &str) -> Result<Self> {
-        check::head(bytes, file)?;
+        let stated = check::head(bytes, file)?;
         let archive: Self =
             serde_json::from_slice(bytes).map_err(|e| check::malformed(file, e.to_string()))?;
         check::contents(&archive).map_err(|what| check::malformed(file, what))?;
+        if !checksum::is_intact(bytes, stated) {
+            return Err(check::edited(file));
+        }
         Ok(archive)
     }
 
@@ -280,7 +286,8 @@ impl Archive {
     /// # Errors
     /// Exit 1 when the archive holds what it cannot, such as a number that is NaN.
     pub fn to_bytes(&self, file: &str) -> Result<Vec<u8>> {
-        let mut bytes = serde_json::to_vec(self).map_err(|e| unfaithful(file, &e.to_string()))?;
+        let bytes = serde_json::to_vec(self).map_err(|e| unfaithful(file, &e.to_string()))?;
+        let mut bytes = checksum::sealed(bytes);
         bytes.push(b'\n');
         let again = Self::parse(&bytes, file).map_err(|e| unfaithful(file, &e.to_string()))?;
         if again != *self {

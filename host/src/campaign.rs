@@ -15,6 +15,7 @@ use crate::calibration::day::age_in_days;
 use crate::client::{Client, ClientError, Event};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
+use crate::output::counted;
 
 /// The host polls the status after this much silence.
 const POLL: Duration = Duration::from_millis(40);
@@ -89,6 +90,8 @@ pub enum CampaignOutcome {
     Stopped(Box<Status>),
     /// The campaign is interrupted and can be resumed.
     Paused(Box<Status>),
+    /// The rig has restarted: its supply has failed, or it was reset. What it keeps can be resumed.
+    Restarted(Box<Status>),
     /// The campaign was aborted.
     Aborted,
 }
@@ -249,6 +252,8 @@ impl Follower<'_> {
 
     /// Processes a status; returns how the campaign ended, if it has.
     fn take(&mut self, status: &Status) -> Result<Option<CampaignOutcome>> {
+        // The rig counts from power-on.
+        let has_restarted = self.last.as_ref().is_some_and(|last| status.armings < last.armings);
         if self.last.as_ref() != Some(status) {
             self.hear_hits(status.last_hit)?;
             self.observer.status(status);
@@ -268,6 +273,9 @@ impl Follower<'_> {
             }
             Some(Phase::Paused) if status.diagnostics.iter().any(Diagnostic::interrupts) => {
                 Ok(Some(CampaignOutcome::Stopped(Box::new(status.clone()))))
+            }
+            Some(Phase::Paused | Phase::Idle) if has_restarted => {
+                Ok(Some(CampaignOutcome::Restarted(Box::new(status.clone()))))
             }
             Some(Phase::Paused) => Ok(Some(CampaignOutcome::Paused(Box::new(status.clone())))),
             Some(Phase::Idle) => Ok(Some(CampaignOutcome::Aborted)),
@@ -378,6 +386,26 @@ impl Follower<'_> {
             ),
         )
     }
+}
+
+/// The error of a rig that has restarted during a campaign, with what it keeps of it and how to go on.
+pub fn restarted(status: &Status) -> Error {
+    let accepted: u32 = status.accepted.iter().map(|&hits| u32::from(hits)).sum();
+    let kept = match Phase::try_from(status.phase).ok() {
+        Some(Phase::Idle) => {
+            "no DOF was finished, so there are no hits to keep: the same command starts again"
+                .to_owned()
+        }
+        _ => format!(
+            "it keeps the {} of the DOFs that were finished; only the hits of the DOF under way are to be repeated: the same \
+             command resumes, --restart starts over",
+            counted(accepted, "accepted hit")
+        ),
+    };
+    let message = format!(
+        "the rig has restarted during the measurement (check its cable and supply): {kept}"
+    );
+    Error::device("rig_restarted", message)
 }
 
 /// The DOF that waits for its next hit, and is therefore open; `None` while the rig is doing something else.

@@ -8,6 +8,7 @@ mod candidates;
 mod criterion;
 mod findings;
 mod forecast;
+mod masses;
 mod noise;
 mod predicted;
 pub mod report;
@@ -19,6 +20,7 @@ pub use candidates::Candidates;
 pub use criterion::LayoutCriterion;
 pub use findings::{LayoutFindings, gravity_to_be_stated};
 pub use forecast::{Forecast, forecast};
+pub use masses::MassRange;
 pub use predicted::{Advice, DesignReport, Predicted};
 pub use suggest::{Options, Suggestion, Wanted, suggest};
 

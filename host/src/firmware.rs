@@ -18,10 +18,9 @@ pub fn build(package: &str, target: &str, otherwise: &str) -> Result<PathBuf> {
     let checkout = checkout()
         .map_err(|e| e.within(format!("{package} must be built or given by {otherwise}")))?;
     need_target(checkout, target)?;
-    let output = Command::new("cargo")
-        .current_dir(checkout)
-        .args(["build", "-p", package, "--target", target, "--profile", "firmware"])
-        .arg("--message-format=json-render-diagnostics")
+    let output = massline_boards::image::cargo(checkout, "build")
+        .map_err(|error| Error::device("firmware_build_failed", error.to_string()))?
+        .args(["-p", package, "--target", target, "--message-format=json-render-diagnostics"])
         .stderr(Stdio::inherit())
         .output()
         .map_err(|error| {

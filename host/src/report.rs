@@ -45,7 +45,7 @@ pub use modes::{
 };
 pub use refusals::{refusals_json, refusals_text};
 pub use summary::{ResultVerdict, Summary};
-pub use table::{Truth, table};
+pub use table::{INERTIA_CONVENTION, Truth, table};
 pub use verdict::{verdict_line, verdict_reasons};
 pub use where_to_hit::new_direction;
 pub(crate) use where_to_hit::{hardly_shown, not_shown};

@@ -214,3 +214,24 @@ fn the_help_names_the_steps_of_every_board() {
         assert!(line.contains(steps), "{line}");
     }
 }
+
+/// Building takes minutes; here it would fail, since there is no compiler on the path.
+#[test]
+fn the_board_is_looked_for_before_the_firmware_is_built() {
+    for (board, codes) in [
+        ("pico2", ["no_drive", "several_drives"].as_slice()),
+        ("nucleo-g474re", &["no_drive", "several_drives"]),
+        ("blackpill-f411", &["no_dfu_device", "usb_not_listed", "several_dfu_devices"]),
+    ] {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_massline"));
+        program
+            .env("MASSLINE_CONFIG", "")
+            .env("PATH", "")
+            .args(["flash", "--board", board, "--json"]);
+        let output = program.output().unwrap();
+        let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let code = answer["error"]["code"].as_str().unwrap_or_default();
+        assert_eq!(output.status.code(), Some(4), "{board}: {answer}");
+        assert!(codes.contains(&code), "{board}: {answer}");
+    }
+}

@@ -61,7 +61,7 @@ macro_rules! hardware_tests {
 
         #[cfg(not(target_os = "none"))]
         fn main() {
-            eprintln!("These tests run on the chip: `cargo hardware-test` in the board's folder.");
+            eprintln!("These tests run on the chip: `cargo image test BOARD --test hardware`.");
         }
     };
 }

@@ -15,6 +15,7 @@ mod hardware_tests;
 mod kept;
 pub mod light;
 mod patience;
+pub mod sampler;
 pub mod screen;
 pub mod sequence;
 pub mod supply;
@@ -30,8 +31,6 @@ pub mod last_words;
 pub mod panel;
 #[cfg(target_os = "none")]
 pub mod rig;
-#[cfg(target_os = "none")]
-pub mod sampler;
 #[cfg(target_os = "none")]
 pub mod stack;
 #[cfg(target_os = "none")]

@@ -7,6 +7,7 @@ use crate::board::Board;
 use crate::constants::constants;
 use crate::error::Error;
 use crate::file::FILE;
+use crate::image::{FLAGS, REMAP};
 use crate::linker::memory_map;
 use crate::list::boards;
 
@@ -31,6 +32,12 @@ pub fn board(programs: &[Program], scripts: &[&str]) {
         written("facts.rs", &constants(&board))?;
         if !bare_metal() {
             return Ok(());
+        }
+        if !env::var(FLAGS).is_ok_and(|flags| flags.contains(REMAP)) {
+            let name = &board.name;
+            println!(
+                "cargo::warning=this image names folders of this machine; use `cargo image build {name}`"
+            );
         }
         let sections = board.image.sections.as_deref().map(own_script).transpose()?;
         write_memory_map(&board, &sections.unwrap_or_default())?;

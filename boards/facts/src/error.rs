@@ -40,6 +40,14 @@ pub enum Error {
         /// Why its value is wrong.
         why: String,
     },
+    /// A program of the toolchain that does not say what it was asked for.
+    #[error("{command}: {why}")]
+    NoAnswer {
+        /// The program and its subcommand.
+        command: String,
+        /// The cause.
+        why: String,
+    },
     /// Two boards that cannot be distinguished.
     #[error(
         "boards/{part} and boards/{whole}: the name of the one is part of the other's, and an image is identified by \

@@ -4,6 +4,8 @@
 //!  board.toml ─ Board ─┬─ build   memory.x and the constants of the firmware, by its build script
 //!                      ├─ build   the table of `massline flash`, by the build script of the host
 //!                      └─ list    budgets, schematics, the gate: each board separately
+//!
+//!  image   cargo as it builds an image: `cargo image build pico2`
 //! ```
 //! This crate is for build scripts, the host and tests; the firmware uses only the constants.
 
@@ -15,6 +17,7 @@ mod commit;
 mod constants;
 mod error;
 mod file;
+pub mod image;
 mod linker;
 pub mod list;
 pub mod part;

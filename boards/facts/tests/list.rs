@@ -33,5 +33,5 @@ fn the_emulated_board_has_no_chip() {
 fn another_argument_is_answered_with_the_usage() {
     let output = list(&["--chip"]);
     assert_eq!(output.status.code(), Some(2));
-    assert_eq!(output.stderr, b"usage: massline-boards [--chips]\n");
+    assert!(output.stderr.starts_with(b"usage: massline-boards [--chips]\n"), "{output:?}");
 }

@@ -7,8 +7,7 @@ mod chip;
 #[cfg(not(target_os = "none"))]
 fn main() {
     eprintln!(
-        "This is firmware. Build it with\n    cargo build -p massline-mps2-an386 \
-         --target thumbv7em-none-eabihf --profile firmware\nand run it with `massline demo --rig qemu`."
+        "This is firmware. Build it with\n    cargo image build mps2-an386\nand run it with `massline demo --rig qemu`."
     );
     std::process::exit(2);
 }

@@ -12,10 +12,9 @@ fn main() -> ! {
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    use massline_nucleo_g474re::facts::{NAME, TARGET};
+    use massline_nucleo_g474re::facts::NAME;
     eprintln!(
-        "This is firmware. Build it with\n    cargo build -p massline-{NAME} --target {TARGET} \
-         --profile firmware\nand flash it as the board's README says."
+        "This is firmware. Build it with\n    cargo image build {NAME}\nand flash it as the board's README says."
     );
     std::process::exit(2);
 }

@@ -6,6 +6,7 @@ pub mod ads7953;
 pub mod chip;
 pub mod frames;
 pub mod plan;
+pub mod transfer;
 
 /// The facts from `board.toml`.
 pub mod facts {

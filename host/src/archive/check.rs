@@ -10,7 +10,7 @@ use massline_shared::layout::{HostLayout, LayoutReport};
 use massline_shared::signal::AdcProperties;
 use serde_json::value::RawValue;
 
-use super::{Archive, ArchivedLayout, EXTENSION, FORMAT, MAX_BYTES, SCHEMA_VERSION};
+use super::{Archive, ArchivedLayout, EXTENSION, FORMAT, MAX_BYTES, SCHEMA_VERSION, sources};
 use crate::{Error, Result, embedded};
 
 /// The first bytes of an archive that this program has written.
@@ -28,23 +28,25 @@ pub(super) fn begins_as_archive(path: &Path) -> bool {
     is_one || embedded::begins_with(path, FIRST, MAX_BYTES)
 }
 
-/// Checks the format and its version.
+/// Checks the format and its version; returns the checksum, if there is one.
 ///
 /// # Errors
 /// Exit 2 when the bytes are not an archive, or one of a version that this program does not know.
-pub(super) fn head(bytes: &[u8], file: &str) -> Result<()> {
+pub(super) fn head(bytes: &[u8], file: &str) -> Result<Option<u32>> {
     #[derive(serde::Deserialize)]
     struct Head<'a> {
         #[serde(borrow)]
         format: Option<&'a RawValue>,
         #[serde(borrow)]
         schema_version: Option<&'a RawValue>,
+        #[serde(borrow)]
+        checksum: Option<&'a RawValue>,
     }
     if bytes.is_empty() {
         return Err(Error::input("not_an_archive", format!("{file}: this file is empty")));
     }
     let head = match serde_json::from_slice::<Head>(bytes) {
-        Err(e) if e.is_data() => Head { format: None, schema_version: None },
+        Err(e) if e.is_data() => Head { format: None, schema_version: None, checksum: None },
         head => head.map_err(|e| not_json(&e, file))?,
     };
     if head.format.is_none_or(|format| format.get() != format!("\"{FORMAT}\"")) {
@@ -55,7 +57,13 @@ pub(super) fn head(bytes: &[u8], file: &str) -> Result<()> {
         return Err(Error::input("not_an_archive", message));
     }
     match head.schema_version.and_then(|version| version.get().parse::<u64>().ok()) {
-        Some(version) if version == u64::from(SCHEMA_VERSION) => Ok(()),
+        Some(version) if version == u64::from(SCHEMA_VERSION) => match head.checksum {
+            None => Ok(None),
+            Some(checksum) => match checksum.get().parse() {
+                Ok(checksum) => Ok(Some(checksum)),
+                Err(_) => Err(malformed(file, "\"checksum\" is no checksum".into())),
+            },
+        },
         Some(newer) if newer > u64::from(SCHEMA_VERSION) => {
             let message = format!(
                 "{file}: this archive has version {newer} of its format, and this program (massline {}) reads \
@@ -82,6 +90,7 @@ pub(super) fn contents(archive: &Archive) -> Result<(), String> {
     if !is_of_an_object(layout) {
         return Err(format!("layout: a position is more than {FARTHEST:.0} m away"));
     }
+    sources::check(layout)?;
     for (place, dof) in result.dofs.iter().enumerate() {
         belongs(dof, &layout.resolved)
             .map_err(|what| format!("result.dofs[{place}] ({}): {what}", dof.dof))?;
@@ -157,6 +166,15 @@ fn not_json(error: &serde_json::Error, file: &str) -> Error {
     }
     let message = format!("{file}: this is not an archive: it is not JSON ({error})");
     Error::input("not_an_archive", message)
+}
+
+/// The error for an archive that is not as it was written.
+pub(super) fn edited(file: &str) -> Error {
+    let message = format!(
+        "{file}: this archive was edited, or rewritten by another program: its contents do not have its checksum. Use the \
+         archive as it was written; to read this one as it is, delete its key \"checksum\""
+    );
+    Error::input("archive_edited", message)
 }
 
 /// The error for an archive with contents that this program cannot have written.

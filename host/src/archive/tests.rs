@@ -226,3 +226,61 @@ fn what_was_read_before_an_interruption_is_for_its_campaign_only() {
     Part::delete(&path);
     assert!(!Part::path(&path).exists());
 }
+
+/// Each statement of a point, moved by hand alone.
+#[test]
+fn points_that_contradict_each_other_are_named() {
+    let archive = serde_json::to_value(archive()).unwrap();
+    let said = |change: &dyn Fn(&mut Value)| {
+        let mut changed = archive.clone();
+        change(&mut changed["layout"]);
+        let bytes = serde_json::to_vec(&changed).unwrap();
+        let error = Archive::parse(&bytes, "a.massline").unwrap_err();
+        assert_eq!(error.code(), "archive_malformed", "{error}");
+        error.to_string()
+    };
+    let node = said(&|layout| layout["nodes"][0]["position_m"][1] = json!(0.25));
+    assert!(node.contains("layout.resolved.sensors[0].position is"), "{node}");
+    assert!(node.contains("layout.nodes (node 1) says [0.0, 0.25, 0.0]"), "{node}");
+    let sensor = said(&|layout| layout["resolved"]["sensors"][1]["position"][0] = json!(0.3));
+    assert!(sensor.contains("layout.resolved.sensors[1].position is [0.3, "), "{sensor}");
+    let hit = said(&|layout| layout["resolved"]["hits"][0]["position"][2] = json!(0.001));
+    assert!(hit.contains("layout.resolved.hits[0].position is [0.0, 0.0, 0.001]"), "{hit}");
+    let lost = said(&|layout| drop(layout["nodes"].as_array_mut().unwrap().remove(0)));
+    assert!(lost.contains("is at node 1, which layout.nodes does not have"), "{lost}");
+    let direction =
+        said(&|layout| layout["resolved"]["hits"][0]["direction"] = json!([0.0, -1.0, 0.0]));
+    assert!(direction.contains("layout.resolved.hits[0].direction is"), "{direction}");
+    let axes = said(&|layout| {
+        layout["resolved"]["sensors"][0]["axes"] =
+            json!([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
+    });
+    assert!(axes.contains("layout.resolved.sensors[0].axes is"), "{axes}");
+    let text = said(&|layout| {
+        let toml = layout["toml"].as_str().unwrap();
+        assert!(toml.contains("0.2079"), "{toml}");
+        layout["toml"] = json!(toml.replace("0.2079", "0.2179"));
+    });
+    assert!(text.contains("layout.toml says [0.2179, "), "{text}");
+}
+
+#[test]
+fn an_edited_archive_is_read_only_without_its_checksum() {
+    let bytes = archive().to_bytes("a.massline").unwrap();
+    assert_eq!(Archive::parse(&bytes, "a.massline").unwrap(), archive());
+    let text = String::from_utf8(bytes).unwrap();
+    let changes = [
+        ("\"hits\":5", "\"hits\":6"),
+        ("[1e-7", "[2e-7"),
+        ("\"peak_force_n\":0.1", "\"peak_force_n\":0.2"),
+    ];
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}: {text}");
+        let changed = text.replacen(from, to, 1);
+        let error = Archive::parse(changed.as_bytes(), "a.massline").unwrap_err();
+        assert_eq!((error.code(), error.exit_code()), ("archive_edited", 2), "{error}");
+        assert!(error.to_string().contains("delete its key \"checksum\""), "{error}");
+        let (before, _) = changed.rsplit_once(",\"checksum\"").unwrap();
+        Archive::parse(format!("{before}}}").as_bytes(), "a.massline").unwrap();
+    }
+}

@@ -18,6 +18,7 @@ pub mod capacitor;
 pub mod cutoffs;
 pub mod day;
 pub mod electronics;
+pub mod orientation;
 pub mod plausible;
 pub mod tumble;
 pub mod verify;

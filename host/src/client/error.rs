@@ -93,6 +93,40 @@ pub enum ClientError {
         /// How long the client waited.
         waited: Duration,
     },
+    /// Something else than a rig answers.
+    #[error(
+        "{port} answers, but not as a massline rig: {first}; `massline device list` shows the ports. If it is a rig, the line \
+         garbles what the rig sends"
+    )]
+    NoRig {
+        /// Path of the port.
+        port: String,
+        /// The first bytes that it sent, as text.
+        first: String,
+    },
+    /// What is sent comes back.
+    #[error(
+        "{port} returns what is sent to it: this is an echo (a loopback plug, a terminal, or TX wired to RX), and not a \
+         massline rig"
+    )]
+    Echo {
+        /// Path of the port.
+        port: String,
+    },
+    /// The other side closes each connection.
+    #[error(
+        "{port} closes the connection when it is asked ({attempts} times in {}), without an answer: a server runs there, but \
+         not a massline rig",
+        seconds(*.waited)
+    )]
+    Closing {
+        /// Path of the port.
+        port: String,
+        /// How often it was asked.
+        attempts: u32,
+        /// How long that took.
+        waited: Duration,
+    },
     /// The user did not want to wait for the rig any longer.
     #[error("interrupted while {port} {state}")]
     Interrupted {
@@ -199,6 +233,9 @@ impl ClientError {
             Self::Unreachable { .. } => "unreachable",
             Self::Lost { .. } => "link_lost",
             Self::NoAnswer { .. } => "no_answer",
+            Self::NoRig { .. } => "not_a_rig",
+            Self::Echo { .. } => "echo",
+            Self::Closing { .. } => "connection_closed",
             Self::Interrupted { .. } => Error::INTERRUPTED,
             Self::OtherProtocol { .. } => "protocol_major_differs",
             Self::Refused { reason, .. } => refusal_code(*reason),

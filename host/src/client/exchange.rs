@@ -10,6 +10,7 @@ use massline_protocol::message::{ANSWER, REFUSED, Status};
 use massline_protocol::{Deframer, Endpoint, Frame, MAX_FRAME, Refusal, encode_frame};
 
 use super::error::seconds;
+use super::peer::Peer;
 use super::purpose::purpose;
 use super::{ClientError, Transport};
 use crate::interrupt::Interrupt;
@@ -62,6 +63,8 @@ pub struct Client {
     /// Bytes that were received but not yet parsed.
     unread: VecDeque<u8>,
     sequence: u16,
+    /// Whether the other side is a rig.
+    peer: Peer,
     events: VecDeque<Event>,
     timing: Timing,
     broken_frames: u64,
@@ -93,6 +96,7 @@ impl Client {
             // A random start keeps a rig from mistaking the first request of this client for a repetition of
             // another client's last request.
             sequence: RandomState::new().hash_one(0) as u16,
+            peer: Peer::default(),
             events: VecDeque::new(),
             timing,
             broken_frames: 0,
@@ -181,12 +185,14 @@ impl Client {
                 }
             }
         }
-        Err(ClientError::NoAnswer {
-            port: self.port().into(),
+        let (port, waited) = (self.port(), started.elapsed());
+        let stranger = self.peer.stranger(port, &frame[..length], attempts, waited);
+        Err(stranger.unwrap_or_else(|| ClientError::NoAnswer {
+            port: port.into(),
             request: name,
             attempts,
-            waited: started.elapsed(),
-        })
+            waited,
+        }))
     }
 
     /// The next event, waiting up to `timeout` for it.
@@ -241,6 +247,9 @@ impl Client {
                     None => None,
                 };
                 self.unread.drain(..taken);
+                if matches!(message, Some(Message::Event(_) | Message::Answer { .. })) {
+                    self.peer.is_met();
+                }
                 match message {
                     Some(Message::Event(event)) => {
                         if self.events.len() == EVENT_QUEUE {
@@ -258,7 +267,10 @@ impl Client {
             let mut buffer = [0; 4096];
             match self.transport.read(&mut buffer, left.min(LOOK)) {
                 Ok(0) if Instant::now() >= deadline => return Ok(None),
-                Ok(n) => self.unread.extend(&buffer[..n]),
+                Ok(n) => {
+                    self.peer.sent(&buffer[..n]);
+                    self.unread.extend(&buffer[..n]);
+                }
                 Err(lost) => {
                     self.reopen(&lost)?;
                     // A request sent on the old link gets no answer on the new one.
@@ -270,6 +282,7 @@ impl Client {
 
     fn reopen(&mut self, lost: &io::Error) -> Result<(), ClientError> {
         let started = Instant::now();
+        self.peer.left();
         self.unread.clear();
         *self.deframer = Deframer::new();
         let (port, reconnect) = (self.port().to_owned(), self.timing.reconnect);
@@ -305,11 +318,10 @@ impl Client {
                     return Err(ClientError::PortBusy { port, reason: e.to_string() });
                 }
                 Err(_) => {
-                    return Err(ClientError::Lost {
-                        port: self.port().into(),
-                        reason: lost.to_string(),
-                        waited: started.elapsed(),
-                    });
+                    let waited = started.elapsed();
+                    let stranger = self.peer.stranger(&port, &[], u32::MAX, waited);
+                    let reason = lost.to_string();
+                    return Err(stranger.unwrap_or(ClientError::Lost { port, reason, waited }));
                 }
             }
         }

@@ -8,6 +8,7 @@
 mod download;
 mod error;
 mod exchange;
+mod peer;
 mod pipe;
 mod purpose;
 mod request;

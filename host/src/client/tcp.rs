@@ -187,7 +187,10 @@ fn closed() -> io::Error {
 }
 
 fn busy() -> io::Error {
-    io::Error::new(ErrorKind::ResourceBusy, "it closes the connection without an answer")
+    io::Error::new(
+        ErrorKind::ResourceBusy,
+        "it closes the connection without an answer; if no other program is connected, no massline rig listens there",
+    )
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use super::bench_test::BenchTest;
 use super::compare::{Comparison, SIGMA_NOTE};
 use super::simulated::{ReportArgs, Simulated, results_of};
 use crate::archive::Archive;
-use crate::document::Simulation;
+use crate::document::{FilePath, Simulation};
 use crate::error::Result;
 use crate::file::Existing;
 use crate::host_solution::HostSolution;
@@ -88,8 +88,8 @@ impl ShownTest<'_> {
         let value = Simulation {
             simulated: self.description.to_owned(),
             test: comparison.to_json(|measurement| again.add_to(measurement))?,
-            report: report.as_ref().ok().cloned().flatten(),
-            tape,
+            report: report.as_ref().ok().and_then(|path| path.as_ref()).map(FilePath::from),
+            tape: tape.map(FilePath::from),
         };
         let used = Comparison { answer: to_use, ..comparison };
         let (symbol, worst) = used.worst()?;

@@ -1,4 +1,5 @@
-//! The user's configuration file: defaults of options, for those who do not want to repeat them.
+//! The user's configuration file: defaults of options, for those who do not want to repeat them. The command line comes before
+//! the environment, and the environment before this file.
 //!
 //! ```toml
 //! # For every command that has the option.
@@ -13,7 +14,7 @@
 use std::env;
 use std::path::{Path, PathBuf};
 
-use clap::{Arg, Command, ValueEnum};
+use clap::{Arg, ArgAction, Command, ValueEnum};
 use toml::{Table, Value};
 
 use crate::client::PORT_VARIABLE;
@@ -72,9 +73,7 @@ impl Config {
                 Value::Table(of_command) => {
                     self.of_command(command, key, of_command).map_err(within)?
                 }
-                _ if key == "port" && env::var_os(PORT_VARIABLE).is_some_and(|v| !v.is_empty()) => {
-                    command
-                }
+                _ if is_in_environment(key) => command,
                 _ => everywhere(command, key, value).map_err(within)?,
             };
         }
@@ -90,6 +89,7 @@ impl Config {
             for (key, value) in defaults {
                 let changed = match value {
                     Value::Table(below) => self.of_command(command.clone(), key, below),
+                    _ if is_in_environment(key) && has(&command, key) => continue,
                     _ => with_default(command.clone(), key, value),
                 };
                 match changed {
@@ -113,6 +113,11 @@ pub(super) fn usual_path() -> Option<PathBuf> {
         folder("XDG_CONFIG_HOME").or_else(|| Some(folder("HOME")?.join(".config")))?
     };
     Some(base.join(Path::new("massline/config.toml")))
+}
+
+/// Whether a variable of the environment states this option.
+fn is_in_environment(key: &str) -> bool {
+    key == "port" && env::var_os(PORT_VARIABLE).is_some_and(|value| !value.is_empty())
 }
 
 /// An error with the way out.
@@ -183,10 +188,33 @@ fn with_default(command: Command, key: &str, value: &Value) -> Result<Command> {
         let text = format!("{key}: \"{wrong}\" is not one of {}", known.join(", "));
         return Err(Error::input(MALFORMED, text));
     }
+    check(arg, key, &values)?;
     let id = arg.get_id().clone();
     // The command line lives as long as the program.
     let values = values.into_iter().map(|value| &*value.leak());
     Ok(command.mut_arg(id, |arg| arg.required(false).default_values(values)))
+}
+
+/// Refuses values that the option does not take. Left to the command line, the error would blame the person who typed it.
+fn check(arg: &Arg, key: &str, values: &[String]) -> Result<()> {
+    // The command line lives as long as the program.
+    let long: &'static str = key.to_owned().leak();
+    let mut alone = Arg::new("value")
+        .long(long)
+        .action(ArgAction::Append)
+        .value_parser(arg.get_value_parser().clone());
+    if let Some(delimiter) = arg.get_value_delimiter() {
+        alone = alone.value_delimiter(delimiter);
+    }
+    let words = values.iter().map(|value| format!("--{key}={value}"));
+    let parsed =
+        Command::new("massline").no_binary_name(true).arg(alone).try_get_matches_from(words);
+    parsed.map(|_| ()).map_err(|error| {
+        let text = error.to_string();
+        let text = text.lines().next().unwrap_or_default();
+        let text = text.strip_prefix("error: ").unwrap_or(text);
+        Error::input(MALFORMED, format!("{key}: {text}"))
+    })
 }
 
 /// A value as on the command line.

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::ValueEnum;
 use massline_protocol::LayoutHash;
 use massline_shared::identify::Method;
 use massline_shared::layout::HostLayout;
@@ -11,7 +12,7 @@ use super::files::{self, ReplaceArgs};
 use super::method;
 use crate::archive::{self, Archive};
 use crate::document::{ExportedAnswer, ExportedFile};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::export::{
     Exported, Format, Frame, TestData, UnitSystem, of_archive, of_measurement, read_subject,
     test_of_archive, universal_file,
@@ -53,7 +54,7 @@ pub struct Args {
     result: String,
     /// Format of the file.
     #[arg(long, value_enum, value_name = "FORMAT")]
-    format: Format,
+    format: Option<Format>,
     /// Units of the file; urdf, sdf, mjcf and uff are SI by definition.
     #[arg(long, value_enum, value_name = "UNITS", default_value_t)]
     units: UnitSystem,
@@ -88,10 +89,11 @@ pub struct Args {
 /// When the result cannot be read, is unphysical or lacks what the format needs, the format does not go with the units
 /// or the frame, or the file cannot be written.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    args.format.check(args.units, args.frame)?;
+    let format = args.format()?;
+    format.check(args.units, args.frame)?;
     match &args.output {
         Some(path) => file::check(path, args.replace.existing())?,
-        None => output.check_unframed(args.format.is_binary())?,
+        None => output.check_unframed(format.is_binary())?,
     }
     let layout = args.layout.as_deref().map(|path| files::layout(path, output)).transpose()?;
     let with_layout = |test: TestData| match &layout {
@@ -102,7 +104,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         Some((path, name)) => Some((Archive::read(path)?, name)),
         None => None,
     };
-    if let Some((archive, name)) = archive.as_ref().filter(|_| args.format.holds_responses()) {
+    if let Some((archive, name)) = archive.as_ref().filter(|_| format.holds_responses()) {
         // Also of a test without an answer.
         let test = with_layout(test_of_archive(archive, name)?);
         return args.deliver(&universal_file(&test)?, &test, None, "the responses", output);
@@ -118,12 +120,12 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         (None, None) => read_subject(Path::new(&args.result), args.method)?,
     };
     let mut exported = exported.with_test(with_layout);
-    if !args.format.holds_responses() {
+    if !format.holds_responses() {
         exported.check(args.despite_verdict)?;
         exported = exported.in_frame(args.frame)?.in_units(args.units);
         exported.check(args.despite_verdict)?;
     }
-    let bytes = args.format.write(&exported)?;
+    let bytes = format.write(&exported)?;
     if let (true, Some(condition)) = (args.despite_verdict, exported.violated_condition()) {
         output.warn(format!("this is not a physical body: {condition}"));
     }
@@ -146,6 +148,21 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 }
 
 impl Args {
+    /// The format, which has no default.
+    fn format(&self) -> Result<Format> {
+        self.format.ok_or_else(|| {
+            let names: Vec<_> =
+                Format::value_variants().iter().map(|format| format.name()).collect();
+            let example = Format::Csv.name();
+            let message = format!(
+                "--format is missing; give one of {}: massline export {} --format {example}",
+                names.join(", "),
+                self.result
+            );
+            Error::input("usage", message)
+        })
+    }
+
     /// The number of a result on the rig, if that is what is exported.
     fn number(&self) -> Option<u32> {
         self.result.parse().ok().filter(|&number| number > 0)
@@ -171,12 +188,12 @@ impl Args {
             output.note(format!("note: {note}"));
         }
         let Some(path) = &self.output else {
-            return output.unframed(bytes, self.format.is_binary());
+            return output.unframed(bytes, self.format()?.is_binary());
         };
         file::write(path, bytes, self.replace.existing())?;
         let value = ExportedFile {
-            written: path.clone(),
-            format: self.format.name(),
+            written: path.into(),
+            format: self.format()?.name(),
             units: self.units.name(),
             frame: self.frame.to_string(),
             notes: test.notes.clone(),

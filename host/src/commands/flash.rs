@@ -61,7 +61,13 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let path = match &args.image {
         Some(path) => path.clone(),
         None if args.dry_run && !args.build => return Err(nothing_built()),
-        None => firmware::build(&board.package, &board.target, "--image")?,
+        None => {
+            if !args.dry_run {
+                // Building takes minutes.
+                look_for(board, way, args)?;
+            }
+            firmware::build(&board.package, &board.target, "--image")?
+        }
     };
     let plan = Plan::new(board, Image::read(&path, board)?)
         .map_err(|error| error.within(path.display()))?;
@@ -132,6 +138,24 @@ enum Done {
     Unverified,
 }
 
+/// Looks for the board, as [`flash`] does after the firmware is built.
+///
+/// # Errors
+/// When it is not found.
+fn look_for(board: &Board, way: FlashMethod, args: &Args) -> Result<()> {
+    match way {
+        FlashMethod::Dfu => match &board.boot_loader {
+            Some(BootLoader::Dfu(loader)) => DfuDevice::open(loader).map(|_| ()),
+            _ => Err(unknown("boot loader that speaks DFU", board)),
+        },
+        FlashMethod::Drive => {
+            let kind = Kind::of(board).ok_or_else(|| unknown("drive", board))?;
+            drive::find(kind, args.drive.as_deref()).map(|_| ())
+        }
+        FlashMethod::Probe => look_for_probe(),
+    }
+}
+
 fn flash(way: FlashMethod, args: &Args, plan: &Plan, output: &mut Output) -> Result<Done> {
     let interrupt = output.interrupt().clone();
     let _guard = interrupt.guard();
@@ -139,12 +163,12 @@ fn flash(way: FlashMethod, args: &Args, plan: &Plan, output: &mut Output) -> Res
     match way {
         FlashMethod::Dfu => {
             let Some(BootLoader::Dfu(loader)) = &plan.board.boot_loader else {
-                return Err(unknown("boot loader that speaks DFU", plan));
+                return Err(unknown("boot loader that speaks DFU", plan.board));
             };
             dfuse::flash(&DfuDevice::open(loader)?, plan, &mut watch).map(|()| Done::ReadBack)
         }
         FlashMethod::Drive => {
-            let kind = Kind::of(plan.board).ok_or_else(|| unknown("drive", plan))?;
+            let kind = Kind::of(plan.board).ok_or_else(|| unknown("drive", plan.board))?;
             let drive = drive::find(kind, args.drive.as_deref())?;
             drive::flash(kind, &drive, plan, &mut watch).map(|taken| match taken {
                 DriveOutcome::Started => Done::Started,
@@ -156,8 +180,8 @@ fn flash(way: FlashMethod, args: &Args, plan: &Plan, output: &mut Output) -> Res
 }
 
 /// The error for a way that the board does not have; not reached, because [`way`] rejects it first.
-fn unknown(what: &str, plan: &Plan) -> Error {
-    Error::internal("no_such_way", format!("{} has no {what}", plan.board.name))
+fn unknown(what: &str, board: &Board) -> Error {
+    Error::internal("no_such_way", format!("{} has no {what}", board.name))
 }
 
 #[cfg(feature = "probe")]
@@ -165,12 +189,27 @@ fn by_probe(plan: &Plan, watch: &mut dyn ProgressObserver) -> Result<Done> {
     crate::flash::probe::flash(plan, watch).map(|()| Done::ReadBack)
 }
 
+#[cfg(feature = "probe")]
+fn look_for_probe() -> Result<()> {
+    crate::flash::probe::find().map(|_| ())
+}
+
 #[cfg(not(feature = "probe"))]
 fn by_probe(_: &Plan, _: &mut dyn ProgressObserver) -> Result<Done> {
-    Err(Error::input(
+    Err(built_without_probe())
+}
+
+#[cfg(not(feature = "probe"))]
+fn look_for_probe() -> Result<()> {
+    Err(built_without_probe())
+}
+
+#[cfg(not(feature = "probe"))]
+fn built_without_probe() -> Error {
+    Error::input(
         "built_without_probe",
         "this massline was built without probes: cargo install --path host --features probe",
-    ))
+    )
 }
 
 /// A progress bar on the terminal.

@@ -39,7 +39,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     tests.sort_by(|(_, a), (_, b)| a.time.cmp(&b.time));
     let cannot_be_read = |(path, error): &(PathBuf, Error)| Unreadable {
-        file: path.clone(),
+        file: path.into(),
         code: error.code().to_owned(),
         message: error.to_string(),
     };
@@ -76,7 +76,7 @@ impl Test {
     }
 
     fn entry(&self, path: &Path) -> ListedArchive {
-        ListedArchive { summary: self.summary.to_json(), file: path.to_owned() }
+        ListedArchive { summary: self.summary.to_json(), file: path.into() }
     }
 }
 

@@ -79,7 +79,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         }
         Command::New { output: Some(path), replace, profile } => {
             file::write(path, template(*profile).as_bytes(), replace.existing())?;
-            output.answer(&WrittenFile { written: path.clone() }, |_| {
+            output.answer(&WrittenFile { written: path.into() }, |_| {
                 format!("{} written", path.display())
             })
         }

@@ -5,7 +5,7 @@ mod presenter;
 mod ringing;
 mod watch;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use massline_protocol::LayoutHash;
@@ -26,10 +26,11 @@ use super::show;
 use crate::archive::{Archive, ArchivedLayout, Part};
 use crate::calibration::day::age_in_days;
 use crate::campaign::phase_name;
-use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
+use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, restarted};
 use crate::client::{Client, ClientError};
 use crate::clock;
 use crate::design::gravity_to_be_stated;
+use crate::document::FilePath;
 use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::output::{Output, counted};
@@ -186,7 +187,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let test = StoredTest { result: &result, lines: &lines };
     let mut shown = show::document(test, Some(&nominal), Selection::All, output);
     if let Ok(shown) = &mut shown {
-        shown.value.archive = args.archive.path().map(Path::to_owned);
+        shown.value.archive = args.archive.path().map(FilePath::from);
         shown.value.after_each_dof = Some(monitor.into_reports());
         shown.value.hit_log = archive.map(|_| collected.hit_log_of(&result, &layout));
     }
@@ -201,7 +202,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         let archive = collected.added_to(archive, &layout, args.records, output);
         args.archive.write_anywhere(&archive, output)?;
         output.note(format!(
-            "next: `massline report {0}` makes a page with pictures of it, `massline export {0}` what other programs read",
+            "next: `massline report {0}` makes a page with pictures; `massline export {0} --format csv` writes the result for \
+             other programs, and --help lists the formats",
             path.display()
         ));
         Part::delete(path);
@@ -236,6 +238,13 @@ fn follow(
         CampaignOutcome::Paused(status) => {
             collected.spectra.followed.status(&status);
             return Err(paused(&status));
+        }
+        CampaignOutcome::Restarted(status) => {
+            match Phase::try_from(status.phase).ok() {
+                Some(Phase::Paused) => collected.spectra.followed.status(&status),
+                _ => collected.discard(),
+            }
+            return Err(restarted(&status));
         }
         CampaignOutcome::Aborted => {
             collected.discard();

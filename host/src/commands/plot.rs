@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::files::ReplaceArgs;
 use super::sources::SourceArgs;
-use crate::document::DrawnPictures;
+use crate::document::{DrawnPictures, FilePath};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::output::Output;
@@ -87,7 +87,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     for drawn in drawn {
         let path = args.path_of(&drawn, format)?;
         file::write(&path, &drawn.bytes, args.replace.existing())?;
-        written.push(path);
+        written.push(FilePath::from(path));
     }
     let value = DrawnPictures { written };
     output.answer(&value, |_| {

@@ -50,7 +50,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     file::check(&path, args.replace.existing())?;
     let sources = args.sources.read(output)?;
     file::write(&path, html(&sources)?.as_bytes(), args.replace.existing())?;
-    let value = WrittenFile { written: path };
+    let value = WrittenFile { written: path.into() };
     output.answer(&value, |_| {
         format!("{}: open it in a browser; it needs no network", value.written.display())
     })

@@ -6,7 +6,7 @@ use clap::Command;
 use clap_complete::Shell;
 
 use crate::commands::files::ReplaceArgs;
-use crate::document::{Completions, ManualPage, WrittenPages};
+use crate::document::{Completions, FilePath, ManualPage, WrittenPages};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::output::Output;
@@ -84,12 +84,12 @@ fn write_pages(
     command: &Command,
     folder: &Path,
     replace: ReplaceArgs,
-    written: &mut Vec<PathBuf>,
+    written: &mut Vec<FilePath>,
 ) -> Result<()> {
     let name = command.get_display_name().unwrap_or_else(|| command.get_name());
     let path = folder.join(format!("{name}.1"));
     file::write(&path, &page(command)?, replace.existing())?;
-    written.push(path);
+    written.push(path.into());
     let documented = command.get_subcommands().filter(|of| of.get_name() != "help");
     documented.into_iter().try_for_each(|of| write_pages(of, folder, replace, written))
 }

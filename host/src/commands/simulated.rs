@@ -17,7 +17,7 @@ use super::measure::judge_layout;
 use super::progress::{Progress, Prompts};
 use super::show;
 use crate::archive::{Archive, ArchivedLayout};
-use crate::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow};
+use crate::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow, restarted};
 use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::output::Output;
@@ -184,6 +184,7 @@ impl SimulatedCampaign<'_> {
                 Ok((identity, Simulated { result, lines }))
             }
             CampaignOutcome::Stopped(status) => Err(show::stopped(&status)),
+            CampaignOutcome::Restarted(status) => Err(restarted(&status)),
             CampaignOutcome::Paused(_) | CampaignOutcome::Aborted => {
                 Err(Error::interrupted("interrupted; the simulated rig is gone"))
             }

@@ -31,9 +31,14 @@ pub(super) fn of_one_hit(test: &TestSettings<f64>, mass: f64, record_s: f64) -> 
     let [least, most] = test.impulse_ns;
     let impulse = (least + most) / 2.0;
     let energy = window_energy(test.exponential_decay, record_s);
-    let white = WHITE * STANDARD_GRAVITY * (energy / 2.0).sqrt();
+    let white = of_white_noise(impulse, test.exponential_decay, record_s);
     let codes = CODES * (impulse / mass / SPEED).powf(0.35) * (energy / ENERGY).powf(0.25);
-    white.hypot(codes) / impulse
+    white.hypot(codes / impulse)
+}
+
+/// What the white noise of a channel adds to it after an impulse, N s, under a window of this decay, 1/s.
+pub(super) fn of_white_noise(impulse: f64, decay: f64, record_s: f64) -> f64 {
+    WHITE * STANDARD_GRAVITY * (window_energy(decay, record_s) / 2.0).sqrt() / impulse
 }
 
 /// `∫ e^(−2σt) dt` over a record, s; without a window it is the length of the record.

@@ -1,11 +1,10 @@
 //! Layouts: as resolved, as judged before a measurement, as suggested.
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
-
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
+use super::FilePath;
 use super::{Finding, Mode, Properties, Refusal};
 
 /// A layout with resolved positions and directions in the body frame.
@@ -130,7 +129,7 @@ pub struct LayoutSuggestion {
     /// Number of random starts.
     pub starts: u32,
     /// The file that was written.
-    pub written: Option<PathBuf>,
+    pub written: Option<FilePath>,
 }
 
 /// Numbers of candidates.

@@ -1,10 +1,9 @@
 //! The results on a rig and the archives in a folder.
 
-use std::path::PathBuf;
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::FilePath;
 use super::Spread;
 
 /// The results that a rig keeps.
@@ -48,7 +47,7 @@ pub struct ListedArchive {
     #[serde(flatten)]
     pub summary: Summary,
     /// Its path.
-    pub file: PathBuf,
+    pub file: FilePath,
 }
 
 /// A file that cannot be read.
@@ -56,7 +55,7 @@ pub struct ListedArchive {
 #[schemars(rename = "unreadable")]
 pub struct Unreadable {
     /// Its path.
-    pub file: PathBuf,
+    pub file: FilePath,
     /// Stable name of the reason.
     pub code: String,
     /// A sentence for people.

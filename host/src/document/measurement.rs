@@ -1,10 +1,9 @@
 //! A result of a rig, with what the host finds from it.
 
-use std::path::PathBuf;
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::FilePath;
 use super::{
     Agreement, CalibrationSigma, Details, Estimate, Finding, FoundBy, GlobalFit, LoggedHit, Modes,
     Pair, Properties, Refusal, SingleFaults, Spread, Unseen, VerdictReason,
@@ -84,7 +83,7 @@ pub struct Measurement {
     pub cannot_see: Option<Vec<Unseen>>,
     /// The archive that was written.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub archive: Option<PathBuf>,
+    pub archive: Option<FilePath>,
     /// How precise the answer was after each DOF of the campaign.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub after_each_dof: Option<Vec<Precision>>,

@@ -11,6 +11,7 @@ mod device;
 mod electronics;
 mod estimate;
 mod fault;
+mod file_path;
 mod finding;
 mod hit_log;
 mod hits;
@@ -45,6 +46,7 @@ pub use device::{
 pub use electronics::{Asymmetry, Electronics, Memory};
 pub use estimate::{ChiSquared, Estimate, LearnedBudget, PrincipalMoments};
 pub use fault::{Fault, SingleFaults, Suspect};
+pub use file_path::FilePath;
 pub use finding::{Cause, Failure, Finding, FoundBy, Refusal, Unseen, VerdictReason};
 pub use hit_log::{HitRemark, HitVerdict, LoggedHit};
 pub use hits::{

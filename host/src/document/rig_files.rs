@@ -1,16 +1,16 @@
 //! What was written to a tape or to a board.
 
-use std::path::PathBuf;
-
 use schemars::JsonSchema;
 use serde::Serialize;
+
+use super::FilePath;
 
 /// A tape of a rig's scans.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[schemars(rename = "recorded_tape")]
 pub struct RecordedTape {
     /// Its path.
-    pub tape: PathBuf,
+    pub tape: FilePath,
     /// Number of scans.
     pub scans: u64,
     /// Number of segments, one for each hit.

@@ -1,11 +1,10 @@
 //! Tests on the simulated bench, beside the truth.
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
-
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
+use super::FilePath;
 use super::{Measurement, Refusal};
 
 /// A simulated test.
@@ -18,9 +17,9 @@ pub struct Simulation {
     #[serde(flatten)]
     pub test: ComparedTest,
     /// The tape that was written.
-    pub tape: Option<PathBuf>,
+    pub tape: Option<FilePath>,
     /// The report that was written.
-    pub report: Option<PathBuf>,
+    pub report: Option<FilePath>,
 }
 
 /// The tests of `massline demo`.
@@ -30,7 +29,7 @@ pub struct Demo {
     /// The tests.
     pub tests: Vec<ComparedTest>,
     /// The report that was written.
-    pub report: Option<PathBuf>,
+    pub report: Option<FilePath>,
 }
 
 /// A test whose truth is known.
@@ -169,7 +168,7 @@ pub struct DemoWheel {
     /// What the methods of mass lines say, as text.
     pub mass_lines: String,
     /// The report that was written.
-    pub report: Option<PathBuf>,
+    pub report: Option<FilePath>,
 }
 
 /// A set of forces.
@@ -209,7 +208,7 @@ pub struct ComparedMethod {
 #[schemars(rename = "demo_wheel_files")]
 pub struct DemoWheelFiles {
     /// The universal file.
-    pub universal_file: PathBuf,
+    pub universal_file: FilePath,
     /// The layout.
-    pub layout: PathBuf,
+    pub layout: FilePath,
 }

@@ -1,10 +1,9 @@
 //! What was written to files, and what the program says about itself.
 
-use std::path::PathBuf;
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::FilePath;
 use crate::verdict::Verdict;
 
 /// A file that was written.
@@ -12,7 +11,7 @@ use crate::verdict::Verdict;
 #[schemars(rename = "written_file")]
 pub struct WrittenFile {
     /// Its path.
-    pub written: PathBuf,
+    pub written: FilePath,
 }
 
 /// A layout to start from.
@@ -28,7 +27,7 @@ pub struct LayoutTemplate {
 #[schemars(rename = "exported_file")]
 pub struct ExportedFile {
     /// Its path.
-    pub written: PathBuf,
+    pub written: FilePath,
     /// Its format.
     pub format: String,
     /// Its system of units.
@@ -61,7 +60,7 @@ pub struct ExportedAnswer {
 #[schemars(rename = "written_pages")]
 pub struct WrittenPages {
     /// Their paths.
-    pub written: Vec<PathBuf>,
+    pub written: Vec<FilePath>,
 }
 
 /// Pictures of a result.
@@ -69,7 +68,7 @@ pub struct WrittenPages {
 #[schemars(rename = "drawn_pictures")]
 pub struct DrawnPictures {
     /// Paths of their files.
-    pub written: Vec<PathBuf>,
+    pub written: Vec<FilePath>,
 }
 
 /// The manual page of the program.

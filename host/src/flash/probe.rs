@@ -1,6 +1,7 @@
 //! Flashing through a debug probe on SWD with the probe-rs library. Requires the feature `probe`.
 
 use probe_rs::flashing::{DownloadOptions, FlashProgress, ProgressEvent, ProgressOperation};
+use probe_rs::probe::DebugProbeInfo;
 use probe_rs::probe::list::Lister;
 use probe_rs::{Permissions, Session};
 
@@ -28,26 +29,30 @@ pub fn flash(plan: &Plan, watch: &mut dyn ProgressObserver) -> Result<()> {
     session.core(0).map_err(failed)?.reset().map_err(failed)
 }
 
+/// The only probe that is connected.
+///
+/// # Errors
+/// `no_probe`, `several_probes`.
+pub fn find() -> Result<DebugProbeInfo> {
+    let mut probes = Lister::new().list_all();
+    if probes.len() > 1 {
+        let names: Vec<_> = probes.iter().map(ToString::to_string).collect();
+        return Err(Error::device(
+            "several_probes",
+            format!("leave one of these probes connected: {}", names.join(", ")),
+        ));
+    }
+    probes.pop().ok_or_else(|| {
+        Error::device(
+            "no_probe",
+            "no debug probe found: connect its USB plug, and its SWDIO, SWCLK and GND to the board. On \
+             Linux a probe needs udev rules: https://probe.rs/docs/getting-started/probe-setup",
+        )
+    })
+}
+
 fn attach(plan: &Plan) -> Result<Session> {
-    let probes = Lister::new().list_all();
-    let probe = match probes.as_slice() {
-        [probe] => probe,
-        [] => {
-            return Err(Error::device(
-                "no_probe",
-                "no debug probe found: connect its USB plug, and its SWDIO, SWCLK and GND to the board. On \
-                 Linux a probe needs udev rules: https://probe.rs/docs/getting-started/probe-setup",
-            ));
-        }
-        several => {
-            let names: Vec<_> = several.iter().map(ToString::to_string).collect();
-            return Err(Error::device(
-                "several_probes",
-                format!("leave one of these probes connected: {}", names.join(", ")),
-            ));
-        }
-    };
-    let probe = probe.open().map_err(failed)?;
+    let probe = find()?.open().map_err(failed)?;
     probe.attach(plan.board.chip.as_str(), Permissions::default()).map_err(failed)
 }
 

@@ -67,15 +67,30 @@ pub enum MeasureError {
     /// Too many hits were rejected.
     #[error(
         "{MOST_REJECTED} hits at DOF {} were rejected; look at test.min_peak_force_n or test.impulse_ns, and at \
-         the force of the bench's taps", .0 + 1
+         the force of the bench's taps", dof + 1
     )]
-    AlwaysRejected(usize),
+    AlwaysRejected {
+        /// Index of the DOF in the layout.
+        dof: usize,
+        /// Rejected hits of the whole test.
+        rejected: u16,
+    },
     /// A rig cannot measure with this layout.
     #[error("{0}")]
     Refused(String),
     /// The mass line fit of a DOF failed.
     #[error("no mass line can be fitted: {0}; look at test.band_hz")]
     MassLine(String),
+}
+
+impl MeasureError {
+    /// Number of rejected hits.
+    pub fn rejected(&self) -> u16 {
+        match self {
+            Self::AlwaysRejected { rejected, .. } => *rejected,
+            Self::NeverTriggered(_) | Self::Refused(_) | Self::MassLine(_) => 0,
+        }
+    }
 }
 
 /// Measures the hit DOFs of a layout on the scans of `source` until the layout's target is reached, otherwise
@@ -118,7 +133,7 @@ pub fn measure(
         if dof != rejected_before.0 {
             rejected_before = (dof, rejected);
         } else if rejected - rejected_before.1 >= MOST_REJECTED {
-            return Err(MeasureError::AlwaysRejected(dof));
+            return Err(MeasureError::AlwaysRejected { dof, rejected });
         }
     }
     let dofs = rig.campaign().map_or(&[][..], Campaign::dofs);

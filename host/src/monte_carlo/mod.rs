@@ -205,7 +205,7 @@ impl MonteCarlo<'_> {
             profile,
             runs: runs.len() as u64,
             unmeasured: failed().next().map(|first| (failed().count() as u64, first.clone())),
-            rejected_hits: measured.clone().map(|m| u64::from(m.rejected)).sum(),
+            rejected_hits: runs.iter().map(|run| u64::from(rejected(run))).sum(),
             warned: measured.clone().filter(|m| m.warns()).count() as u64,
             stopping: self.layout.target.is_set().then(|| self.stopping(runs, &truth)),
             silent: measured.filter(|m| !m.warns() && is_wrong(m, &truth)).count() as u64,
@@ -220,6 +220,11 @@ fn intervals_that_hold(measured: &SimulatedTest, truth: &[f64; 10]) -> Option<u6
     let (theta, half) = (best.theta(), best.half_widths()?);
     let holds = |&k: &usize| (theta[k] - truth[k]).abs() <= half[k];
     Some((0..10).filter(holds).count() as u64)
+}
+
+/// Number of rejected hits in a run, with an answer or without.
+fn rejected(run: &Run) -> u16 {
+    run.as_ref().map_or_else(MeasureError::rejected, |measured| measured.rejected)
 }
 
 /// True when a property of the best answer is wrong by more than three of its standard deviations.

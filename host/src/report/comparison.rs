@@ -9,7 +9,7 @@ use massline_shared::identify::{Estimate, HALF_WIDTH_95, Method};
 use massline_shared::layout::HostLayout;
 use nalgebra::SVector;
 
-use super::{as_exact_as, message_in, two_digits};
+use super::{INERTIA_CONVENTION, as_exact_as, message_in, two_digits};
 use crate::document::{self, Properties};
 use crate::output::{Tone, align_right, table};
 use crate::suspension::{Comparison, Doubt};
@@ -39,7 +39,9 @@ pub fn comparison_text(
     let tables: String = [0..4, 4..7, 7..10].map(|columns| table_of(&rows, columns)).concat();
     let distances = distances_from_global_fit(estimates);
     let verdict = tone(comparison).mark(verdict(comparison, estimates, layout));
-    format!("all methods on the same data, the best first\n{tables}{verdict}\n{distances}")
+    format!(
+        "all methods on the same data, the best first\n{tables}{INERTIA_CONVENTION}\n{verdict}\n{distances}"
+    )
 }
 
 /// How far the other methods are from the global fit where they have been warned of it; empty otherwise.

@@ -8,6 +8,9 @@ use crate::output;
 
 use super::{as_exact_as, message, sentences, with_sigma};
 
+/// What stands under every table of the ten properties. Books differ in the sign of a product of inertia.
+pub const INERTIA_CONVENTION: &str = "J about the centre of mass, body axes; J_xy = −∫xy dm";
+
 /// Expected values to compare an estimate with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
@@ -56,7 +59,7 @@ pub fn table(estimate: &Estimate<f64>, truth: Option<&Truth>) -> String {
         table.add_row(row);
     }
     output::align_right(&mut table, [1, 2, 3, 5, 6]);
-    let mut text = format!("{table}\n{}", principal_line(estimate));
+    let mut text = format!("{table}\n{INERTIA_CONVENTION}\n{}", principal_line(estimate));
     text += &format!("{}, condition {:.3}\n", estimate.method.name(), estimate.condition);
     if sigma.is_none() {
         text += "sd: not known from these data\n";
@@ -112,6 +115,16 @@ mod tests {
         assert!(row("c_x").contains("+1.000"), "{text}");
         assert!(row("c_y").contains("0.000"), "{text}");
         assert!(row("J_yz").trim_end().ends_with('-'), "{text}");
+    }
+
+    #[test]
+    fn the_convention_of_the_inertia_stands_under_the_table() {
+        let text = table(&estimate(), None);
+        let (_, below) = text.split_once("J_yz").unwrap();
+        assert!(
+            below.contains("\nJ about the centre of mass, body axes; J_xy = −∫xy dm\n"),
+            "{text}"
+        );
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! What a person sees of a tumble test: which face comes down next, and how the sensors lie at the moment.
 
 use massline_shared::calibration::tumble::Position;
-use massline_shared::layout::Axis;
 use nalgebra::Vector3;
 
 /// The view of a tumble test.
@@ -77,32 +76,4 @@ pub(super) fn briefly(position: Position) -> String {
 fn axis_and_way(position: Position) -> [&'static str; 2] {
     let (sign, axis) = position.name().split_at(1);
     [axis, if sign == "+" { "up" } else { "down" }]
-}
-
-/// The axis that points up or down, when a sensor reads this, g; `None` for one that is between two positions.
-pub(super) fn lies_as(reads: &Vector3<f64>) -> Option<Position> {
-    /// The others must be small, g.
-    const OTHERS: f64 = 0.3;
-    let axis = reads.iamax();
-    let others = reads.iter().enumerate().filter(|(k, _)| *k != axis).map(|(_, value)| value.abs());
-    let is_one = others.fold(0.0, f64::max) < OTHERS && (reads[axis].abs() - 1.0).abs() < OTHERS;
-    let of = |position: &Position| {
-        position.up::<f64>()[axis] * reads[axis] > 0.0 && position.axis == Axis::ALL[axis]
-    };
-    Position::ALL.into_iter().find(of).filter(|_| is_one)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_sensor_lies_as_its_largest_axis_says_unless_it_is_not_aligned_with_one() {
-        for position in Position::ALL {
-            let reads = position.up::<f64>() + Vector3::new(0.02, -0.04, 0.03);
-            assert_eq!(lies_as(&reads), Some(position));
-        }
-        assert_eq!(lies_as(&Vector3::new(0.7, 0.7, 0.0)), None);
-        assert_eq!(lies_as(&Vector3::zeros()), None);
-    }
 }

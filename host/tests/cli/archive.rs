@@ -15,7 +15,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::{Value, json};
 
-use crate::program::{LAYOUT, Run, answer, run, run_json, words};
+use crate::program::{LAYOUT, Run, answer, run, run_json, success, words};
 use crate::rig::Rig;
 
 /// Exit code and code of the error.
@@ -513,4 +513,64 @@ fn what_is_no_archive_of_this_version_is_refused_by_name() {
     let endless = folder.path().join("c.massline");
     std::os::unix::fs::symlink("/dev/zero", &endless).unwrap();
     assert_eq!(refusal(answer(&["solve", endless.to_str().unwrap()])), not_readable);
+}
+
+/// A file system may have names that are not UTF-8, which JSON cannot have.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_history_lists_a_file_whose_name_is_not_utf_8() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+
+    let folder = tempfile::tempdir().unwrap();
+    for name in [b"m\xfcller.massline".as_slice(), b"plain.massline"] {
+        std::fs::copy(VERSION_1, folder.path().join(OsStr::from_bytes(name))).unwrap();
+    }
+    std::fs::write(folder.path().join(OsStr::from_bytes(b"\xff.massline")), "{").unwrap();
+    let history = success(&["history", folder.path().to_str().unwrap()]);
+    let names = |list: &str| -> Vec<String> {
+        let files = history[list].as_array().unwrap().iter();
+        let name = |path: &str| path.rsplit_once('/').unwrap().1.to_owned();
+        files.map(|file| name(file["file"].as_str().unwrap())).collect()
+    };
+    assert_eq!(names("archives"), ["m\u{fffd}ller.massline", "plain.massline"]);
+    assert_eq!(names("unreadable"), ["\u{fffd}.massline"]);
+}
+
+/// The same node, moved by hand in one of the places that state it.
+#[test]
+fn an_archive_that_contradicts_itself_is_neither_solved_nor_exported() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(VERSION_1).unwrap();
+    let archive: Value = serde_json::from_str(&text).unwrap();
+    for place in ["/layout/nodes/1/position_m/0", "/layout/resolved/sensors/1/position/0"] {
+        let mut moved = archive.clone();
+        let number = moved.pointer_mut(place).unwrap();
+        *number = json!(number.as_f64().unwrap() + 0.02);
+        let path = folder.path().join("moved.massline").display().to_string();
+        std::fs::write(&path, moved.to_string()).unwrap();
+        for command in [
+            &["solve", &path][..],
+            &["export", &path, "--format", "csv", "-o", "/dev/null", "--force"],
+        ] {
+            let (exit, said) = refusal(answer(command));
+            assert_eq!(exit, 2, "{command:?}: {said}");
+        }
+        let refused = run(&["solve", &path]);
+        assert!(refused.says("layout.resolved.sensors[1].position is"), "{}", refused.stderr);
+        assert!(refused.says("layout.nodes (node 2) says"), "{}", refused.stderr);
+    }
+}
+
+#[test]
+fn the_export_that_is_proposed_after_a_measurement_can_be_typed() {
+    let rig = Rig::start(&["--fast"]);
+    let path = rig.folder.path().join("a.massline").display().to_string();
+    let measured = run(&["measure", &rig.layout(2), "-o", &path, "--port", rig.port()]);
+    assert_eq!(measured.exit, 0, "{}", measured.stderr);
+    let said = words(&measured.stderr);
+    let proposed = said.split('`').find(|text| text.starts_with("massline export ")).unwrap();
+    let exported = run(&proposed.split(' ').skip(1).collect::<Vec<_>>());
+    assert_eq!(exported.exit, 0, "{proposed}: {}", exported.stderr);
+    assert!(exported.stdout.contains("mass"), "{}", exported.stdout);
 }

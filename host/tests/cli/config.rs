@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::program::{LAYOUT, run, run_with_config};
+use crate::program::{LAYOUT, run, run_with_config, run_with_config_and_port};
 
 fn config(folder: &Path, text: &str) -> PathBuf {
     let path = folder.join("config.toml");
@@ -22,6 +22,23 @@ fn options_have_the_defaults_of_the_file_and_arguments_win() {
     assert!(asked.says("/dev/no-such-port does not exist"), "{}", asked.stderr);
     let other = run_with_config(&path, &["device", "identify", "--port", "/dev/other-port"]);
     assert!(other.says("/dev/other-port does not exist"), "{}", other.stderr);
+}
+
+/// The command line, then the environment, then the file, whether the file has the port for all commands or for one.
+#[test]
+fn the_environment_comes_before_the_file_and_the_command_line_before_both() {
+    let folder = tempfile::tempdir().unwrap();
+    for text in ["port = \"/dev/of-file\"\n", "[device.identify]\nport = \"/dev/of-file\"\n"] {
+        let path = config(folder.path(), text);
+        let identify = ["device", "identify"];
+        let file = run_with_config(&path, &identify);
+        assert!(file.says("/dev/of-file does not exist"), "{text}: {}", file.stderr);
+        let both = run_with_config_and_port(&path, "/dev/of-environment", &identify);
+        assert!(both.says("/dev/of-environment does not exist"), "{text}: {}", both.stderr);
+        let arguments = ["device", "identify", "--port", "/dev/of-line"];
+        let all = run_with_config_and_port(&path, "/dev/of-environment", &arguments);
+        assert!(all.says("/dev/of-line does not exist"), "{text}: {}", all.stderr);
+    }
 }
 
 /// What the guide shows can be typed.
@@ -63,6 +80,11 @@ fn what_the_file_may_not_say_is_refused_with_its_name_and_the_way_out() {
         ("json = true", "json: this option is a switch"),
         ("port = true", "port: give a text, a number, or an array of them, and not true"),
         ("color = \"sometimes\"", "color: \"sometimes\" is not one of auto, always, never"),
+        ("[demo]\nhits = \"many\"", "[demo]: hits: invalid value 'many' for '--hits"),
+        ("[demo]\nseed = -1.5", "[demo]: seed: invalid value '-1.5' for '--seed"),
+        ("[layout.check]\nnoise = \"loud\"", "[layout]: [check]: noise: invalid value 'loud'"),
+        ("[export]\nframe = \"corner\"", "[export]: frame: invalid value 'corner'"),
+        ("[export]\nunits = \"inch\"", "[export]: units: \"inch\" is not one of"),
         ("color = ", "config.toml:1:"),
     ] {
         let path = config(folder.path(), text);

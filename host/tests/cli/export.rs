@@ -262,3 +262,17 @@ fn a_damaged_archive_is_refused_by_name() {
     let other = files.write("other.massline", fs::read(data("result.json")).unwrap());
     fails(&[&other, "--format", "uff"], 2, "not_an_archive");
 }
+
+#[test]
+fn without_a_format_the_formats_and_a_command_are_named() {
+    let archive = data_text("../archive/version-1.massline");
+    let refused = run(&["export", &archive]);
+    assert_eq!(refused.exit, 2, "{}", refused.stderr);
+    assert!(refused.says("give one of urdf, sdf, mjcf, conm2"), "{}", refused.stderr);
+    let command = format!("massline export {archive} --format csv");
+    assert!(refused.says(&command), "{}", refused.stderr);
+    let words: Vec<&str> = command.split(' ').skip(1).collect();
+    let exported = run(&words);
+    assert_eq!(exported.exit, 0, "{}", exported.stderr);
+    assert!(exported.stdout.contains("mass"), "{}", exported.stdout);
+}

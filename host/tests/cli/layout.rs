@@ -513,3 +513,43 @@ fn a_suggestion_for_the_suspension_profile_is_no_worse_than_the_layout_of_the_fi
     assert!(total(&value) <= total(&value["before"]), "{value}");
     assert!(!value["forecast"]["answers"].as_array().unwrap().is_empty());
 }
+
+/// A bracket of 120 g: the weakest hit of 8 N exceeds 16 g at its far sensors. On the frame of 1.23 kg it does not.
+#[test]
+fn masses_outside_of_what_sensors_and_hammer_can_do_are_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let bracket = |more: &str| {
+        let path = folder.path().join("bracket.toml");
+        let text = format!(
+            "sensors = [1, 2, 3]\nhits = [\"2:+Z\", \"3:+Z\", \"2:+Y\", \"3:+X\", \"1:+X\"]\nnode = [\n\
+             {{ id = 1, position_m = [0.0, 0.0, 0.0] }},\n{{ id = 2, position_m = [0.08, 0.0, 0.0] }},\n\
+             {{ id = 3, position_m = [0.0, 0.08, 0.03] }},\n]\n{more}"
+        );
+        std::fs::write(&path, text).unwrap();
+        run(&["layout", "check", &path.display().to_string()])
+    };
+    for stated in [
+        "[reference]\nmass_kg = 0.03\n",
+        "[prior]\nmass_kg = { value = 0.03, sigma = 0.001 }\n",
+        "[reference]\nmass_kg = 0.12\ninertia_kg_m2 = [[1e-5, 0.0, 0.0], [0.0, 1e-5, 0.0], [0.0, 0.0, 1.5e-5]]\n\
+         center_of_mass_m = [0.02, 0.02, 0.01]\n",
+    ] {
+        let checked = bracket(stated);
+        assert!(
+            checked.says("every hit of 8 N, the weakest that is accepted"),
+            "{stated}: {}",
+            checked.stderr
+        );
+    }
+    let heavy = bracket("[reference]\nmass_kg = 500.0\n");
+    assert!(heavy.says("little more than noise"), "{}", heavy.stderr);
+    for fits in ["", "[reference]\nmass_kg = 2.0\n"] {
+        let checked = bracket(fits);
+        assert!(!checked.says("the weakest that is accepted"), "{}", checked.stderr);
+        assert!(
+            checked.stdout.contains("masses: sensors of ±16 g and hits from 8 N"),
+            "{}",
+            checked.stdout
+        );
+    }
+}

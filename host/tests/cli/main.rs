@@ -34,9 +34,12 @@ mod report;
 mod report_contents;
 #[cfg(unix)]
 mod rig;
+mod rig_restarts;
 mod schema;
 mod shell;
 mod simulate;
+#[cfg(unix)]
+mod strangers;
 mod suspension;
 mod suspension_rig;
 mod suspension_words;

@@ -64,13 +64,24 @@ pub fn run_in_shell(script: &str, arguments: &[&str]) -> Run {
     finish(shell, arguments)
 }
 
+/// Runs the program with a configuration file, and with a port in its environment.
+#[track_caller]
+pub fn run_with_config_and_port(config: &Path, port: &str, arguments: &[&str]) -> Run {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_massline"));
+    program.env("MASSLINE_CONFIG", config).env("MASSLINE_PORT", port);
+    finish(program, arguments)
+}
+
 #[track_caller]
 fn finish(mut command: Command, arguments: &[&str]) -> Run {
     if command.get_envs().all(|(name, _)| name != "MASSLINE_CONFIG") {
         // The configuration of whoever runs the tests.
         command.env("MASSLINE_CONFIG", "");
     }
-    command.env_remove("MASSLINE_PORT").args(arguments).timeout(LATE);
+    if command.get_envs().all(|(name, _)| name != "MASSLINE_PORT") {
+        command.env_remove("MASSLINE_PORT");
+    }
+    command.args(arguments).timeout(LATE);
     let output = command.output().expect("the program starts");
     let text = |bytes| String::from_utf8(bytes).expect("the program prints UTF-8");
     let (stdout, stderr) = (text(output.stdout), text(output.stderr));

@@ -50,6 +50,23 @@ fn a_page_has_the_ten_properties_and_needs_nothing_else() {
     assert!(text.len() < MOST, "{} bytes", text.len());
 }
 
+/// Under the table of the answer, under that of the methods, and with two results under their comparison.
+#[test]
+fn the_convention_of_the_inertia_stands_under_every_table() {
+    let folder = tempfile::tempdir().unwrap();
+    for (results, tables) in [(1, 2), (2, 5)] {
+        let (_, text) = page(folder.path(), &vec![&*archive(); results]);
+        let below = text.split("</table>").skip(1);
+        let stated = below.filter(|text| {
+            let text = text.trim_start().trim_start_matches("</div>").trim_start();
+            text.starts_with(
+                "<p class=\"remark\">J about the centre of mass, body axes; J_xy = −∫xy dm</p>",
+            )
+        });
+        assert_eq!(stated.count(), tables, "{results} results");
+    }
+}
+
 #[test]
 fn the_methods_are_compared_in_all_ten_properties_and_with_their_combination() {
     let folder = tempfile::tempdir().unwrap();

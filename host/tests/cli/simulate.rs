@@ -286,3 +286,14 @@ fn a_study_whose_first_five_runs_all_fail_ends() {
     let message = value["error"]["message"].as_str().unwrap();
     assert!(message.contains("the first 5 runs all failed"), "{message}");
 }
+
+/// No tap of the bench is as hard: each run gives up after 200 hits at its first DOF.
+#[test]
+fn the_rejected_hits_of_runs_without_an_answer_are_counted() {
+    let hard = "hits_per_dof = 5\nmin_peak_force_n = 120.0";
+    let layout = changed(|text| text.replacen("hits_per_dof = 5", hard, 1));
+    let layout = layout.path().to_str().unwrap();
+    let simulated = run(&["simulate", layout, "--bench", "default", "--runs", "2"]);
+    let said = words(&(simulated.stdout + &simulated.stderr));
+    assert!(said.contains("400 hits rejected and repeated"), "{said}");
+}

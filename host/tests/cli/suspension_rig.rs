@@ -260,7 +260,9 @@ mod on_a_rig {
 
     /// An archive without lines of a DOF is solved without that DOF, and one without any is refused.
     fn lines_that_are_missing(archive: &str, cut_to: &str) {
-        let whole: Value = serde_json::from_slice(&std::fs::read(archive).unwrap()).unwrap();
+        let mut whole: Value = serde_json::from_slice(&std::fs::read(archive).unwrap()).unwrap();
+        // With it, an edited archive is refused.
+        assert!(whole.as_object_mut().unwrap().remove("checksum").is_some());
         let with_lines = |count: usize| {
             let mut cut = whole.clone();
             cut["lines"].as_array_mut().unwrap().truncate(count);

@@ -50,3 +50,32 @@ fn a_pause_and_a_signal_give_the_terminal_back_and_say_how_to_go_on() {
         assert!(words(after).contains("is kept: the same command goes on"), "{after}");
     }
 }
+
+/// The simulated object hangs as it is measured: z of every sensor points up.
+#[test]
+fn a_position_in_which_the_sensors_do_not_lie_is_not_stored() {
+    let folder = tempfile::tempdir().unwrap();
+    // The zeros of these sensors are those of the data sheet.
+    let bench = folder.path().join("bench.toml");
+    std::fs::write(&bench, "[sensor]\nzero_sigma_v = 0.0\n").unwrap();
+    let rig = VirtualProcess::on_bench(bench.to_str().unwrap(), &[]);
+    let file = folder.path().join("calibration.toml").display().to_string();
+    let pulled = run(&["calibrate", "pull", &file, "--port", &rig.port]);
+    assert_eq!(pulled.exit, 0, "{}", pulled.stderr);
+    let text = std::fs::read_to_string(&file).unwrap();
+    assert!(text.contains("method = \"data-sheet\""), "{text}");
+    let calibrated = text.replace("method = \"data-sheet\"", "method = \"tumble\"");
+    std::fs::write(&file, calibrated).unwrap();
+    let pushed = run(&["calibrate", "push", &file, "--port", &rig.port]);
+    assert_eq!(pushed.exit, 0, "{}", pushed.stderr);
+    let mut terminal = on_screen(&rig, folder.path());
+    assert!(terminal.until_shown(|shown| shown.contains("+Z, turn it")), "{}", terminal.shown());
+    terminal.type_keys("\r");
+    let refused = terminal.until_shown(|shown| words(shown).contains("+X is not stored"));
+    assert!(refused, "{}", terminal.shown());
+    assert!(terminal.shown().contains("0 of 6 positions read"), "{}", terminal.shown());
+    terminal.type_keys("p");
+    terminal.end();
+    let stored = std::fs::read_to_string(folder.path().join("readings.toml")).unwrap_or_default();
+    assert!(!stored.contains("position"), "{stored}");
+}

@@ -163,7 +163,7 @@ impl<R: RealFft> Measurement<'_, R> {
             // The result is being stored.
             return Err(CommandError::WrongPhase);
         }
-        let dof = campaign.dof();
+        let (dof, accepted) = (campaign.dof(), campaign.accepted());
         campaign.command(command)?;
         // A record that is being taken is discarded, since the command may have changed what is wanted; and a
         // computation that is interrupted begins anew.
@@ -171,6 +171,9 @@ impl<R: RealFft> Measurement<'_, R> {
             *task = Task::None;
         }
         let computes = !matches!(campaign.step(), Step::Rest | Step::AwaitHit { .. });
+        if accepted > 0 && matches!(command, Command::Skip | Command::Redo) {
+            self.drop_diagnostics_of_dof();
+        }
         match command {
             Command::Skip => {
                 self.last_accepted.forget();

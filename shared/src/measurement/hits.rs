@@ -307,7 +307,7 @@ impl<R: RealFft> Measurement<'_, R> {
             Task::Listen(listening) => Task::Listen(self.listen(listening)),
             _ => {
                 if !undoes {
-                    self.keep_before_hit();
+                    self.keep_before_hit(campaign.accepted());
                 }
                 Task::Listen(self.begin_listening())
             }
@@ -345,6 +345,7 @@ impl<R: RealFft> Measurement<'_, R> {
             // The DOF starts again with the next hit.
             HitAgreement::Inconsistent(distance) => {
                 campaign.drop_inconsistent_pair();
+                self.drop_diagnostics_of_dof();
                 self.averaged = None;
                 self.last_accepted.forget();
                 self.report_again(inconsistent(Code::HitsDisagree, dof, distance));

@@ -29,6 +29,8 @@ pub(super) struct LastAccepted<R> {
     precision: Option<CampaignPrecision<R>>,
     /// The number of diagnostics before it.
     diagnostics: u8,
+    /// The number of diagnostics before the first hit of its DOF.
+    diagnostics_before_dof: u8,
 }
 
 /// Whether the last accepted hit can be undone.
@@ -47,7 +49,7 @@ enum Undoable {
 impl<R: RealFft> LastAccepted<R> {
     /// No accepted hit.
     pub fn new() -> Self {
-        Self { hit: Undoable::Nothing, precision: None, diagnostics: 0 }
+        Self { hit: Undoable::Nothing, precision: None, diagnostics: 0, diagnostics_before_dof: 0 }
     }
 
     /// Whether the hit can be undone.
@@ -100,10 +102,28 @@ impl<R: RealFft> LastAccepted<R> {
 }
 
 impl<R: RealFft> Measurement<'_, R> {
-    /// Keeps what the hit that is about to be analysed may change.
-    pub(super) fn keep_before_hit(&mut self) {
+    /// Keeps what the hit that is about to be analysed may change, after `accepted` other hits of its DOF.
+    pub(super) fn keep_before_hit(&mut self, accepted: u8) {
+        let diagnostics = self.diagnostics.len() as u8;
         self.last_accepted.precision = self.precision;
-        self.last_accepted.diagnostics = self.diagnostics.len() as u8;
+        self.last_accepted.diagnostics = diagnostics;
+        if accepted == 0 {
+            self.last_accepted.diagnostics_before_dof = diagnostics;
+        }
+    }
+
+    /// Drops what was found in the hits of the current DOF, which are discarded. Call it only after a hit of this DOF was accepted.
+    pub(super) fn drop_diagnostics_of_dof(&mut self) {
+        self.drop_diagnostics_after(self.last_accepted.diagnostics_before_dof);
+    }
+
+    fn drop_diagnostics_after(&mut self, before: u8) {
+        let mut place = 0;
+        self.diagnostics.retain(|found| {
+            place += 1;
+            // The rig may have been interrupted after the hit.
+            place <= before || found.interrupts()
+        });
     }
 
     /// Keeps the start of the hit in the record, which the wait for the next one overwrites.
@@ -151,12 +171,7 @@ impl<R: RealFft> Measurement<'_, R> {
         }
         memory.discard_dof(dof);
         self.precision = self.last_accepted.precision;
-        let (mut place, before) = (0, self.last_accepted.diagnostics);
-        self.diagnostics.retain(|found| {
-            place += 1;
-            // The rig may have been interrupted after the hit.
-            place <= before || found.interrupts()
-        });
+        self.drop_diagnostics_after(self.last_accepted.diagnostics);
         let undone = Diagnostic::about(Code::HitUndone, Severity::Error, Subject::hit(dof), 0.0);
         self.report_again(undone);
     }

@@ -1,8 +1,8 @@
 //! Access to the emulated machine for the programs of this package.
 //!
 //! ```text
-//! cargo run -p massline-on-target --bin golden --target thumbv7em-none-eabihf --profile firmware
-//! cargo run -p massline-on-target --bin counts --target thumbv7em-none-eabihf --profile firmware
+//! cargo image run -p massline-on-target --bin golden --target thumbv7em-none-eabihf
+//! cargo image run -p massline-on-target --bin counts --target thumbv7em-none-eabihf
 //! ```
 //! The runner in `.cargo/config.toml` starts QEMU with semihosting, through which the programs print and
 //! exit. One instruction takes 64 ns of the machine's time, so a time counter counts instructions, and

@@ -2,17 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 use anyhow::{Context, ensure};
 use massline::qemu::TARGET;
 
 /// Runs the program; returns its values by name.
 pub fn measure(checkout: &Path) -> anyhow::Result<BTreeMap<String, u64>> {
-    let output = Command::new("cargo")
-        .current_dir(checkout)
-        .args(["run", "-p", "massline-on-target", "--bin", "counts"])
-        .args(["--target", TARGET, "--profile", "firmware"])
+    let output = massline_boards::image::cargo(checkout, "run")?
+        .args(["-p", "massline-on-target", "--bin", "counts", "--target", TARGET])
         .stderr(Stdio::inherit())
         .output()
         .context("cargo")?;

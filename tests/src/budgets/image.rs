@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use anyhow::{Context, ensure};
 use massline_boards::Board;
@@ -23,9 +22,8 @@ pub struct Image {
 /// place as `emulated`, that of the emulated board.
 pub fn build(checkout: &Path, board: &Board, emulated: &Path) -> anyhow::Result<PathBuf> {
     let (package, target) = (board.package(), &board.target);
-    let status = Command::new("cargo")
-        .current_dir(checkout)
-        .args(["build", "-p", &package, "--target", target, "--profile", "firmware"])
+    let status = massline_boards::image::cargo(checkout, "build")?
+        .args(["-p", &package, "--target", target])
         .status()
         .context("cargo")?;
     ensure!(status.success(), "{package} does not build ({status})");

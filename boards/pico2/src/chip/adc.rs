@@ -19,9 +19,7 @@ use embassy_rp::pio::{
     self, Config, Direction, LoadedProgram, Pio, ShiftConfig, ShiftDirection, StateMachine,
 };
 use embassy_rp::{Peri, bind_interrupts, gpio};
-use massline_cortex_m::sampler::{
-    Converter, Plan, RawBuffer, RingSampler, Sentinel, Shared, Transfer,
-};
+use massline_cortex_m::sampler::{Converter, Plan, RawBuffer, RingSampler, Sentinel, Shared};
 use massline_firmware::board::ConverterFault;
 use massline_firmware::scan_ring::HalfFlags;
 use static_cell::StaticCell;
@@ -29,8 +27,9 @@ use static_cell::StaticCell;
 use crate::ads7953::{COMMANDS, FRAMES_TO_START, Start, ranks};
 use crate::frames;
 use crate::plan::{
-    DECIMATION, DIVIDER, HALF_PASSES, IN_STEP, PROPERTIES, RANKS, RAW_LENGTH, RING_SCANS, SENTINEL,
+    DECIMATION, DIVIDER, IN_STEP, PROPERTIES, RANKS, RAW_LENGTH, RING_SCANS, SENTINEL,
 };
+use crate::transfer::{Frames, HALF, LINE, Registers, WRITERS, bits};
 
 bind_interrupts!(struct Interrupts {
     PIO0_IRQ_0 => pio::InterruptHandler<PIO0>;
@@ -51,14 +50,11 @@ pub fn fault() -> (ConverterFault, u8) {
     (fault.into(), tag)
 }
 
-/// Frames per half of the buffer.
-const HALF: u32 = RAW_LENGTH as u32 / 2;
-/// Channels of the DMA: those that write frames, and those that reset them.
-const WRITERS: [usize; 2] = [0, 2];
+/// The channels of the DMA that reset those that write frames.
 const SETTERS: [usize; 2] = [1, 3];
 const ALL: u16 = 0b1111;
-/// The DMA interrupt line that the sampler uses.
-const LINE: usize = 1;
+/// Both halves of the buffer.
+const BOTH: HalfFlags = HalfFlags { first: true, second: true };
 /// The state machine that the sampler uses.
 const MACHINE: usize = 0;
 /// Number of polls for a frame, which takes 625 cycles, before the converter is given up.
@@ -69,7 +65,7 @@ pub struct Parts {
     /// The PIO, which makes the frames.
     pub pio: Peri<'static, PIO0>,
     /// The transfer; its registers are accessed directly.
-    pub dma: Dma,
+    pub dma: Channels,
     /// SDO of the converter.
     pub data_out: Peri<'static, PIN_16>,
     /// SCLK.
@@ -81,7 +77,7 @@ pub struct Parts {
 }
 
 /// Channels 0 to 3 of the DMA.
-pub type Dma = (
+pub type Channels = (
     Peri<'static, DMA_CH0>,
     Peri<'static, DMA_CH1>,
     Peri<'static, DMA_CH2>,
@@ -104,7 +100,7 @@ pub struct Ads7953 {
     program: LoadedProgram<'static, PIO0>,
     /// Start addresses of the halves, in RAM because the DMA reads them.
     starts: &'static [u32; 2],
-    _dma: Dma,
+    _dma: Channels,
 }
 
 impl Ads7953 {
@@ -178,8 +174,8 @@ impl Ads7953 {
             control.set_en(true);
             channel.al1_ctrl().write_value(control.0);
         }
-        clear(HalfFlags { first: true, second: true });
-        pac::DMA.inte(LINE).write_value(bits(HalfFlags { first: true, second: true }));
+        Dma.clear(LINE, bits(BOTH));
+        pac::DMA.inte(LINE).write_value(bits(BOTH));
         pac::DMA.multi_chan_trigger().write(|w| w.set_multi_chan_trigger(1 << WRITERS[0]));
     }
 }
@@ -212,7 +208,7 @@ impl Converter for Ads7953 {
         }
         pac::DMA.chan_abort().write(|w| w.set_chan_abort(ALL));
         while pac::DMA.chan_abort().read().chan_abort() & ALL != 0 {}
-        clear(HalfFlags { first: true, second: true });
+        Dma.clear(LINE, bits(BOTH));
     }
 
     /// True when the machine had to wait for room in its FIFO, so that frames were late.
@@ -221,51 +217,29 @@ impl Converter for Ads7953 {
     }
 }
 
-fn bits(flags: HalfFlags) -> u32 {
-    u32::from(flags.first) << WRITERS[0] | u32::from(flags.second) << WRITERS[1]
-}
-
-fn clear(flags: HalfFlags) {
-    pac::DMA.ints(LINE).write_value(bits(flags));
-}
-
 /// Interrupt handler of the transfer.
 struct HalfInterrupt;
 
 impl Handler<typelevel::DMA_IRQ_1> for HalfInterrupt {
     unsafe fn on_interrupt() {
-        SHARED.on_interrupt(&Frames, |half, index| ranks(RAW.raw_scan(half, index)));
+        SHARED.on_interrupt(&Frames(Dma), |half, index| ranks(RAW.raw_scan(half, index)));
     }
 }
 
-/// The transfer; it counts frames.
-struct Frames;
+/// The registers of the DMA.
+struct Dma;
 
-impl Transfer for Frames {
-    const LENGTH: usize = RAW_LENGTH;
-    const HALF_SCANS: usize = HALF_PASSES;
-
-    fn flags(&self) -> HalfFlags {
-        let raised = pac::DMA.intr(LINE).read();
-        HalfFlags { first: raised & 1 << WRITERS[0] != 0, second: raised & 1 << WRITERS[1] != 0 }
+impl Registers for Dma {
+    fn intr(&self, number: usize) -> u32 {
+        pac::DMA.intr(number).read()
     }
 
-    fn clear(&self, flags: HalfFlags) {
-        clear(flags);
+    fn clear(&self, line: usize, channels: u32) {
+        pac::DMA.ints(line).write_value(channels);
     }
 
-    /// Between the two halves neither channel is busy for a few cycles while one is reset; then the other
-    /// is busy.
-    fn remaining(&self) -> u16 {
-        let [first, second] = WRITERS.map(|channel| pac::DMA.ch(channel));
-        for _ in 0..LOOKS {
-            if second.ctrl_trig().read().busy() {
-                return second.trans_count().read().count() as u16;
-            }
-            if first.ctrl_trig().read().busy() {
-                return (HALF + first.trans_count().read().count()) as u16;
-            }
-        }
-        0
+    fn remaining(&self, channel: usize) -> Option<u32> {
+        let channel = pac::DMA.ch(channel);
+        channel.ctrl_trig().read().busy().then(|| channel.trans_count().read().count())
     }
 }

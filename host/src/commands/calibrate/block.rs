@@ -19,7 +19,7 @@ use crate::calibration::cutoffs::cutoffs;
 use crate::calibration::electronics::ConversionOrder;
 use crate::calibration::plausible;
 use crate::calibration::verify::{DriftVerdict, drifts};
-use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
+use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, restarted};
 use crate::clock;
 use crate::commands::measure::{ScreenArgs, fits, make_room, paused};
 use crate::commands::{files, show};
@@ -303,6 +303,7 @@ impl BlockTest {
             CampaignOutcome::Done(number) => rig.client.result(number)?,
             CampaignOutcome::Stopped(status) => return Err(show::stopped(&status)),
             CampaignOutcome::Paused(status) => return Err(paused(&status)),
+            CampaignOutcome::Restarted(status) => return Err(restarted(&status)),
             CampaignOutcome::Aborted => {
                 return Err(Error::interrupted("the block test was aborted; nothing has changed"));
             }

@@ -6,11 +6,11 @@ use std::time::Duration;
 use crossterm::event::KeyCode;
 use indicatif::ProgressBar;
 use massline_protocol::message::Identity;
-use massline_shared::calibration::CalibrationMethod;
+use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::tumble::{Position, TumbleLimits};
-use massline_shared::signal::{Calibration, HAMMER, RESPONSES, RestStatistics};
-use nalgebra::Vector3;
+use massline_shared::signal::{HAMMER, RestStatistics};
 
+use crate::calibration::orientation;
 use crate::client::Client;
 use crate::commands::keyboard::{Keyboard, no_terminal};
 use crate::error::{Error, Result};
@@ -33,7 +33,7 @@ pub trait Helper {
     /// When there is nobody to turn the sensors, or the person leaves.
     fn ask(&mut self, position: Position, client: &mut Client, identity: &Identity) -> Result<()>;
 
-    /// The sensors moved while they were read, or had not been turned; they are read again.
+    /// The sensors moved while they were read, or lie otherwise; they are read again.
     fn again(&mut self, why: &Error);
 
     /// A position has been read.
@@ -90,7 +90,7 @@ pub struct OnScreen {
     keyboard: Keyboard,
     interrupt: Interrupt,
     /// The calibration that the rig has now, for what is shown.
-    calibration: Calibration,
+    record: CalibrationRecord,
     /// Largest standard deviation of a sensor that does not move, m/s².
     unrest: f64,
 }
@@ -102,14 +102,12 @@ impl OnScreen {
     /// When the terminal cannot be taken or the rig cannot be reached.
     pub fn open(client: &mut Client, wanted: &[Position], output: &Output) -> Result<Self> {
         let record = client.calibration()?;
-        // By its data sheet, the zero of an axis is known to 1 g only.
-        let is_calibrated = record.method != CalibrationMethod::DataSheet;
-        let view = Positions::new(wanted, is_calibrated);
+        let view = Positions::new(wanted, orientation::is_known(&record));
         let keyboard = Keyboard::take(output)?;
         let screen = Screen::open(view, keyboard.raw_mode(), output).map_err(no_terminal)?;
         let interrupt = output.interrupt().clone();
         let unrest = TumbleLimits::default().unrest;
-        Ok(Self { screen, keyboard, interrupt, calibration: record.calibration, unrest })
+        Ok(Self { screen, keyboard, interrupt, record, unrest })
     }
 
     /// An error once the person has left.
@@ -125,23 +123,18 @@ impl OnScreen {
 
     /// What each sensor reads.
     fn lies(&self, statistics: &RestStatistics, identity: &Identity) -> Vec<Lying> {
-        let volts = identity.adc.volts_per_code();
-        let scale = |channel: usize| self.calibration.per_code(&identity.adc, channel);
-        let of = |channel: usize| {
-            let zero = self.calibration.channels[channel].zero.0 / volts;
-            let reading = scale(channel) * (statistics.mean[channel] - zero);
-            f64::from(reading) / massline_shared::STANDARD_GRAVITY
-        };
+        let per_code = identity.adc.volts_per_code();
+        let volts = statistics.mean.map(|mean| f64::from(mean * per_code));
+        let scale = |channel: usize| self.record.calibration.per_code(&identity.adc, channel);
         let moves = |channel: usize| {
             f64::from(scale(channel) * statistics.deviation[channel]).abs() > self.unrest
         };
-        let sensors = usize::from(identity.max_sensors).min(RESPONSES / 3);
-        let lying = |sensor: usize| {
+        let sensors = orientation::readings(&volts, &self.record, identity).into_iter().enumerate();
+        let lying = |(sensor, reads)| {
             let first = HAMMER + 1 + 3 * sensor;
-            let reads = Vector3::from_fn(|axis, _| of(first + axis));
             Lying { reads, moves: (first..first + 3).any(moves) }
         };
-        (0..sensors).map(lying).collect()
+        sensors.map(lying).collect()
     }
 }
 

@@ -63,7 +63,7 @@ pub fn pull(args: &PullArgs, output: &mut Output) -> Result<()> {
     file::check(&args.file, args.replace.existing())?;
     let record = args.rig.tumble_rig(output)?.client.calibration()?;
     file::write(&args.file, to_toml(&record).as_bytes(), args.replace.existing())?;
-    let value = WrittenFile { written: args.file.clone() };
+    let value = WrittenFile { written: (&args.file).into() };
     output.answer(&value, |_| format!("{path} written"))
 }
 

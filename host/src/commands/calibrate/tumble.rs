@@ -9,6 +9,7 @@ use super::helper::{Helper, Lines, OnScreen};
 use super::rig::{RigArgs, TumbleRig};
 use super::{OriginArgs, Warnings, report, store};
 use crate::calibration::electronics::{ConversionOrder, Memory};
+use crate::calibration::orientation::check_position;
 use crate::calibration::tumble::{TumbleFile, check_rest};
 use crate::commands::rest::without_campaign;
 use crate::document::{Hum, TumbleCalibration};
@@ -204,12 +205,14 @@ pub fn take(
     helper: &mut dyn Helper,
 ) -> Result<Vec<PositionHum>> {
     let mut heard = Vec::new();
+    let record = rig.client.calibration()?;
     for position in readings.wanted() {
         let (reading, hum) = loop {
             rig.turn_to(position, |client, identity| helper.ask(position, client, identity))?;
             let (reading, hum) = read(rig)?;
             let good = check_rest(&reading, position, limits)
-                .and_then(|()| readings.check_turned(&reading, limits));
+                .and_then(|()| readings.check_turned(&reading, limits))
+                .and_then(|()| check_position(&reading, position, &record, &rig.identity));
             match good {
                 Err(wrong) if rig.can_repeat() => helper.again(&wrong),
                 other => break other.map(|()| (reading, hum))?,

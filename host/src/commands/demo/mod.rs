@@ -8,7 +8,7 @@ use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
 use super::compare::{Comparison, SIGMA_NOTE, summary};
 use super::files::ReplaceArgs;
 use super::simulated::{ReportArgs, RigArgs, results_of};
-use crate::document::Demo;
+use crate::document::{Demo, FilePath};
 use crate::error::Result;
 use crate::host_solution::HostSolution;
 use crate::identification::Selection;
@@ -118,7 +118,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         comparisons.push(comparison);
     }
     let report = args.report.write(|| results_of(archives), existing);
-    let written = report.as_ref().ok().cloned().flatten();
+    let written = report.as_ref().ok().and_then(|path| path.as_ref()).map(FilePath::from);
     let summary = summary(&comparisons)?;
     output.answer(&Demo { tests, report: written }, |output| {
         let heading = output.toned("summary", Tone::Strong);

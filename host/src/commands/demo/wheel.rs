@@ -14,7 +14,7 @@ use massline_shared::layout::TestSettings;
 use crate::commands::files::ReplaceArgs;
 use crate::commands::number::seed;
 use crate::commands::simulated::ReportArgs;
-use crate::document::{DemoWheel, DemoWheelFiles};
+use crate::document::{DemoWheel, DemoWheelFiles, FilePath};
 use crate::error::{Error, Result};
 use crate::file::{self, Existing};
 use crate::identification::Selection;
@@ -121,7 +121,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let mass_lines = mass_lines(args)?;
     let report = args.report.write(|| of_all_forces(&wheel, args), existing);
-    let written = report.as_ref().ok().cloned().flatten();
+    let written = report.as_ref().ok().and_then(|path| path.as_ref()).map(FilePath::from);
     let value = DemoWheel {
         noise_m_per_s2_per_n: args.noise,
         spacing_hz: args.spacing,
@@ -202,7 +202,7 @@ fn write_files(
     for (file, bytes) in files {
         file::write(file, &bytes, existing)?;
     }
-    let value = DemoWheelFiles { universal_file: path.to_owned(), layout: layout.clone() };
+    let value = DemoWheelFiles { universal_file: path.into(), layout: (&layout).into() };
     output
         .answer(&value, |_| format!("try: massline solve {} {}", layout.display(), path.display()))
 }

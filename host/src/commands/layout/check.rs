@@ -8,7 +8,9 @@ use massline_shared::layout::{HostLayout, Sensor, TestProfile};
 use super::super::bench_test::open_bench;
 use super::super::number::positive;
 use super::super::{files, show};
-use crate::design::{Assumptions, DesignReport, Forecast, LayoutCriterion, forecast, report};
+use crate::design::{
+    Assumptions, DesignReport, Forecast, LayoutCriterion, MassRange, forecast, report,
+};
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
@@ -26,6 +28,9 @@ the inertia restraint method cannot.
 In the suspension profile the bound is that of six modes. One test is also computed by formula and
 solved: what each method would answer, and which hit shows which mode. Object and suspension are
 assumed, or those of --bench.
+
+It also states the masses that the sensors (±16 g) and the hammer can measure with this layout, and
+warns when the mass of [reference], [prior] or --bench is outside of them.
 
 Examples:
   massline layout check frame.toml
@@ -60,6 +65,13 @@ impl AssumptionArgs {
     pub fn of(&self, file: &LayoutFile) -> Result<Assumptions> {
         let bench = self.bench.as_deref().map(open_bench).transpose()?;
         Assumptions::of(file, bench.as_ref())
+    }
+
+    /// The mass of the object, kg, where the file or a bench states one.
+    fn mass(&self, file: &LayoutFile, assumed: &Assumptions) -> Option<f64> {
+        let is_prior = file.layout.priors.iter().any(|prior| prior.property == 0);
+        let has_reference = file.reference.is_some_and(|body| body.mass_kg.is_some());
+        (self.bench.is_some() || is_prior || has_reference).then_some(assumed.body.mass)
     }
 
     /// The noise for the tests of a layout, relative to 1/mass.
@@ -126,8 +138,10 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let found = &design_report.findings.diagnostics;
     let message_of = |d: &Diagnostic| message_in(d, &file.layout);
     let asked = has_undeclared_mass(&file.layout).then(|| ask_for_mass(&file));
+    let masses = MassRange::of(&file.layout, &assumed.body);
+    let outside = args.assumed.mass(&file, &assumed).and_then(|mass| masses?.warning(mass));
     let notes = asked.iter().cloned().chain(file.suspicions()).chain(file.not_for_a_rig());
-    let notes = notes.collect();
+    let notes = notes.chain(outside.clone()).collect();
     let document =
         report::design_report_json(&design_report, &file, noise, forecast.as_ref(), notes);
     if !output.json() {
@@ -137,6 +151,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         if let Some(found) = file.not_for_a_rig() {
             output.warn(format!("{found}; only `massline solve` takes it"));
         }
+        outside.iter().for_each(|text| output.warn(text));
         output.note(&design_report.whose);
         asked.iter().for_each(|text| output.note(format!("note: {text}")));
     }
@@ -144,10 +159,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         let forecast = forecast.map(|of| report::forecast_text(&of, &file.layout));
         return output.answer(&document, |_| {
             format!(
-                "{} sensors, {} hits: this layout determines all ten properties\n{}\n{}",
+                "{} sensors, {} hits: this layout determines all ten properties\n{}\n{}\n{}",
                 file.layout.sensors.len(),
                 file.layout.hits.len(),
                 report::design_report_text(&design_report, &file).trim_end(),
+                masses.map_or_else(String::new, |masses| masses.sentence()),
                 forecast.unwrap_or_default(),
             )
             .trim_end()

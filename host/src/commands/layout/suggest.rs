@@ -11,7 +11,7 @@ use super::super::show;
 use super::check::{AssumptionArgs, forecast_of};
 use crate::commands::files::{self, ReplaceArgs};
 use crate::design::{Options, Wanted, report, suggest};
-use crate::document::LayoutSuggestion;
+use crate::document::{FilePath, LayoutSuggestion};
 use crate::error::{Error, Result};
 use crate::file::{self, Existing};
 use crate::layout_file::{LayoutFile, MAX_BYTES};
@@ -101,7 +101,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let found = &suggestion.findings.diagnostics;
     let notes = file.suspicions().into_iter().chain(file.not_for_a_rig());
     let document = LayoutSuggestion {
-        written: args.write.clone(),
+        written: args.write.as_ref().map(FilePath::from),
         ..report::suggestion_json(&suggestion, &options, forecast.as_ref(), notes.collect())
     };
     if !output.json() {

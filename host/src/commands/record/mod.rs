@@ -112,7 +112,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         Err(error) => return Err(kept(error, writer, &args.output)),
     };
     let scans = writer.finish()?;
-    let value = RecordedTape { tape: args.output.clone(), scans, segments };
+    let value = RecordedTape { tape: (&args.output).into(), scans, segments };
     output.answer(&value, |_| format!("{}: {scans} scans, {segments} hits", args.output.display()))
 }
 

@@ -6,7 +6,9 @@ use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::Scan;
 
 use super::Recording;
-use crate::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow, is_out_of_reach};
+use crate::campaign::{
+    CampaignOutcome, Observer, StartOptions, begin, follow, is_out_of_reach, restarted,
+};
 use crate::client::Client;
 use crate::clock;
 use crate::commands::progress::{Progress, Prompts};
@@ -41,6 +43,10 @@ pub(super) fn record(
             Ok(hits)
         }
         CampaignOutcome::Stopped(status) => Err(show::stopped(&status)),
+        CampaignOutcome::Restarted(status) => {
+            client.command(CampaignCommand::Abort).ok();
+            Err(restarted(&status))
+        }
         CampaignOutcome::Paused(_) | CampaignOutcome::Aborted => {
             client.command(CampaignCommand::Abort).ok();
             Err(Error::interrupted("the recording was interrupted"))

@@ -1,6 +1,6 @@
 //! `massline results get`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use massline_protocol::LayoutHash;
 use massline_protocol::object::MeasurementResult;
@@ -11,6 +11,7 @@ use crate::client::Client;
 use crate::commands::archive::ArchiveArgs;
 use crate::commands::connect::PortArgs;
 use crate::commands::{files, show};
+use crate::document::FilePath;
 use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::output::Output;
@@ -60,7 +61,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let test = StoredTest { result: &result, lines: &lines };
     let mut shown = show::document(test, nominal.as_ref(), Selection::All, output);
     if let Ok(shown) = &mut shown {
-        shown.value.archive = args.archive.path().map(Path::to_owned);
+        shown.value.archive = args.archive.path().map(FilePath::from);
     }
     let answers = serde_json::json!(shown.as_ref().ok().map(|shown| &shown.value));
     let printed = shown.and_then(|shown| shown.print(output));

@@ -10,8 +10,9 @@ use massline_shared::calibration::tumble::Position;
 
 use super::small::SmallView;
 use super::{framed, keys, large};
+use crate::calibration::orientation::lies_as;
 use crate::screen::Theme;
-use crate::screen::positions::{Lying, Positions, briefly, in_words, lies_as};
+use crate::screen::positions::{Lying, Positions, briefly, in_words};
 
 /// From this size on, everything is shown.
 const FULL: [u16; 2] = [64, 23];

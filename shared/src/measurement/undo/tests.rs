@@ -3,8 +3,8 @@ use std::vec::Vec;
 
 use super::*;
 use crate::identify::MassLines;
-use crate::layout::RIG_SENSORS;
 use crate::layout::tests::bar_layout;
+use crate::layout::{RIG_SENSORS, Verdict};
 use crate::measurement::averaging::DofSpectra;
 use crate::measurement::campaign::{Command, Outcome, Phase, Start};
 use crate::measurement::{Memory, NextAction, TestLayout};
@@ -301,4 +301,35 @@ fn a_hit_whose_record_is_gone_can_not_be_undone() {
     feed(&mut rig, 400, |n| scan(2, 300, n));
     assert_eq!(undo(&mut rig), Err(CommandError::HitOverwritten));
     assert_eq!(accepted(&rig), [2, 0, 0]);
+}
+
+/// In the last hit a response is reversed; its policy keeps it.
+#[test]
+fn what_was_found_in_discarded_hits_goes_with_them() {
+    for command in [Command::Redo, Command::Skip] {
+        let mut memory = Box::new(Memory::<f32>::new());
+        let mut rig = rig(&mut memory);
+        let mut layout = rig.layout().unwrap().clone();
+        layout.test.policy = layout.test.policy.with(Code::HitInconsistent, Verdict::Warn);
+        rig.command(Command::Abort).unwrap();
+        rig.set_layout(layout);
+        rig.start(Start::DEFAULT, false, true).unwrap();
+        (0..4).for_each(|number| hit(&mut rig, number));
+        let before = rig.diagnostics().clone();
+        assert!(
+            codes(&rig).contains(&Code::HumOf50Hz),
+            "it was in the hits of the first DOF: {before:?}"
+        );
+        let wrong = |n: usize| scan(9, 200, n).map(|code| 4095 - code);
+        feed(&mut rig, 200 + RECORD_SCANS, |n| {
+            let (right, wrong) = (scan(9, 200, n), wrong(n));
+            core::array::from_fn(
+                |channel| if channel == 3 { wrong[channel] } else { right[channel] },
+            )
+        });
+        work(&mut rig);
+        assert!(codes(&rig).contains(&Code::HitInconsistent), "{:?}", rig.diagnostics());
+        rig.command(command).unwrap();
+        assert_eq!(*rig.diagnostics(), before);
+    }
 }

@@ -1,0 +1,165 @@
+//! The masses that sensors and hammer can measure with a layout, before anything is hit.
+//!
+//! A rigid body of a given shape answers a force `F` with accelerations `F k/m` at its sensors; k is 1 at the centre of mass and
+//! grows with the distance from it. Below the lightest mass, the weakest hit that is accepted exceeds the range of a sensor.
+//! Above the heaviest, the noise of a hit as hard as the hammer's channel shows is a larger part of the answer than is of use.
+
+use massline_shared::STANDARD_GRAVITY;
+use massline_shared::body::RigidBody;
+use massline_shared::layout::{HostLayout, TestProfile};
+use massline_shared::signal::Calibration;
+
+use super::noise;
+use crate::report::two_digits;
+
+/// The hardest hit that the hammer's channel shows, N: 3.2 V at 22.5 mV/N.
+const HARDEST_N: f64 = 140.0;
+/// How long such a hit lasts with the usual tip, s: half a period of a sine.
+const PULSE_S: f64 = 0.002;
+/// Length of a record after the hit, s.
+const RECORD_S: f64 = 0.5;
+/// The largest noise of one hit that is of use, relative to 1/m.
+const NOISIEST: f64 = 0.02;
+
+/// The masses that objects of the assumed shape may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MassRange {
+    /// Below this mass every hit exceeds the range of a sensor, kg.
+    pub lightest: f64,
+    /// Below this mass some hits do, kg.
+    pub lightest_everywhere: f64,
+    /// Above this mass the noise of one hit is too large, kg; `None` in the suspension profile, whose forecast has the noise.
+    pub heaviest: Option<f64>,
+    /// The weakest hit that is accepted, N.
+    weakest_n: f64,
+}
+
+impl MassRange {
+    /// The range for objects of the shape of this body; `None` when no hit moves it.
+    pub fn of(layout: &HostLayout, body: &RigidBody<f64>) -> Option<Self> {
+        let largest = |hit| Some(layout.accelerance(body, hit)?.amax());
+        let shapes: Vec<f64> =
+            (0..layout.hits.len()).filter_map(largest).map(|most| most * body.mass).collect();
+        let test = &layout.test;
+        let weakest_n = test.trigger_n.max(test.min_peak_force_n);
+        // Gravity takes a part of the range.
+        let rest = if layout.senses_gravity() { 1.0 } else { 0.0 };
+        let range = (Calibration::ADXL326_RANGE_G - rest) * STANDARD_GRAVITY;
+        let mass = |shape: f64| weakest_n * shape / range;
+        let lightest = shapes.iter().copied().reduce(f64::min).map(mass)?;
+        let lightest_everywhere = shapes.iter().copied().reduce(f64::max).map(mass)?;
+        let is_usable = lightest.is_finite() && lightest > 0.0 && lightest_everywhere.is_finite();
+        let heaviest = (test.profile == TestProfile::MassLine).then(|| {
+            let impulse = HARDEST_N * PULSE_S * 2.0 / std::f64::consts::PI;
+            let [from, to] = test.expected_band();
+            let lines = ((to - from) * RECORD_S).max(1.0);
+            NOISIEST
+                / (noise::of_white_noise(impulse, test.exponential_decay, RECORD_S) / lines.sqrt())
+        });
+        is_usable.then_some(Self { lightest, lightest_everywhere, heaviest, weakest_n })
+    }
+
+    /// The range, as a sentence.
+    pub fn sentence(&self) -> String {
+        let Self { lightest, lightest_everywhere, heaviest, weakest_n } = self;
+        let range = Calibration::ADXL326_RANGE_G;
+        let upper = heaviest
+            .map_or_else(String::new, |heaviest| format!(" to about {} kg", two_digits(heaviest)));
+        format!(
+            "masses: sensors of ±{range:.0} g and hits from {weakest_n:.0} N measure objects of this shape from about {} kg{upper}; \\
+             below {} kg every hit exceeds the range of a sensor",
+            two_digits(*lightest_everywhere),
+            two_digits(*lightest),
+        )
+    }
+
+    /// A warning about an object of this mass, kg, that is outside of the range.
+    pub fn warning(&self, mass: f64) -> Option<String> {
+        let Self { lightest, lightest_everywhere, heaviest, weakest_n } = *self;
+        let range = Calibration::ADXL326_RANGE_G;
+        let what = |hits: &str| {
+            format!(
+                "{hits} of {weakest_n:.0} N, the weakest that is accepted, exceeds ±{range:.0} g of a sensor on an object of {} kg \
+                 and is rejected: use a softer tip with a smaller test.min_peak_force_n and test.trigger_n, sensors of a larger \
+                 range, or a known body glued to the object ([[attached]])",
+                two_digits(mass)
+            )
+        };
+        match () {
+            () if mass < lightest => Some(what("every hit")),
+            () if mass < lightest_everywhere => Some(what("at some of the hit points a hit")),
+            () if heaviest.is_some_and(|heaviest| mass > heaviest) => Some(format!(
+                "an object of {} kg answers the hardest hit that the hammer's channel shows with little more than noise: average \
+                 more hits (test.hits_per_dof), or use a heavier hammer and more sensitive sensors",
+                two_digits(mass)
+            )),
+            () => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout_file::LayoutFile;
+    use crate::solve::body_for_checks;
+
+    /// An L of 8 cm with three sensors, of 120 g.
+    const BRACKET: &str = r#"
+sensors = [1, 2, 3]
+hits = ["1:+X", "2:+Y", "3:+Z"]
+node = [
+    { id = 1, position_m = [0.0, 0.0, 0.0] },
+    { id = 2, position_m = [0.08, 0.0, 0.0] },
+    { id = 3, position_m = [0.0, 0.08, 0.02] },
+]
+[reference]
+mass_kg = 0.12
+"#;
+
+    fn range(text: &str) -> (MassRange, f64) {
+        let file = LayoutFile::parse(text, "bracket.toml").unwrap();
+        let (body, _) = body_for_checks(&file);
+        (MassRange::of(&file.layout, &body).unwrap(), body.mass)
+    }
+
+    #[test]
+    fn the_lightest_mass_is_that_of_the_weakest_hit_at_the_range_of_the_sensors() {
+        let (masses, mass) = range(BRACKET);
+        let file = LayoutFile::parse(BRACKET, "bracket.toml").unwrap();
+        let (mut body, _) = body_for_checks(&file);
+        // The same shape with the lightest mass: its hit of 8 N reads 15 g, and one of gravity is left.
+        body.inertia *= masses.lightest / mass;
+        body.mass = masses.lightest;
+        let reads = (0..3).map(|hit| file.layout.accelerance(&body, hit).unwrap().amax() * 8.0);
+        let least = reads.fold(f64::INFINITY, f64::min);
+        assert!((least / (15.0 * STANDARD_GRAVITY) - 1.0).abs() < 1e-12, "{least}");
+        assert!(masses.lightest <= masses.lightest_everywhere);
+    }
+
+    #[test]
+    fn the_range_goes_with_the_weakest_hit_and_not_with_the_stated_mass() {
+        let (one, _) = range(BRACKET);
+        let (heavy, _) = range(&BRACKET.replace("0.12", "12.0"));
+        assert!((heavy.lightest / one.lightest - 1.0).abs() < 1e-9);
+        let (strong, _) = range(&format!("{BRACKET}[test]\nmin_peak_force_n = 16.0\n"));
+        assert!((strong.lightest / one.lightest - 2.0).abs() < 1e-9);
+        // A hit below the trigger level is never recorded.
+        let (level, _) =
+            range(&format!("{BRACKET}[test]\nmin_peak_force_n = 0.0\ntrigger_n = 4.0\n"));
+        assert!((level.lightest / one.lightest - 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_object_outside_of_the_range_is_warned_of() {
+        let (masses, _) = range(BRACKET);
+        let said = |mass: f64| masses.warning(mass).unwrap_or_default();
+        assert!(said(masses.lightest * 0.99).starts_with("every hit of 8 N"), "{}", said(0.01));
+        assert!(said(masses.lightest_everywhere * 0.999).contains("hit of 8 N"));
+        assert_eq!(said(masses.lightest_everywhere * 1.01), "");
+        let heaviest = masses.heaviest.unwrap();
+        assert!((20.0..200.0).contains(&heaviest), "{heaviest}");
+        assert!(said(heaviest * 1.01).contains("little more than noise"));
+        assert_eq!(said(heaviest * 0.99), "");
+    }
+}
