@@ -170,7 +170,7 @@ fn compare(hits: &mut [Hit], cut: &[CutHit], rate: f64, options: &Options) -> Re
         hit.distance = beside.distance();
         hit.kept = kept.contains(&place);
         if let HitAgreement::Outlier(far) | HitAgreement::Inconsistent(far) = beside.standing() {
-            let severity = options.test.policy.verdict(Code::HitInconsistent).severity();
+            let severity = options.test.policy.treatment(Code::HitInconsistent).severity();
             let found = Diagnostic::whole(Code::HitInconsistent, severity, far as f32);
             // There is room: a hit that is not rejected has few findings.
             let _ = hit.report.findings.push(found);

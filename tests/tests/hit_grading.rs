@@ -4,7 +4,7 @@ use massline::campaign::Observer;
 use massline_protocol::event::HitEvent;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
-use massline_shared::layout::{HostLayout, RigLayout, Verdict};
+use massline_shared::layout::{HitTreatment, HostLayout, RigLayout};
 use massline_shared::signal::{
     AdcProperties, Calibration, Capture, CaptureState, HitReport, Record, Scan, Trigger, grade,
 };
@@ -164,7 +164,7 @@ fn a_misplaced_tap_differs_from_its_repeat_hits() {
 #[test]
 fn a_misplaced_tap_is_hit_again_where_the_policy_wants_it() {
     let (host, mut rig) = layout(THREE_BAR_TESTS[0]);
-    rig.test.policy = rig.test.policy.with(Code::HitInconsistent, Verdict::Reject);
+    rig.test.policy = rig.test.policy.with(Code::HitInconsistent, HitTreatment::Reject);
     let mut bench = Bench::named("default").unwrap();
     bench.operator.too_weak_rate = 0.0;
     bench.operator.too_hard_rate = 0.0;

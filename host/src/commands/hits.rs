@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use massline_shared::diagnosis::Code;
-use massline_shared::layout::{HitPolicy, TestSettings, Verdict};
+use massline_shared::layout::{HitPolicy, HitTreatment, TestSettings};
 
 use super::number::{not_negative, positive};
 use crate::error::{Error, Result};
@@ -70,8 +70,8 @@ pub struct Args {
     #[arg(long, value_name = "PER_S", value_parser = not_negative, default_value_t = test_defaults().exponential_decay)]
     exponential_decay_per_s: f64,
     /// Treatment of a fault: CODE=keep, warn or reject; may be repeated.
-    #[arg(long, value_name = "CODE=VERDICT", value_parser = policy_entry)]
-    policy: Vec<(Code, Verdict)>,
+    #[arg(long, value_name = "CODE=TREATMENT", value_parser = policy_entry)]
+    policy: Vec<(Code, HitTreatment)>,
     /// Largest number of hits to keep: the most consistent ones.
     #[arg(long, value_name = "COUNT", value_parser = count)]
     keep: Option<NonZeroUsize>,
@@ -113,7 +113,7 @@ fn options(args: &Args) -> Result<Options> {
     let policy = args
         .policy
         .iter()
-        .fold(HitPolicy::default(), |policy, &(code, verdict)| policy.with(code, verdict));
+        .fold(HitPolicy::default(), |policy, &(code, treatment)| policy.with(code, treatment));
     Ok(Options {
         force: args.force.clone(),
         leave_out: args.leave_out.clone(),
@@ -154,12 +154,12 @@ fn count(text: &str) -> std::result::Result<NonZeroUsize, String> {
     })
 }
 
-fn policy_entry(text: &str) -> std::result::Result<(Code, Verdict), String> {
-    let (name, verdict) = text.split_once('=').ok_or("write CODE=VERDICT")?;
+fn policy_entry(text: &str) -> std::result::Result<(Code, HitTreatment), String> {
+    let (name, treatment) = text.split_once('=').ok_or("write CODE=TREATMENT")?;
     let code = HitPolicy::CODES.into_iter().find(|code| code.name() == name).ok_or_else(|| {
         let codes: Vec<_> = HitPolicy::CODES.iter().map(|code| code.name()).collect();
         format!("no such code; one of {}", codes.join(", "))
     })?;
-    let verdict = Verdict::from_name(verdict).ok_or("keep, warn or reject is wanted")?;
-    Ok((code, verdict))
+    let treatment = HitTreatment::from_name(treatment).ok_or("keep, warn or reject is wanted")?;
+    Ok((code, treatment))
 }

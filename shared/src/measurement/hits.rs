@@ -12,7 +12,7 @@ use super::{
 };
 use crate::design::FurtherHitSearch;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
-use crate::layout::{TestProfile, Verdict};
+use crate::layout::{HitTreatment, TestProfile};
 use crate::signal::{
     CaptureState, FftError, FullRateExtremes, HitAgreement, HitReport, RECORD_SCANS, RealFft, Scan,
     grade, grade_long,
@@ -317,9 +317,9 @@ impl<R: RealFft> Measurement<'_, R> {
     /// Compares the averaged hit with its repeat hits. A hit without mass lines of its own does not
     /// contribute to the scatter.
     fn join(&mut self, campaign: &mut Campaign, dof: usize, hit: AveragedHit<R>) -> Task<R> {
-        let verdict = self.test().policy.verdict(Code::HitInconsistent);
+        let treatment = self.test().policy.treatment(Code::HitInconsistent);
         let standing = match &hit {
-            AveragedHit::MassLine(hit) => self.join_mass_lines(hit, verdict),
+            AveragedHit::MassLine(hit) => self.join_mass_lines(hit, treatment),
             AveragedHit::Long(hit) => hit.standing(self.memory.known_line_scatter()),
         };
         match standing {
@@ -328,10 +328,10 @@ impl<R: RealFft> Measurement<'_, R> {
                 campaign.analysed();
             }
             HitAgreement::Outlier(distance) | HitAgreement::Inconsistent(distance)
-                if verdict != Verdict::Reject =>
+                if treatment != HitTreatment::Reject =>
             {
                 let code = Code::HitInconsistent;
-                let severity = verdict.severity();
+                let severity = treatment.severity();
                 let found = Diagnostic::about(code, severity, Subject::hit(dof), distance.to_f32());
                 self.push_diagnostic(found);
                 self.report_again(found);
@@ -354,12 +354,16 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 
     /// Compares the mass lines of a hit with those of its repeat hits, and adds them unless it disagrees.
-    fn join_mass_lines(&mut self, hit: &HitAverager<R>, verdict: Verdict) -> HitAgreement<R> {
+    fn join_mass_lines(
+        &mut self,
+        hit: &HitAverager<R>,
+        treatment: HitTreatment,
+    ) -> HitAgreement<R> {
         let Some(own) = hit.mass_lines(&self.calibration) else { return HitAgreement::Agrees };
         let elsewhere = averaging::known_scatter(&self.memory.mass_lines);
         let others = self.memory.single_hits.get_or_insert_default();
         let force = hit.squared_force(&self.memory.record, &own, others);
-        averaging::join(others, &own, force, elsewhere, verdict)
+        averaging::join(others, &own, force, elsewhere, treatment)
     }
 
     /// Reports the current hit again, after what was found when it had passed its own grading; an error rejects it.
