@@ -42,7 +42,7 @@ pub use device::{
 };
 pub use electronics::{Asymmetry, Electronics, Memory};
 pub use estimate::{ChiSquared, Estimate, LearnedBudget, PrincipalMoments};
-pub use fault::{Fault, SingleFaults, Suspect};
+pub use fault::{ErrorsOverStated, Fault, SingleFaults, Suspect};
 pub use finding::{Cause, Failure, Finding, FoundBy, Refusal, Unseen};
 pub use hit_log::{HitRemark, HitVerdict, LoggedHit};
 pub use hits::{Decided, GradedHit, HitFinding, Hits};
