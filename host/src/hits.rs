@@ -7,7 +7,7 @@ mod report;
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::TestSettings;
 use massline_shared::signal::{
-    CHANNELS, ChannelRange, FftError, HitAgreement, HitAnalysis, HitGrader, HitReport,
+    CHANNELS, ChannelRange, FftError, HitAnalysis, HitGrader, HitReport,
 };
 use nalgebra::Complex;
 
@@ -169,9 +169,10 @@ fn compare(hits: &mut [Hit], cut: &[CutHit], rate: f64, options: &Options) -> Re
         let beside = repeats.beside_the_others(place);
         hit.distance = beside.distance();
         hit.kept = kept.contains(&place);
-        if let HitAgreement::Outlier(far) | HitAgreement::Inconsistent(far) = beside.standing() {
-            let severity = options.test.policy.treatment(Code::HitInconsistent).severity();
-            let found = Diagnostic::whole(Code::HitInconsistent, severity, far as f32);
+        let standing = beside.standing();
+        if let Some((code, far)) = standing.finding() {
+            let severity = standing.treatment(options.test.policy).severity();
+            let found = Diagnostic::whole(code, severity, far as f32);
             // There is room: a hit that is not rejected has few findings.
             let _ = hit.report.findings.push(found);
             hit.kept &= !found.is_error();

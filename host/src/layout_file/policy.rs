@@ -21,6 +21,7 @@ pub(super) fn policy(raw: &RawPolicy) -> HitPolicy {
         (raw.motion_not_rigid, Code::MotionNotRigid),
         (raw.impulse_too_small, Code::ImpulseTooSmall),
         (raw.impulse_too_large, Code::ImpulseTooLarge),
+        (raw.hit_elsewhere, Code::HitElsewhere),
     ];
     entries.into_iter().fold(HitPolicy::default(), |policy, (treatment, code)| match treatment {
         Some(RawTreatment::Keep) => policy.with(code, HitTreatment::Keep),

@@ -227,12 +227,16 @@ pub(super) struct RawPolicy {
     /// The impulse is above `test.impulse_ns`.
     #[schemars(with = "RawTreatment")]
     pub(super) impulse_too_large: Option<RawTreatment>,
+    /// The hit differs so much from several others at its DOF that it may have landed elsewhere, or the first two hits
+    /// differ so much from each other.
+    #[schemars(with = "RawTreatment")]
+    pub(super) hit_elsewhere: Option<RawTreatment>,
 }
 
 /// Keep the hit, keep it with a warning, or reject it so that it must be repeated.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-#[schemars(rename = "verdict")]
+#[schemars(rename = "treatment")]
 pub(super) enum RawTreatment {
     Keep,
     Warn,

@@ -53,7 +53,7 @@ pub struct HitPolicy(u32);
 
 impl HitPolicy {
     /// The codes that have a treatment. Stored and transmitted settings depend on their order: append new ones.
-    pub const CODES: [Code; 13] = [
+    pub const CODES: [Code; 14] = [
         Code::Overload,
         Code::TooWeak,
         Code::TooHard,
@@ -67,6 +67,7 @@ impl HitPolicy {
         Code::MotionNotRigid,
         Code::ImpulseTooSmall,
         Code::ImpulseTooLarge,
+        Code::HitElsewhere,
     ];
 
     /// The treatment when none is set: faults that would spoil an average are rejected.
@@ -77,6 +78,7 @@ impl HitPolicy {
             | Code::DoubleHit
             | Code::ClippedRecord
             | Code::DuplicateHit
+            | Code::HitElsewhere
             | Code::ImpulseTooSmall => HitTreatment::Reject,
             _ => HitTreatment::Warn,
         }
