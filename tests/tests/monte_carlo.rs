@@ -52,7 +52,7 @@ fn a_run_withdraws_the_hits_that_the_rig_withdraws() {
         let mut layout = layout(test);
         layout.test.policy = layout.test.policy.with(Code::HitInconsistent, HitTreatment::Reject);
         let (pure, _) = measured_twice(&bench, &layout, seed);
-        layout.test.policy = HitPolicy::default();
+        layout.test.policy = HitPolicy::default().with(Code::HitElsewhere, HitTreatment::Warn);
         let calibration = nominal_calibration(&bench);
         let host = layout.cast().expect("fits");
         let mut source = BenchSource::new(&bench, &host, seed).expect("fits");

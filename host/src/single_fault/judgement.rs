@@ -4,7 +4,8 @@
 //! so the number of mistakes does not raise the number of healthy tests that are suspected beyond that. Where the errors
 //! are larger than stated the search begins more often, and then it matters that many mistakes are tried and that some
 //! have a size that follows the noise. χ² therefore has to fall by what chance exceeds in one of a thousand such
-//! searches, in units of the errors that the mistake leaves.
+//! searches, in units of the errors that the mistake leaves (Student's distribution, as their size is not known; Wallace
+//! 1959).
 
 use massline_shared::identify::Consistency;
 use massline_shared::identify::single_fault::{AxisMap, DECISIVE_CHI_SQUARED, SingleFault};
@@ -49,7 +50,8 @@ impl Fitted {
         let limit = DECISIVE_CHI_SQUARED
             + 2.0 * (self.tried.max(1) as f64).ln()
             + FURTHER_UNKNOWN * further;
-        limit * best.consistency.reduced().max(1.0)
+        let freedom = f64::from(best.consistency.degrees_of_freedom.max(1));
+        freedom * ((limit / freedom).exp() - 1.0) * best.consistency.reduced().max(1.0)
     }
 
     /// True when the best mistake makes χ² decisively smaller than that of the nominal layout.

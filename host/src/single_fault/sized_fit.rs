@@ -15,6 +15,10 @@ use super::sized::{Size, SizedFault};
 const MOST_STEPS: usize = 12;
 /// The fit ends before a step that is shorter than this many standard deviations of the size.
 const SHORT: f64 = 0.1;
+/// Number of starts, the best by χ², that are followed to their ends.
+const MOST_STARTS: usize = 2;
+/// Displacements that a start is tried with where the readings give none, over the characteristic length.
+const STARTING_DISPLACEMENTS: [f64; 7] = [0.0, 0.5, -0.5, 1.2, -1.2, 2.5, -2.5];
 /// Gains that a start is tried with where the readings give none: a reversed sign, and readings in g instead of m/s² and
 /// the reverse.
 const STARTING_GAINS: [f64; 4] = [1.0, -1.0, 9.806_65, 1.0 / 9.806_65];
@@ -46,11 +50,36 @@ pub(super) fn fit<const S: usize, const H: usize>(
     room: &mut [f64],
 ) -> Option<SizedFit> {
     let starts = match linear_start::start(fault, layout, lines) {
-        Some((_, size)) => vec![size],
+        // The equations are linear in the motions, whose errors they do not weigh.
+        Some((_, size)) => vec![size, fault.none()],
         None => starts(fault, layout, lines, without),
+    };
+    let starts = match starts.len() {
+        0..=MOST_STARTS => starts,
+        _ => best_of(&starts, fault, layout, lines, room),
     };
     let fits = starts.iter().filter_map(|start| descend(fault, layout, lines, start, room));
     fits.min_by(|a, b| chi_squared(a).total_cmp(&chi_squared(b)))
+}
+
+/// The starts whose fits have the least χ².
+fn best_of<const S: usize, const H: usize>(
+    starts: &[Size],
+    fault: SizedFault,
+    layout: &Layout<f64, S, H>,
+    lines: &[DofMassLines<f64, S>],
+    room: &mut [f64],
+) -> Vec<Size> {
+    let mut fits: Vec<(f64, Size)> = starts
+        .iter()
+        .filter_map(|start| {
+            let (corrected, readings) = fault.corrected(start, layout, lines)?;
+            let (estimate, _) = solve(&corrected, &readings, None, room)?;
+            Some((estimate.consistency?.chi_squared, *start))
+        })
+        .collect();
+    fits.sort_by(|a, b| a.0.total_cmp(&b.0));
+    fits.into_iter().take(MOST_STARTS).map(|(_, start)| start).collect()
 }
 
 fn chi_squared(fit: &SizedFit) -> f64 {
@@ -73,8 +102,11 @@ fn starts<const S: usize, const H: usize>(
             let hits = layout.hits.iter().map(|hit| (hit.dof.node, hit.position));
             let place = sensors.chain(hits).find(|(other, _)| *other == node);
             let written = place.map_or(0.0, |(_, position)| position[axis.index()]);
-            // As it is, and with the other sign.
-            vec![fault.none(), Vector2::new(-2.0 * written, 0.0)]
+            let length = layout.characteristic_length();
+            let displaced = STARTING_DISPLACEMENTS.map(|over_length| over_length * length);
+            // Also with the other sign.
+            let all = displaced.into_iter().chain([-2.0 * written]);
+            all.map(|displacement| Vector2::new(displacement, 0.0)).collect()
         }
         SizedFault::HitDisplaced { .. } => vec![fault.none()],
         _ => STARTING_GAINS.map(|gain| Vector2::new(gain, 0.0)).to_vec(),

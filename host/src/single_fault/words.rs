@@ -114,7 +114,7 @@ fn sized_clause(sized: &SizedMistake, layout: &HostLayout) -> String {
             let subject = match fault {
                 SizedFault::ChannelGain { sensor, axis } => {
                     let letter = AXIS_LETTERS[axis.index()];
-                    format!("channel {}{letter} ({})", sensor + 1, sensor_name(sensor, layout))
+                    format!("channel {letter} of {}", sensor_name(sensor, layout))
                 }
                 SizedFault::SensorGain { sensor } => sensor_name(sensor, layout),
                 SizedFault::HitGain { hit } => hit_name(hit, layout),

@@ -359,7 +359,7 @@ codes! {
     /// Value: the relative distance of their responses per force.
     HitsDisagree = 76, "hits_disagree", Hit, Share(0);
         "First two hits differ\nboth dropped: hit the\nsame point.";
-        "at {subject} hits 1 and 2 differ by {value}, so one of them may have landed elsewhere: both are \
+        "at {subject} the first and the second hit differ by {value}, so one of them may have landed elsewhere: both are \
          dropped; hit the same point in the same direction every time";
     /// The operator took back a hit that had been accepted. Subject: the DOF.
     HitUndone = 77, "hit_undone", Hit, None;
@@ -376,7 +376,8 @@ codes! {
     /// relative distance of their responses per force.
     HitsInDoubt = 79, "hits_in_doubt", Hit, Share(0);
         "First two hits differ\none is wrong: hit the\nsame point.";
-        "at {subject} hits 1 and 2 differ by {value}, so one of them may have landed elsewhere; hit the marked point again";
+        "at {subject} the first and the second hit differ by {value}, so one of them may have landed elsewhere; hit the \
+         marked point again";
 
     // Codes of the suspension modes.
 
