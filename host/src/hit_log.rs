@@ -68,6 +68,9 @@ impl HitLog {
             last.event = event.clone();
             if !event.good {
                 self.withdraw(event);
+            } else if let Some(disagreement) = finding_of(event, Code::HitsDisagree) {
+                // The hit is the first of its DOF again.
+                self.drop_others(event.dof, disagreement);
             }
             return;
         }
@@ -86,9 +89,8 @@ impl HitLog {
 
     /// Takes the last hit out again; of the first two hits of a DOF that disagree, both.
     fn withdraw(&mut self, event: &HitEvent) {
-        let found = |code: Code| event.findings.iter().find(|of| of.code == code);
-        let is_outlier =
-            found(Code::HitInconsistent).is_some() || found(Code::HitsDisagree).is_some();
+        let codes = [Code::HitInconsistent, Code::HitElsewhere, Code::HitsDisagree];
+        let is_outlier = codes.into_iter().any(|code| finding_of(event, code).is_some());
         if let Some(last) = self.entries.last_mut() {
             last.verdict = match () {
                 () if event.is_undone() => HitVerdict::Undone,
@@ -97,13 +99,19 @@ impl HitLog {
             };
             last.settled = false;
         }
-        let Some(disagreement) = found(Code::HitsDisagree) else { return };
-        let dof = event.dof;
-        for other in &mut self.entries {
+        if let Some(disagreement) = finding_of(event, Code::HitsDisagree) {
+            self.drop_others(event.dof, disagreement);
+        }
+    }
+
+    /// Takes the hits before the last one at its DOF out again.
+    fn drop_others(&mut self, dof: u8, disagreement: Diagnostic) {
+        let before = self.entries.len().saturating_sub(1);
+        for other in &mut self.entries[..before] {
             if other.stands_at(dof) || (other.settled && other.event.dof == dof) {
                 other.verdict = HitVerdict::OutlierRemoved;
                 // A list of findings that is full says enough.
-                let _ = other.event.findings.push(*disagreement);
+                let _ = other.event.findings.push(disagreement);
             }
         }
     }
@@ -217,6 +225,11 @@ impl Entry {
             graded: self.graded.clone(),
         })
     }
+}
+
+/// The finding of a hit with this code.
+fn finding_of(event: &HitEvent, code: Code) -> Option<Diagnostic> {
+    event.findings.iter().find(|found| found.code == code).copied()
 }
 
 #[cfg(test)]

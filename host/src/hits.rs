@@ -6,10 +6,10 @@ mod repeats;
 mod report;
 mod understanding;
 
-use massline_shared::diagnosis::{Code, Diagnostic};
+use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::TestSettings;
 use massline_shared::signal::{
-    CHANNELS, ChannelRange, FftError, HitAgreement, HitAnalysis, HitGrader, HitReport,
+    CHANNELS, ChannelRange, FftError, HitAnalysis, HitGrader, HitReport,
 };
 use nalgebra::Complex;
 
@@ -132,13 +132,20 @@ impl PreparedRecording {
     pub fn new(mut recording: Recording, options: &Options) -> Result<Self> {
         let order = cut::channel_order(&mut recording, options)?;
         let (scales, notes) = recording.scales(&order, &options.statements)?;
-        let time_unit = options.statements.units.iter().rfind(|stated| recording.is_time_column(&stated.column));
+        let time_unit = options
+            .statements
+            .units
+            .iter()
+            .rfind(|stated| recording.is_time_column(&stated.column));
         let rate = recording.rate(options.rate_hz, time_unit.map(|stated| stated.unit.as_str()))?;
         cut::check_rate(&rate, options)?;
         let warnings = recording.notes.iter().chain(&notes).chain(&rate.notes).cloned().collect();
         let understanding = Understanding::new(&recording, &order, &scales, rate.clone());
         let force = order.first().copied().unwrap_or_default();
-        let force = recording.channels.get(force).map_or_else(String::new, |channel| column(force, channel));
+        let force = recording
+            .channels
+            .get(force)
+            .map_or_else(String::new, |channel| column(force, channel));
         let recording = recording.scaled(&order, &scales);
         Ok(Self { recording, order, force, rate: rate.hz, understanding, warnings })
     }
@@ -219,9 +226,10 @@ fn compare(hits: &mut [Hit], cut: &[CutHit], rate: f64, options: &Options) -> Re
         let beside = repeats.beside_the_others(place);
         hit.distance = beside.distance();
         hit.kept = kept.contains(&place);
-        if let HitAgreement::Outlier(far) | HitAgreement::Inconsistent(far) = beside.standing() {
-            let severity = options.test.policy.verdict(Code::HitInconsistent).severity();
-            let found = Diagnostic::whole(Code::HitInconsistent, severity, far as f32);
+        let standing = beside.standing();
+        if let Some((code, far)) = standing.finding() {
+            let severity = standing.treatment(options.test.policy).severity();
+            let found = Diagnostic::whole(code, severity, far as f32);
             // There is room: a hit that is not rejected has few findings.
             let _ = hit.report.findings.push(found);
             hit.kept &= !found.is_error();

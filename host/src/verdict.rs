@@ -10,13 +10,13 @@
 //! nothing.
 
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
-use massline_shared::identify::agreement::Outcome;
-use massline_shared::identify::single_fault::SingleFault;
+use massline_shared::identify::agreement::Outcome as Agreed;
+use massline_shared::identify::maximum_likelihood::BudgetScales;
 use massline_shared::identify::{Consistency, Estimate, Method};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::single_fault::{self, Examination};
+use crate::single_fault::{Examination, Outcome, Suspect};
 use crate::suspension::{Comparison, Doubt};
 
 /// χ² of the stated budget over its degrees of freedom from which an answer is not to be used: errors of three times their
@@ -90,10 +90,15 @@ pub enum Concern {
     /// A single mistake, or one of several that the data cannot tell apart, explains data that contradict the layout.
     SingleMistake {
         /// The mistakes, the most likely first.
-        faults: Vec<SingleFault<f64>>,
+        suspects: Vec<Suspect>,
         /// Whether the data contradict the layout so far that this is decisive.
         is_decisive: bool,
     },
+    /// Errors of the stated kinds that are larger than stated by these factors explain the data.
+    LargerErrors(BudgetScales<f64>),
+    /// The data contradict the stated budget, and neither a single mistake nor larger errors explain that; `None` where the
+    /// layout has no fit at all.
+    Unexplained(Option<Consistency<f64>>),
     /// No body on its suspension fits the responses.
     ModelMisfit,
     /// A flexible mode above the band puts every method off but the global fit, and this answer is not by the global fit.
@@ -117,6 +122,7 @@ impl Concern {
             | Self::Unconfirmed(_)
             | Self::Contradicted(_)
             | Self::SingleMistake { is_decisive: true, .. }
+            | Self::Unexplained(None)
             | Self::ModelMisfit => Verdict::DoNotUse,
             _ => Verdict::UseWithCare,
         }
@@ -130,6 +136,8 @@ impl Concern {
             Self::Unconfirmed(_) => "unconfirmed",
             Self::Contradicted(_) => "contradicted",
             Self::SingleMistake { .. } => "single_mistake",
+            Self::LargerErrors(_) => Code::ErrorsLargerThanStated.name(),
+            Self::Unexplained(_) => Code::NoSingleFaultExplains.name(),
             Self::ModelMisfit => Code::ModelDoesNotFit.name(),
             Self::FlexibleMode => Code::FlexibleModeAboveBand.name(),
             Self::MethodsDiffer => "methods_differ",
@@ -180,7 +188,7 @@ impl<'a> Evidence<'a> {
             let reason = self.refusals.first().map(|(_, reason)| *reason);
             concerns.push(Concern::Unconfirmed(reason));
         }
-        concerns.extend(self.examination.and_then(mistake));
+        concerns.extend(self.examination.and_then(examined));
         concerns.extend(self.contradiction());
         concerns.extend(self.preferred_method());
         concerns.extend(self.comparison.and_then(|comparison| self.disagreement(comparison)));
@@ -234,7 +242,7 @@ impl<'a> Evidence<'a> {
         if place.is_some_and(|place| agreement.outliers.contains(&place)) {
             return Some(Concern::MethodOff(self.answer.method));
         }
-        (agreement.outcome() == Outcome::Differ).then_some(Concern::MethodsDiffer)
+        (agreement.outcome() == Agreed::Differ).then_some(Concern::MethodsDiffer)
     }
 
     /// Warnings and errors about the test and the answer. Why another method has no answer is its own affair.
@@ -278,14 +286,18 @@ impl Judgement {
     }
 }
 
-/// The single mistakes that an examination suspects.
-fn mistake(examination: &Examination) -> Option<Concern> {
-    let single_fault::Verdict::Suspected(suspects) = &examination.verdict else { return None };
+/// What an examination makes of data that contradict the stated budget.
+fn examined(examination: &Examination) -> Option<Concern> {
     let reduced = examination.plain.map_or(f64::INFINITY, |consistency| consistency.reduced());
-    Some(Concern::SingleMistake {
-        faults: suspects.iter().map(|suspect| suspect.fault).collect(),
-        is_decisive: reduced > DECISIVE_CONTRADICTION,
-    })
+    match &examination.outcome {
+        Outcome::NothingSuspicious => None,
+        Outcome::Suspected(suspects) => Some(Concern::SingleMistake {
+            suspects: suspects.clone(),
+            is_decisive: reduced > DECISIVE_CONTRADICTION,
+        }),
+        Outcome::LargerErrors(scales) => Some(Concern::LargerErrors(*scales)),
+        Outcome::Unexplained => Some(Concern::Unexplained(examination.plain)),
+    }
 }
 
 /// True for a reason that lies in the data, not in what the method needs: the method was tried and has failed.
@@ -302,10 +314,11 @@ fn is_of_other_form(code: Code) -> bool {
 mod tests {
     use massline_shared::body::RigidBody;
     use massline_shared::diagnosis::Diagnostics;
+    use massline_shared::identify::single_fault::SingleFault;
     use nalgebra::{SMatrix, SVector};
 
     use super::*;
-    use crate::single_fault::Suspect;
+    use crate::single_fault::Mistake;
 
     /// A sound answer.
     fn estimate() -> Estimate<f64> {
@@ -325,9 +338,9 @@ mod tests {
         Diagnostic::whole(code, Severity::Warning, 1.0)
     }
 
-    fn examination(chi_squared: f64, verdict: single_fault::Verdict) -> Examination {
+    fn examination(chi_squared: f64, outcome: Outcome) -> Examination {
         let plain = Some(Consistency { chi_squared, degrees_of_freedom: 17 });
-        Examination { plain, verdict, runner_up: None, tested: 100, hidden: None }
+        Examination { plain, outcome, runner_up: None, tested: 100, hidden: None }
     }
 
     #[test]
@@ -362,7 +375,7 @@ mod tests {
         let estimate = estimate();
         // χ² of a bench twice as rough as stated, 4 times 17, and of one four times as rough, 16 times 17.
         for (chi_squared, expected) in [(68.0, Verdict::Good), (272.0, Verdict::DoNotUse)] {
-            let examination = examination(chi_squared, single_fault::Verdict::NothingSuspicious);
+            let examination = examination(chi_squared, Outcome::NothingSuspicious);
             let evidence = Evidence { examination: Some(&examination), ..Evidence::of(&estimate) };
             assert_eq!(evidence.judge().verdict(), expected, "{chi_squared}");
         }
@@ -372,11 +385,11 @@ mod tests {
     fn a_single_mistake_is_decisive_where_the_data_contradict_the_layout_clearly() {
         let estimate = estimate();
         let consistency = Consistency { chi_squared: 17.0, degrees_of_freedom: 17 };
-        let suspect =
-            Suspect { fault: SingleFault::HitReversed { hit: 1 }, consistency, scale: None };
+        let mistake = Mistake::Listed(SingleFault::HitReversed { hit: 1 });
+        let suspect = Suspect { mistake, consistency, scale: None, corrected: None };
         // The limit of chance, 40.8, and three times that.
         for (chi_squared, expected) in [(42.0, Verdict::UseWithCare), (120.0, Verdict::DoNotUse)] {
-            let suspected = single_fault::Verdict::Suspected(vec![suspect]);
+            let suspected = Outcome::Suspected(vec![suspect.clone()]);
             let examination = examination(chi_squared, suspected);
             let evidence = Evidence { examination: Some(&examination), ..Evidence::of(&estimate) };
             let judgement = evidence.judge();

@@ -3,7 +3,7 @@
 use massline::commands::bench_test::nominal_calibration;
 use massline_protocol::object::{DofResult, MeasurementResult, StoredEstimate};
 use massline_shared::diagnosis::Code;
-use massline_shared::layout::{RigLayout, Verdict};
+use massline_shared::layout::{HitTreatment, RigLayout};
 use massline_shared::measurement::campaign::Start;
 use massline_shared::measurement::{Measurement, Memory, NextAction};
 use massline_shared::units::ScanIndex;
@@ -68,7 +68,8 @@ fn the_rig_and_a_direct_drive_give_the_same_bytes() {
         // In the last two tests, inconsistent hits occur and are withdrawn.
         if k > 1 {
             bench.operator.misplaced_rate = 0.2;
-            layout.test.policy = layout.test.policy.with(Code::HitInconsistent, Verdict::Reject);
+            layout.test.policy =
+                layout.test.policy.with(Code::HitInconsistent, HitTreatment::Reject);
         }
         let seed = 3 + k as u64;
         let source = BenchSource::new(&bench, &layout.cast().unwrap(), seed).unwrap();

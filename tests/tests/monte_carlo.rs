@@ -9,7 +9,7 @@ use massline::monte_carlo::{MonteCarlo, Study, apply_bench_budget, report, seed_
 use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::Method;
-use massline_shared::layout::{HitPolicy, Verdict};
+use massline_shared::layout::{HitPolicy, HitTreatment};
 use massline_tests::campaign::{self, THREE_BAR_TESTS};
 use massline_tests::long;
 use massline_virtual::bench::{Bench, BenchSource};
@@ -50,9 +50,9 @@ fn a_run_withdraws_the_hits_that_the_rig_withdraws() {
     let mut withdrawn = 0;
     for (test, seed) in THREE_BAR_TESTS.into_iter().zip(1..) {
         let mut layout = layout(test);
-        layout.test.policy = layout.test.policy.with(Code::HitInconsistent, Verdict::Reject);
+        layout.test.policy = layout.test.policy.with(Code::HitInconsistent, HitTreatment::Reject);
         let (pure, _) = measured_twice(&bench, &layout, seed);
-        layout.test.policy = HitPolicy::default();
+        layout.test.policy = HitPolicy::default().with(Code::HitElsewhere, HitTreatment::Warn);
         let calibration = nominal_calibration(&bench);
         let host = layout.cast().expect("fits");
         let mut source = BenchSource::new(&bench, &host, seed).expect("fits");

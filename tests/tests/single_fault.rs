@@ -3,7 +3,7 @@
 use massline::commands::bench_test::nominal_calibration;
 use massline::layout_file::LayoutFile;
 use massline::monte_carlo::measurement::measure;
-use massline::single_fault::{Examination, Verdict, examine};
+use massline::single_fault::{Examination, Outcome, examine};
 use massline_tests::campaign::scans;
 use massline_tests::long;
 use massline_virtual::bench::Bench;
@@ -105,7 +105,7 @@ fn a_common_scale_is_named_when_a_mass_is_known() {
 
     // No other information determines the mass of the object.
     let (_, found) = examined(FIVE_HITS, &["scale:1.1"], 21);
-    assert_eq!(found.verdict, Verdict::NothingSuspicious);
+    assert_eq!(found.outcome, Outcome::NothingSuspicious);
 }
 
 #[test]
@@ -114,8 +114,8 @@ fn a_good_test_is_not_suspicious() {
         for text in [FIVE_HITS.to_owned(), format!("{FIVE_HITS}{KNOWN_MASS}")] {
             let (file, found) = examined(&text, &[], seed);
             assert_eq!(
-                found.verdict,
-                Verdict::NothingSuspicious,
+                found.outcome,
+                Outcome::NothingSuspicious,
                 "{}",
                 found.to_text(&file.layout)
             );
@@ -128,7 +128,7 @@ fn what_cannot_be_seen_is_said_and_not_guessed() {
     // Nodes 2 and 4, and 3 and 1, lie on one line along the hit.
     for (seed, fault) in [(41, "hit:2:4"), (42, "hit:5:1")] {
         let (file, found) = examined(FIVE_HITS, &[fault], seed);
-        assert_eq!(found.verdict, Verdict::NothingSuspicious);
+        assert_eq!(found.outcome, Outcome::NothingSuspicious);
         let json = json!(found.to_json(&file.layout));
         let hidden: Vec<_> = json["not_visible"]
             .as_array()
@@ -143,7 +143,7 @@ fn what_cannot_be_seen_is_said_and_not_guessed() {
 #[test]
 fn two_mistakes_at_once_are_not_blamed_on_one() {
     let (file, found) = examined(FIVE_HITS, &["flip:1x", "hit:2:1"], 51);
-    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.to_text(&file.layout));
+    assert_eq!(found.outcome, Outcome::Unexplained, "{}", found.to_text(&file.layout));
     let said = json!(found.diagnostics_json(&file.layout));
     assert_eq!(said[0]["code"], "no_single_fault_explains");
 }

@@ -4,18 +4,21 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use massline_shared::diagnosis::Code;
-use massline_shared::layout::{HitPolicy, TestSettings, Verdict};
+use massline_shared::layout::{HitPolicy, HitTreatment, TestSettings};
 use serde_json::json;
 
 use super::number::{not_negative, positive};
 use crate::error::{Error, Result};
 use crate::hits::{Options, PreparedRecording};
 use crate::output::Output;
-use crate::recording::{Decimal, Recording, Sensitivity, StatedSensitivity, StatedUnit, Statements};
+use crate::recording::{
+    Decimal, Recording, Sensitivity, StatedSensitivity, StatedUnit, Statements,
+};
 
 /// Arguments of `massline hits`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = r#"Reads LabVIEW measurement (.lvm), text with columns (CSV: semicolons, tabs, commas or blanks; up to
+#[command(
+    after_help = r#"Reads LabVIEW measurement (.lvm), text with columns (CSV: semicolons, tabs, commas or blanks; up to
 1000 lines of header), UFF time records (dataset 58, type 1) and NumPy arrays ((segments,) samples,
 channels). Text may be UTF-8, UTF-16, Windows-1252 or Shift-JIS. A file of several segments has a
 hit in each, and so has a short one that begins with a hit; a continuous one is cut by the trigger.
@@ -30,7 +33,8 @@ Examples:
   massline hits old.csv --unit Hammer=lbf --unit "*=g" --leave-out Temperature
   massline hits volts.csv --sensitivity "Hammer=2.3 mV/N" --sensitivity "2=100 mV/g" --reverse Hammer
   massline hits ticks.csv --unit "time_us=us"
-  massline hits taps.npy --unit 1=N --unit "*=m/s^2" --rate-hz 51200 --json"#)]
+  massline hits taps.npy --unit 1=N --unit "*=m/s^2" --rate-hz 51200 --json"#
+)]
 pub struct Args {
     /// The recording.
     file: PathBuf,
@@ -87,8 +91,8 @@ pub struct Args {
     #[arg(long, value_name = "PER_S", value_parser = not_negative, default_value_t = test_defaults().exponential_decay)]
     exponential_decay_per_s: f64,
     /// Treatment of a fault: CODE=keep, warn or reject; may be repeated.
-    #[arg(long, value_name = "CODE=VERDICT", value_parser = policy_entry)]
-    policy: Vec<(Code, Verdict)>,
+    #[arg(long, value_name = "CODE=TREATMENT", value_parser = policy_entry)]
+    policy: Vec<(Code, HitTreatment)>,
     /// Largest number of hits to keep: the most consistent ones.
     #[arg(long, value_name = "COUNT", value_parser = count)]
     keep: Option<NonZeroUsize>,
@@ -107,7 +111,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = args.file.display();
     let options = options(args)?;
     let recording = Recording::read(&args.file, args.decimal)?;
-    let recording = PreparedRecording::new(recording, &options).map_err(|error| error.within(&file))?;
+    let recording =
+        PreparedRecording::new(recording, &options).map_err(|error| error.within(&file))?;
     if output.json() {
         output.explain(&json!({ "recording": recording.understanding().to_json() }));
     } else {
@@ -138,7 +143,7 @@ fn options(args: &Args) -> Result<Options> {
     let policy = args
         .policy
         .iter()
-        .fold(HitPolicy::default(), |policy, &(code, verdict)| policy.with(code, verdict));
+        .fold(HitPolicy::default(), |policy, &(code, treatment)| policy.with(code, treatment));
     Ok(Options {
         force: args.force.clone(),
         leave_out: args.leave_out.clone(),
@@ -181,7 +186,11 @@ fn sensitivity(text: &str) -> std::result::Result<StatedSensitivity, String> {
     let (column, value) = text.rsplit_once('=').ok_or(wrong)?;
     let sensitivity: Sensitivity = value.parse()?;
     let column = column.trim().to_owned();
-    if column.is_empty() { Err(wrong.into()) } else { Ok(StatedSensitivity { column, sensitivity }) }
+    if column.is_empty() {
+        Err(wrong.into())
+    } else {
+        Ok(StatedSensitivity { column, sensitivity })
+    }
 }
 
 fn decimal(text: &str) -> std::result::Result<Decimal, String> {
@@ -195,12 +204,12 @@ fn count(text: &str) -> std::result::Result<NonZeroUsize, String> {
     })
 }
 
-fn policy_entry(text: &str) -> std::result::Result<(Code, Verdict), String> {
-    let (name, verdict) = text.split_once('=').ok_or("write CODE=VERDICT")?;
+fn policy_entry(text: &str) -> std::result::Result<(Code, HitTreatment), String> {
+    let (name, treatment) = text.split_once('=').ok_or("write CODE=TREATMENT")?;
     let code = HitPolicy::CODES.into_iter().find(|code| code.name() == name).ok_or_else(|| {
         let codes: Vec<_> = HitPolicy::CODES.iter().map(|code| code.name()).collect();
         format!("no such code; one of {}", codes.join(", "))
     })?;
-    let verdict = Verdict::from_name(verdict).ok_or("keep, warn or reject is wanted")?;
-    Ok((code, verdict))
+    let treatment = HitTreatment::from_name(treatment).ok_or("keep, warn or reject is wanted")?;
+    Ok((code, treatment))
 }

@@ -107,7 +107,7 @@ fn show_json(file: &LayoutFile) -> ShownLayout {
         position_m: hit.position,
         direction: hit.direction,
     };
-    let verdicts = HitPolicy::CODES.map(|code| (code.name(), test.policy.verdict(code).name()));
+    let treatments = HitPolicy::CODES.map(|code| (code.name(), test.policy.treatment(code).name()));
     ShownLayout {
         title: file.title.clone(),
         layout_hash: file.hash().and_then(hash_text),
@@ -131,7 +131,7 @@ fn show_json(file: &LayoutFile) -> ShownLayout {
             min_peak_force_n: test.min_peak_force_n,
             impulse_ns: test.impulse_ns,
         },
-        policy: verdicts.into(),
+        policy: treatments.into(),
     }
 }
 

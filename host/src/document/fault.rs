@@ -3,14 +3,15 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::Spread;
+use super::{Estimate, Spread};
 
 /// The search for a single mistake that explains the data.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "single_faults")]
 pub struct SingleFaults {
-    /// `nothing_suspicious`, `suspected` or `unexplained`.
-    pub verdict: &'static str,
+    /// `nothing_suspicious`, `suspected`, `larger_errors` (no mistake explains the data, errors larger than stated do) or
+    /// `unexplained`.
+    pub outcome: &'static str,
     /// χ² of the layout as it is.
     pub chi_squared: Option<f64>,
     /// Its degrees of freedom.
@@ -21,8 +22,22 @@ pub struct SingleFaults {
     pub suspects: Vec<Suspect>,
     /// The next best.
     pub runner_up: Option<Suspect>,
+    /// For `larger_errors`: the errors over those stated.
+    pub errors_over_stated: Option<ErrorsOverStated>,
     /// Mistakes that the data would not show.
     pub not_visible: Option<Vec<Fault>>,
+}
+
+/// Errors that explain the data over those that are stated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "errors_over_stated")]
+pub struct ErrorsOverStated {
+    /// Of the positions of the hits.
+    pub hit_position: f64,
+    /// Of the directions of the hits.
+    pub hit_direction: f64,
+    /// Of what stays the same over the test: sensors and marks.
+    pub constant: f64,
 }
 
 /// A mistake. Sensors and hits are counted from 1, as in the layout's messages.
@@ -42,9 +57,15 @@ pub struct Fault {
     /// The hit, where it is about one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hit: Option<usize>,
-    /// The node that was hit instead.
+    /// The node that was hit instead, or whose coordinate is wrong.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub node: Option<u16>,
+    /// The nodes, where it is about two.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<[u16; 2]>,
+    /// The axis of the sensor, or the coordinate of the node.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis: Option<char>,
 }
 
 /// A mistake that explains the data.
@@ -56,7 +77,24 @@ pub struct Suspect {
     pub fault: Fault,
     /// χ² with it.
     pub chi_squared: f64,
+    /// Its degrees of freedom.
+    pub degrees_of_freedom: u16,
     /// The scale of all readings, where that is the mistake.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<Spread<f64>>,
+    /// For a gain: the readings over their true values.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gain: Option<Spread<f64>>,
+    /// For a coordinate: the true minus the written value.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement_m: Option<Spread<f64>>,
+    /// For a hit beside its node: the true minus the nominal point, body frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacements_m: Option<[Spread<f64>; 3]>,
+    /// What the size smells of: a unit, a converter, a reversed sign.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub meaning: Option<&'static str>,
+    /// The ten properties as they would be without the mistake; never the answer of the test.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub corrected: Option<Estimate>,
 }

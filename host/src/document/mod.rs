@@ -45,7 +45,7 @@ pub use device::{
 };
 pub use electronics::{Asymmetry, Electronics, Memory};
 pub use estimate::{ChiSquared, Estimate, LearnedBudget, PrincipalMoments};
-pub use fault::{Fault, SingleFaults, Suspect};
+pub use fault::{ErrorsOverStated, Fault, SingleFaults, Suspect};
 pub use file_path::FilePath;
 pub use finding::{Cause, Failure, Finding, FoundBy, Refusal, Unseen, VerdictReason};
 pub use hit_log::{HitRemark, HitVerdict, LoggedHit};

@@ -138,6 +138,24 @@ fn the_first_two_hits_that_disagree_are_both_removed() {
     }
 }
 
+/// The third hit shows that one of the first two landed elsewhere: it stays as the first.
+#[test]
+fn two_hits_that_a_third_replaces_are_removed() {
+    let mut seen = Seen::new();
+    seen.good();
+    seen.good();
+    seen.hit(None);
+    seen.look(Phase::Busy);
+    let mut replaced = seen.event(Some(Code::HitsDisagree));
+    replaced.good = true;
+    seen.log.hit(&replaced);
+    (seen.status.rejected, seen.status.accepted[0]) = (2, 1);
+    seen.look(Phase::Armed);
+    assert_eq!(seen.verdicts(), [OutlierRemoved, OutlierRemoved, Accepted]);
+    seen.good();
+    assert_eq!(seen.verdicts(), [OutlierRemoved, OutlierRemoved, Accepted, Accepted]);
+}
+
 #[test]
 fn a_hit_can_be_taken_back_and_a_dof_begun_again() {
     let mut seen = Seen::new();

@@ -41,7 +41,7 @@ fn finding_json(found: &Diagnostic) -> HitFinding {
         Code::TooWeak => &mut decided.peak_force_n,
         Code::ForceSpectrumLow => &mut decided.level_db,
         Code::TriggerTooEarly => &mut decided.pre_trigger_scans,
-        Code::HitInconsistent => &mut decided.distance_relative,
+        code if is_of_distance(code) => &mut decided.distance_relative,
         Code::DoubleHit => &mut decided.second_peak_relative,
         _ => &mut decided.share_relative,
     };
@@ -51,9 +51,14 @@ fn finding_json(found: &Diagnostic) -> HitFinding {
     HitFinding {
         code: code_name(found),
         severity: found.severity.name(),
-        channel: (found.code != Code::HitInconsistent).then_some(channel),
+        channel: (!is_of_distance(found.code)).then_some(channel),
         decided,
     }
+}
+
+/// True for codes of hits that differ from each other.
+fn is_of_distance(code: Code) -> bool {
+    matches!(code, Code::HitInconsistent | Code::HitElsewhere | Code::HitsInDoubt)
 }
 
 impl Hits {
@@ -114,6 +119,16 @@ impl Hits {
             (Code::HitInconsistent, _) => format!(
                 "its responses per force are {:.0} % away from those of the other hits; hit the \
                  same point in the same direction every time",
+                100.0 * found.value
+            ),
+            (Code::HitElsewhere, _) => format!(
+                "its responses per force are {:.0} % away from those of the other hits: it may have landed elsewhere; \
+                 hit the marked point",
+                100.0 * found.value
+            ),
+            (Code::HitsInDoubt, _) => format!(
+                "its responses per force are {:.0} % away from those of the only other hit, so one of the two may have \
+                 landed elsewhere; hit once more",
                 100.0 * found.value
             ),
             (Code::ForceSpectrumLow, _) => format!(

@@ -1,9 +1,9 @@
 //! The `[policy]` table: how hits with a fault are treated.
 
 use massline_shared::diagnosis::Code;
-use massline_shared::layout::{HitPolicy, Verdict};
+use massline_shared::layout::{HitPolicy, HitTreatment};
 
-use super::raw::{RawPolicy, RawVerdict};
+use super::raw::{RawPolicy, RawTreatment};
 
 /// The policy of the rig; entries that the table omits have their default.
 pub(super) fn policy(raw: &RawPolicy) -> HitPolicy {
@@ -21,11 +21,12 @@ pub(super) fn policy(raw: &RawPolicy) -> HitPolicy {
         (raw.motion_not_rigid, Code::MotionNotRigid),
         (raw.impulse_too_small, Code::ImpulseTooSmall),
         (raw.impulse_too_large, Code::ImpulseTooLarge),
+        (raw.hit_elsewhere, Code::HitElsewhere),
     ];
-    entries.into_iter().fold(HitPolicy::default(), |policy, (verdict, code)| match verdict {
-        Some(RawVerdict::Keep) => policy.with(code, Verdict::Keep),
-        Some(RawVerdict::Warn) => policy.with(code, Verdict::Warn),
-        Some(RawVerdict::Reject) => policy.with(code, Verdict::Reject),
+    entries.into_iter().fold(HitPolicy::default(), |policy, (treatment, code)| match treatment {
+        Some(RawTreatment::Keep) => policy.with(code, HitTreatment::Keep),
+        Some(RawTreatment::Warn) => policy.with(code, HitTreatment::Warn),
+        Some(RawTreatment::Reject) => policy.with(code, HitTreatment::Reject),
         None => policy,
     })
 }

@@ -189,51 +189,55 @@ impl RawTest {
 #[schemars(rename = "policy")]
 pub(super) struct RawPolicy {
     /// A channel reached the limit of its range.
-    #[schemars(with = "RawVerdict")]
-    pub(super) overload: Option<RawVerdict>,
+    #[schemars(with = "RawTreatment")]
+    pub(super) overload: Option<RawTreatment>,
     /// The peak force is below `test.min_peak_force_n`.
-    #[schemars(with = "RawVerdict")]
-    pub(super) too_weak: Option<RawVerdict>,
+    #[schemars(with = "RawTreatment")]
+    pub(super) too_weak: Option<RawTreatment>,
     /// A channel came close to the limit of its range.
-    #[schemars(with = "RawVerdict")]
-    pub(super) too_hard: Option<RawVerdict>,
+    #[schemars(with = "RawTreatment")]
+    pub(super) too_hard: Option<RawTreatment>,
     /// The hammer made contact twice.
-    #[schemars(with = "RawVerdict")]
-    pub(super) double_hit: Option<RawVerdict>,
+    #[schemars(with = "RawTreatment")]
+    pub(super) double_hit: Option<RawTreatment>,
     /// The force hardly excites the upper end of the band.
-    #[schemars(with = "RawVerdict")]
-    pub(super) force_spectrum_low: Option<RawVerdict>,
+    #[schemars(with = "RawTreatment")]
+    pub(super) force_spectrum_low: Option<RawTreatment>,
     /// The signals were not quiet before the hit.
-    #[schemars(with = "RawVerdict")]
-    pub(super) pre_trigger_not_quiet: Option<RawVerdict>,
+    #[schemars(with = "RawTreatment")]
+    pub(super) pre_trigger_not_quiet: Option<RawTreatment>,
     /// The record ends before force or response have decayed.
-    #[schemars(with = "RawVerdict")]
-    pub(super) clipped_record: Option<RawVerdict>,
+    #[schemars(with = "RawTreatment")]
+    pub(super) clipped_record: Option<RawTreatment>,
     /// There are too few scans before the hit.
-    #[schemars(with = "RawVerdict")]
-    pub(super) trigger_too_early: Option<RawVerdict>,
+    #[schemars(with = "RawTreatment")]
+    pub(super) trigger_too_early: Option<RawTreatment>,
     /// The record is the same as that of the previous hit.
-    #[schemars(with = "RawVerdict")]
-    pub(super) duplicate_hit: Option<RawVerdict>,
+    #[schemars(with = "RawTreatment")]
+    pub(super) duplicate_hit: Option<RawTreatment>,
     /// The hit differs from the others at its DOF.
-    #[schemars(with = "RawVerdict")]
-    pub(super) hit_inconsistent: Option<RawVerdict>,
+    #[schemars(with = "RawTreatment")]
+    pub(super) hit_inconsistent: Option<RawTreatment>,
     /// The motion of a sensor does not fit a rigid body with the others.
-    #[schemars(with = "RawVerdict")]
-    pub(super) motion_not_rigid: Option<RawVerdict>,
+    #[schemars(with = "RawTreatment")]
+    pub(super) motion_not_rigid: Option<RawTreatment>,
     /// The impulse is below `test.impulse_ns`.
-    #[schemars(with = "RawVerdict")]
-    pub(super) impulse_too_small: Option<RawVerdict>,
+    #[schemars(with = "RawTreatment")]
+    pub(super) impulse_too_small: Option<RawTreatment>,
     /// The impulse is above `test.impulse_ns`.
-    #[schemars(with = "RawVerdict")]
-    pub(super) impulse_too_large: Option<RawVerdict>,
+    #[schemars(with = "RawTreatment")]
+    pub(super) impulse_too_large: Option<RawTreatment>,
+    /// The hit differs so much from several others at its DOF that it may have landed elsewhere, or the first two hits
+    /// differ so much from each other.
+    #[schemars(with = "RawTreatment")]
+    pub(super) hit_elsewhere: Option<RawTreatment>,
 }
 
 /// Keep the hit, keep it with a warning, or reject it so that it must be repeated.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-#[schemars(rename = "verdict")]
-pub(super) enum RawVerdict {
+#[schemars(rename = "treatment")]
+pub(super) enum RawTreatment {
     Keep,
     Warn,
     Reject,

@@ -165,7 +165,7 @@ fn the_policy_of_the_template_is_the_default_one() {
     use massline_shared::layout::HitPolicy;
     let policy = parse(TEMPLATE).unwrap().layout.test.policy;
     for code in HitPolicy::CODES {
-        assert_eq!(policy.verdict(code), HitPolicy::default_verdict(code), "{}", code.name());
+        assert_eq!(policy.treatment(code), HitPolicy::default_treatment(code), "{}", code.name());
         assert!(TEMPLATE.contains(&format!("\n{} = ", code.name())), "{}", code.name());
     }
 }
@@ -173,10 +173,10 @@ fn the_policy_of_the_template_is_the_default_one() {
 #[test]
 fn a_policy_changes_the_verdict_of_its_code_alone() {
     use massline_shared::diagnosis::Code;
-    use massline_shared::layout::{HitPolicy, Verdict};
+    use massline_shared::layout::{HitPolicy, HitTreatment};
     let text = format!("{}\n[policy]\ndouble_hit = \"keep\"\n", GOOD);
     let policy = parse(&text).unwrap().layout.test.policy;
-    assert_eq!(policy, HitPolicy::default().with(Code::DoubleHit, Verdict::Keep));
+    assert_eq!(policy, HitPolicy::default().with(Code::DoubleHit, HitTreatment::Keep));
     let wrong = text.replace("\"keep\"", "\"ignore\"");
     let message = parse(&wrong).unwrap_err().to_string();
     assert!(message.contains("`keep`, `warn`, `reject`"), "{message}");

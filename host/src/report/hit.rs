@@ -1,7 +1,7 @@
 //! The verdict on one hit, for the person who has made it.
 
 use massline_protocol::event::HitEvent;
-use massline_shared::diagnosis::{Diagnostic, Severity};
+use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::layout::RigLayout;
 
 use super::message::by_code;
@@ -31,7 +31,10 @@ impl HitSaid {
         }
         let (verdict, tone) = match hit.good {
             false => ("rejected", Tone::Warning),
-            true if doubts(hit).next().is_some() => ("doubtful", Tone::Warning),
+            // Hits before this one that were dropped are no doubt about it.
+            true if doubts(hit).any(|found| found.code != Code::HitsDisagree) => {
+                ("doubtful", Tone::Warning)
+            }
             true => ("good", Tone::Good),
         };
         let found: Vec<_> = match hit.good {
@@ -57,7 +60,7 @@ fn doubts(hit: &HitEvent) -> impl Iterator<Item = &Diagnostic> {
 
 #[cfg(test)]
 mod tests {
-    use massline_shared::diagnosis::{Code, Subject};
+    use massline_shared::diagnosis::Subject;
 
     use super::*;
     use crate::layout_file::LayoutFile;
@@ -86,14 +89,26 @@ mod tests {
         let doubtful = said(true, &[(Code::HitInconsistent, Severity::Warning)]);
         assert_eq!((doubtful.verdict, doubtful.tone), ("doubtful", Tone::Warning));
         assert!(doubtful.why.starts_with("at hit 1 (1:+Y) one hit differs"), "{}", doubtful.why);
+        let pair = said(true, &[(Code::HitsInDoubt, Severity::Warning)]);
+        assert_eq!(pair.verdict, "doubtful");
+        assert!(pair.why.contains("the first and the second hit differ by 50 %"), "{}", pair.why);
         let kept = said(true, &[(Code::HitInconsistent, Severity::Note)]);
         assert_eq!((kept.to_string().as_str(), kept.tone), ("good", Tone::Good));
+    }
+
+    #[test]
+    fn a_hit_that_replaces_two_others_is_good_and_says_so() {
+        let first = said(true, &[(Code::HitsDisagree, Severity::Warning)]);
+        assert_eq!((first.verdict, first.tone), ("good", Tone::Good));
+        assert!(first.why.contains("both are dropped"), "{}", first.why);
     }
 
     #[test]
     fn a_hit_that_is_out_says_why() {
         let rejected = said(false, &[(Code::DoubleHit, Severity::Error)]);
         assert!(rejected.to_string().starts_with("rejected: "), "{rejected}");
+        let elsewhere = said(false, &[(Code::HitElsewhere, Severity::Error)]);
+        assert!(elsewhere.to_string().contains("it may have landed elsewhere"), "{elsewhere}");
         let undone =
             [(Code::HitInconsistent, Severity::Warning), (Code::HitUndone, Severity::Error)];
         assert_eq!(said(false, &undone).to_string(), "undone");

@@ -4,7 +4,7 @@ use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::HostLayout;
 
 use crate::document::VerdictReason;
-use crate::single_fault::{chi_squared_text, fault_clause};
+use crate::single_fault::{chi_squared_text, suspect_clause};
 use crate::verdict::{Concern, Judgement, Verdict};
 
 /// The first line of a result: the verdict, its gravest reason, and how many more there are.
@@ -55,8 +55,16 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
             "the data contradict the layout and its error budget ({})",
             chi_squared_text(consistency)
         ),
-        Concern::SingleMistake { faults, .. } => {
-            let clauses: Vec<_> = faults.iter().map(|fault| fault_clause(fault, layout)).collect();
+        Concern::LargerErrors(_) => {
+            "the errors of hits or sensors are larger than stated; the intervals are as large as these errors".into()
+        }
+        Concern::Unexplained(consistency) => {
+            let fit = consistency.as_ref().map_or("no fit at all".into(), chi_squared_text);
+            format!("the data contradict the layout ({fit}), and no single mistake explains them")
+        }
+        Concern::SingleMistake { suspects, .. } => {
+            let clauses: Vec<_> =
+                suspects.iter().map(|suspect| suspect_clause(suspect, layout)).collect();
             match clauses.as_slice() {
                 [one] => format!("one mistake explains the data: {one}"),
                 several => {

@@ -2,31 +2,44 @@
 
 use massline_shared::diagnosis::{Code, Severity};
 use massline_shared::identify::Consistency;
+use massline_shared::identify::maximum_likelihood::BudgetScales;
 use massline_shared::identify::single_fault::SingleFault;
-use massline_shared::layout::HostLayout;
+use massline_shared::layout::{AXIS_LETTERS, HostLayout};
 use serde_json::{Value, json};
 
-use super::{Examination, Suspect, Verdict, words};
+use super::{Examination, FaultSize, Mistake, Outcome, SizedFault, Suspect, words};
 use crate::document::{self, Fault, Finding, Spread};
+use crate::report::{estimate_json, table};
 
 /// Largest number of mistakes of a kind that a text names; the JSON names all.
 const MAX_LISTED: usize = 6;
+/// Largest number of suspects whose corrected properties are printed; the JSON has all.
+const MAX_TABLES: usize = 3;
 
 impl Examination {
     /// The suspected mistakes with their χ², the runner-up, and the mistakes that the data would not reveal.
     pub fn to_json(&self, layout: &HostLayout) -> document::SingleFaults {
         let suspect = |s: &Suspect| suspect_json(s, layout);
         document::SingleFaults {
-            verdict: match self.verdict {
-                Verdict::NothingSuspicious => "nothing_suspicious",
-                Verdict::Suspected(_) => "suspected",
-                Verdict::Unexplained => "unexplained",
+            outcome: match self.outcome {
+                Outcome::NothingSuspicious => "nothing_suspicious",
+                Outcome::Suspected(_) => "suspected",
+                Outcome::LargerErrors(_) => "larger_errors",
+                Outcome::Unexplained => "unexplained",
             },
             chi_squared: self.plain.map(|c| c.chi_squared),
             degrees_of_freedom: self.plain.map(|c| c.degrees_of_freedom),
             tested: self.tested,
             suspects: self.suspects().iter().map(suspect).collect(),
             runner_up: self.runner_up.as_ref().map(suspect),
+            errors_over_stated: match &self.outcome {
+                Outcome::LargerErrors(scales) => Some(document::ErrorsOverStated {
+                    hit_position: scales.hit_position,
+                    hit_direction: scales.hit_direction,
+                    constant: scales.constant,
+                }),
+                _ => None,
+            },
             not_visible: self
                 .hidden
                 .as_ref()
@@ -58,7 +71,7 @@ impl Examination {
     pub fn to_text(&self, layout: &HostLayout) -> String {
         let said = self.said(layout);
         let mut text = String::new();
-        if self.verdict == Verdict::NothingSuspicious
+        if self.outcome == Outcome::NothingSuspicious
             && let Some(plain) = self.plain
         {
             text +=
@@ -67,23 +80,33 @@ impl Examination {
         for (_, severity, message) in said {
             text += &format!("{}: {message}\n", severity.name());
         }
-        text
-    }
-
-    fn suspects(&self) -> &[Suspect] {
-        match &self.verdict {
-            Verdict::Suspected(suspects) => suspects,
-            _ => &[],
+        for suspect in self.suspects().iter().take(MAX_TABLES) {
+            if let Some(corrected) = &suspect.corrected {
+                text += &format!(
+                    "what the ten properties would be (not the answer of this test) if {}:\n{}",
+                    words::suspect_clause(suspect, layout),
+                    table(corrected, None)
+                );
+            }
         }
+        text
     }
 
     fn said(&self, layout: &HostLayout) -> Vec<(Code, Severity, String)> {
         let mut said = Vec::new();
         if let [best, tied @ ..] = self.suspects() {
             let message = self.suspicion(best, tied, layout);
-            said.push((words::code(&best.fault), Severity::Warning, message));
+            said.push((words::code(&best.mistake), Severity::Warning, message));
         }
-        if self.verdict == Verdict::Unexplained {
+        if let Outcome::LargerErrors(scales) = &self.outcome {
+            let message = format!(
+                "the data contradict the stated errors ({}), and no single mistake explains them; {}",
+                self.plain_text(),
+                larger_errors_text(scales)
+            );
+            said.push((Code::ErrorsLargerThanStated, Severity::Warning, message));
+        }
+        if self.outcome == Outcome::Unexplained {
             let best = self.runner_up.as_ref().map_or(String::new(), |best| {
                 format!("; the best of them: {}", with_chi_squared(best, layout))
             });
@@ -133,6 +156,16 @@ fn with_chi_squared(suspect: &Suspect, layout: &HostLayout) -> String {
     format!("{clause} ({})", chi_squared_text(&suspect.consistency))
 }
 
+/// What larger errors explain the data.
+fn larger_errors_text(scales: &BudgetScales<f64>) -> String {
+    format!(
+        "errors of the stated kinds explain them that are larger: positions of the hits {:.1} times, directions of the hits \
+         {:.1} times, sensors and marks {:.1} times those stated; hit more carefully, check how the sensors are mounted, or \
+         state the larger errors in [uncertainty]",
+        scales.hit_position, scales.hit_direction, scales.constant
+    )
+}
+
 fn hidden_text(hidden: &[SingleFault<f64>], layout: &HostLayout) -> String {
     let named: Vec<String> =
         hidden.iter().take(MAX_LISTED).map(|fault| words::clause(fault, layout)).collect();
@@ -149,20 +182,59 @@ fn more_than_listed(count: usize) -> String {
 }
 
 fn suspect_json(suspect: &Suspect, layout: &HostLayout) -> document::Suspect {
+    let fault = match &suspect.mistake {
+        Mistake::Listed(fault) => fault_json(fault, layout),
+        Mistake::Sized(sized) => sized_json(sized.fault, words::code(&suspect.mistake)),
+    };
+    let sized = match &suspect.mistake {
+        Mistake::Sized(sized) => Some(sized),
+        Mistake::Listed(_) => None,
+    };
+    let size = sized.map(|sized| sized.size);
     document::Suspect {
-        fault: Fault {
-            message: words::suspect_clause(suspect, layout),
-            ..fault_json(&suspect.fault, layout)
-        },
+        fault: Fault { message: words::suspect_clause(suspect, layout), ..fault },
         chi_squared: suspect.consistency.chi_squared,
+        degrees_of_freedom: suspect.consistency.degrees_of_freedom,
         scale: suspect.scale.map(Spread::from),
+        gain: match size {
+            Some(FaultSize::Gain(gain)) => Some(gain.into()),
+            _ => None,
+        },
+        displacement_m: match size {
+            Some(FaultSize::Displacement(moved)) => Some(moved.into()),
+            _ => None,
+        },
+        displacements_m: match size {
+            Some(FaultSize::Displacements(moved)) => Some(moved.map(Spread::from)),
+            _ => None,
+        },
+        meaning: sized.and_then(|sized| words::meaning(sized, layout)),
+        corrected: suspect.corrected.as_ref().map(estimate_json),
+    }
+}
+
+/// A mistake of a size as JSON, without its words.
+fn sized_json(fault: SizedFault, code: Code) -> Fault {
+    let plain = Fault { code: code.name(), ..Fault::default() };
+    let letter = |axis: massline_shared::layout::Axis| AXIS_LETTERS[axis.index()];
+    match fault {
+        SizedFault::ChannelGain { sensor, axis } => {
+            Fault { sensor: Some(sensor + 1), axis: Some(letter(axis)), ..plain }
+        }
+        SizedFault::SensorGain { sensor } => Fault { sensor: Some(sensor + 1), ..plain },
+        SizedFault::HitGain { hit } | SizedFault::HitDisplaced { hit } => {
+            Fault { hit: Some(hit + 1), ..plain }
+        }
+        SizedFault::NodeCoordinate { node, axis } => {
+            Fault { node: Some(node), axis: Some(letter(axis)), ..plain }
+        }
     }
 }
 
 /// A mistake as JSON. Sensors and hits are counted from 1, as in the layout's messages.
 fn fault_json(fault: &SingleFault<f64>, layout: &HostLayout) -> Fault {
     let plain = Fault {
-        code: words::code(fault).name(),
+        code: words::code_of_listed(fault).name(),
         message: words::clause(fault, layout),
         ..Fault::default()
     };
@@ -171,6 +243,7 @@ fn fault_json(fault: &SingleFault<f64>, layout: &HostLayout) -> Fault {
         SingleFault::CablesSwapped { sensors } => {
             Fault { sensors: Some(sensors.map(|sensor| sensor + 1)), ..plain }
         }
+        SingleFault::NodesSwapped { nodes, .. } => Fault { nodes: Some(*nodes), ..plain },
         SingleFault::HitAtNode { hit, node, .. } => {
             Fault { hit: Some(hit + 1), node: Some(*node), ..plain }
         }

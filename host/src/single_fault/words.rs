@@ -4,28 +4,46 @@ use massline_shared::diagnosis::Code;
 use massline_shared::identify::single_fault::{AxisMap, SingleFault};
 use massline_shared::layout::{AXIS_LETTERS, Axis, HostLayout, Sign};
 
-use super::Suspect;
-use crate::report::with_sigma;
+use super::{FaultSize, Mistake, SizedFault, SizedMistake, Suspect, meaning};
+use crate::report::{deviation, with_sigma};
 
 /// The stable name of a kind of mistake.
-pub(super) fn code(fault: &SingleFault<f64>) -> Code {
+pub(super) fn code(mistake: &Mistake) -> Code {
+    match mistake {
+        Mistake::Listed(fault) => code_of_listed(fault),
+        Mistake::Sized(sized) => match sized.fault {
+            SizedFault::ChannelGain { .. }
+            | SizedFault::SensorGain { .. }
+            | SizedFault::HitGain { .. } => Code::GainSuspect,
+            SizedFault::NodeCoordinate { .. } => Code::CoordinateSuspect,
+            SizedFault::HitDisplaced { .. } => Code::HitBesideNode,
+        },
+    }
+}
+
+/// The stable name of a kind of mistake without a size.
+pub(super) fn code_of_listed(fault: &SingleFault<f64>) -> Code {
     match fault {
         SingleFault::SensorAxes { .. } => Code::SensorAxesSuspect,
         SingleFault::CablesSwapped { .. } => Code::CablesSwapped,
+        SingleFault::NodesSwapped { .. } => Code::NodesSwapped,
         SingleFault::HitAtNode { .. } => Code::HitAtWrongNode,
         SingleFault::HitReversed { .. } => Code::HitReversed,
         SingleFault::CommonScale => Code::CommonScale,
     }
 }
 
-/// Describes the mistake in a clause.
-pub(crate) fn clause(fault: &SingleFault<f64>, layout: &HostLayout) -> String {
+/// Describes a mistake without a size in a clause.
+pub(super) fn clause(fault: &SingleFault<f64>, layout: &HostLayout) -> String {
     match fault {
         SingleFault::SensorAxes { sensor, reads } => {
             format!("{} {}", sensor_name(*sensor, layout), axes_clause(reads))
         }
         SingleFault::CablesSwapped { sensors: [a, b] } => {
             format!("the cables of sensors {} and {} are swapped", a + 1, b + 1)
+        }
+        SingleFault::NodesSwapped { nodes: [a, b], .. } => {
+            format!("the positions of nodes {a} and {b} are swapped")
         }
         SingleFault::HitAtNode { hit, node, .. } => {
             format!("{} landed on node {node}", hit_name(*hit, layout))
@@ -38,13 +56,77 @@ pub(crate) fn clause(fault: &SingleFault<f64>, layout: &HostLayout) -> String {
 }
 
 /// Describes the mistake in a clause, with the fitted value.
-pub(super) fn suspect_clause(suspect: &Suspect, layout: &HostLayout) -> String {
-    match suspect.scale {
-        Some(scale) => format!(
+pub(crate) fn suspect_clause(suspect: &Suspect, layout: &HostLayout) -> String {
+    if let Some(scale) = suspect.scale {
+        return format!(
             "all accelerances are {} times what they should be; hammer and sensors cannot be distinguished",
             with_sigma(scale.value, scale.sigma)
-        ),
-        None => clause(&suspect.fault, layout),
+        );
+    }
+    match &suspect.mistake {
+        Mistake::Listed(fault) => clause(fault, layout),
+        Mistake::Sized(sized) => sized_clause(sized, layout),
+    }
+}
+
+/// What the size of a mistake smells of.
+pub(super) fn meaning(sized: &SizedMistake, layout: &HostLayout) -> Option<&'static str> {
+    match (sized.fault, sized.size) {
+        (SizedFault::NodeCoordinate { node, axis }, FaultSize::Displacement(moved)) => {
+            meaning::of_coordinate(written_coordinate(node, axis, layout)?, moved)
+        }
+        (_, FaultSize::Gain(gain)) => meaning::of_gain(gain),
+        _ => None,
+    }
+}
+
+fn written_coordinate(node: u16, axis: Axis, layout: &HostLayout) -> Option<f64> {
+    let sensors = layout.sensors.iter().map(|sensor| (sensor.node, sensor.position));
+    let hits = layout.hits.iter().map(|hit| (hit.dof.node, hit.position));
+    let place = sensors.chain(hits).find(|(other, _)| *other == node);
+    place.map(|(_, position)| position[axis.index()])
+}
+
+fn sized_clause(sized: &SizedMistake, layout: &HostLayout) -> String {
+    let meaning = meaning(sized, layout).map_or(String::new(), |meaning| format!(" ({meaning}?)"));
+    match (sized.fault, sized.size) {
+        (SizedFault::NodeCoordinate { node, axis }, FaultSize::Displacement(moved)) => {
+            let letter = AXIS_LETTERS[axis.index()];
+            let written = written_coordinate(node, axis, layout).unwrap_or_default();
+            format!(
+                "{letter} of node {node} is {} mm, not {:.1} mm{meaning}",
+                with_sigma(1e3 * (written + moved.value), 1e3 * moved.sigma),
+                1e3 * written,
+            )
+        }
+        (SizedFault::HitDisplaced { hit }, FaultSize::Displacements(moved)) => {
+            let parts: Vec<String> = moved
+                .iter()
+                .zip(AXIS_LETTERS)
+                .filter(|(part, _)| part.sigma > 0.0)
+                .map(|(part, letter)| {
+                    format!("{letter} {} mm", deviation(1e3 * part.value, 1e3 * part.sigma))
+                })
+                .collect();
+            format!("{} landed beside its node: {}", hit_name(hit, layout), parts.join(", "))
+        }
+        (fault, FaultSize::Gain(gain)) => {
+            let subject = match fault {
+                SizedFault::ChannelGain { sensor, axis } => {
+                    let letter = AXIS_LETTERS[axis.index()];
+                    format!("channel {letter} of {}", sensor_name(sensor, layout))
+                }
+                SizedFault::SensorGain { sensor } => sensor_name(sensor, layout),
+                SizedFault::HitGain { hit } => hit_name(hit, layout),
+                SizedFault::NodeCoordinate { .. } | SizedFault::HitDisplaced { .. } => {
+                    String::new()
+                }
+            };
+            let value = with_sigma(gain.value, gain.sigma);
+            format!("{subject} reads {value} times what it should{meaning}")
+        }
+        // A coordinate and a point have no other size.
+        _ => String::new(),
     }
 }
 
@@ -67,6 +149,7 @@ fn axes_clause(reads: &AxisMap) -> String {
     let changed: Vec<usize> = (0..3).filter(|&k| !kept(k)).collect();
     match changed[..] {
         [k] => format!("has its {} axis reversed", AXIS_LETTERS[k]),
+        _ if *reads == AxisMap::REVERSED => "has all three axes reversed".into(),
         [a, b] if reads.0[a] == (Sign::Plus, Axis::ALL[b]) && !reads.is_turn() => {
             format!("has the wires of {} and {} swapped", AXIS_LETTERS[a], AXIS_LETTERS[b])
         }
@@ -103,6 +186,7 @@ mod tests {
         use {Axis::*, Sign::*};
         for (reads, expected) in [
             ([(Plus, X), (Minus, Y), (Plus, Z)], "has its y axis reversed"),
+            ([(Minus, X), (Minus, Y), (Minus, Z)], "has all three axes reversed"),
             ([(Plus, Z), (Plus, Y), (Plus, X)], "has the wires of x and z swapped"),
             ([(Plus, Y), (Minus, X), (Plus, Z)], "is turned about its z axis by +90°"),
             ([(Minus, Y), (Plus, X), (Plus, Z)], "is turned about its z axis by -90°"),
@@ -118,9 +202,10 @@ mod tests {
     #[test]
     fn a_common_scale_is_described_with_its_value_and_uncertainty() {
         let suspect = Suspect {
-            fault: SingleFault::CommonScale,
+            mistake: Mistake::Listed(SingleFault::CommonScale),
             consistency: Consistency { chi_squared: 20.0, degrees_of_freedom: 17 },
             scale: Some(Estimated { value: 0.0254, sigma: 0.0003 }),
+            corrected: None,
         };
         assert_eq!(
             suspect_clause(&suspect, &HostLayout::default()),

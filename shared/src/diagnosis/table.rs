@@ -355,16 +355,29 @@ codes! {
         "Moves unlike a rigid\nbody: check its axes,\ncable, glue.";
         "{subject} does not move with the others as a rigid body ({value} of the readings are left over); \
          check its axes, cable, gain and glue";
-    /// The first two hits at a DOF differ, so it cannot be determined which is wrong. Subject: the DOF.
+    /// The first two hits at a DOF differ and are dropped: it cannot be determined which is wrong. Subject: the DOF.
     /// Value: the relative distance of their responses per force.
     HitsDisagree = 76, "hits_disagree", Hit, Share(0);
         "First two hits differ\nboth dropped: hit the\nsame point.";
-        "at {subject} the first two hits differ by {value} and nothing shows which is wrong: both are \
+        "at {subject} the first and the second hit differ by {value}, so one of them may have landed elsewhere: both are \
          dropped; hit the same point in the same direction every time";
     /// The operator took back a hit that had been accepted. Subject: the DOF.
     HitUndone = 77, "hit_undone", Hit, None;
         "Undone: hit this\nplace again.";
         "the hit at {subject} was undone by the operator and does not count; hit again";
+
+    /// A hit differs so much from several repeat hits that it may have landed elsewhere. Subject: the DOF. Value: the
+    /// relative distance of its responses per force from theirs.
+    HitElsewhere = 78, "hit_elsewhere", Hit, Share(0);
+        "Landed elsewhere?\nHit the marked point\nagain.";
+        "a hit at {subject} differs from the others by {value}: it may have landed elsewhere; hit the marked point in the \
+         same direction";
+    /// The first two hits at a DOF differ; the next one shows whether both have to be dropped. Subject: the DOF. Value: the
+    /// relative distance of their responses per force.
+    HitsInDoubt = 79, "hits_in_doubt", Hit, Share(0);
+        "First two hits differ\none is wrong: hit the\nsame point.";
+        "at {subject} the first and the second hit differ by {value}, so one of them may have landed elsewhere; hit the \
+         marked point again";
 
     // Codes of the suspension modes.
 
@@ -720,4 +733,25 @@ codes! {
     FaultsNotVisible = 118, "faults_not_visible", Whole, Count;
         "Some mistakes would\nnot show in these\ndata.";
         "{value} single mistakes would not show in these data";
+    /// A wrong gain of one channel, one sensor or one hit explains the data. Value: the readings over their true values.
+    GainSuspect = 87, "gain_suspect", Whole, Factor;
+        "One gain looks wrong.";
+        "one gain is wrong: the readings are {value} times what they should be";
+    /// Two nodes whose positions are swapped explain the data. Value: χ².
+    NodesSwapped = 88, "nodes_swapped", Whole, ChiSquared;
+        "Two nodes look\nswapped.";
+        "the positions of two nodes are swapped (χ² {value})";
+    /// One wrong coordinate of a node explains the data. Value: the true minus the written coordinate, m.
+    CoordinateSuspect = 89, "coordinate_suspect", Whole, Factor;
+        "A node's coordinate\nlooks wrong.";
+        "one coordinate of a node is wrong by {value} m";
+    /// One DOF that was hit beside its node explains the data. Subject: the DOF. Value: χ².
+    HitBesideNode = 90, "hit_beside_node", Hit, ChiSquared;
+        "It seems to have been\nhit beside its node.";
+        "{subject} landed beside its node (χ² {value})";
+    /// No single mistake explains the data, but errors of the stated kinds that are larger than stated do. Value: the
+    /// largest factor.
+    ErrorsLargerThanStated = 91, "errors_larger_than_stated", Whole, Factor;
+        "Errors are larger\nthan stated.";
+        "the errors are up to {value} times those stated";
 }

@@ -1,6 +1,6 @@
 //! Single mistakes of a person: a reversed axis, swapped cables, a sensor glued on rotated, a hit at the
-//! wrong node. Each corresponds to a layout other than the nominal one, so it can be tested by fitting that
-//! layout to the same data and comparing χ².
+//! wrong node, two nodes swapped. Each corresponds to a layout other than the nominal one, so it can be tested by
+//! fitting that layout to the same data and comparing χ².
 //!
 //! For a rigid body, nine readings of a hit satisfy three conditions, none of which involves the readings
 //! normal to the plane of three sensors: a single hit does not reveal every mistake. All hits together reveal
@@ -40,6 +40,13 @@ pub enum SingleFault<R> {
         /// The sensors.
         sensors: [usize; 2],
     },
+    /// The positions of two nodes are swapped, for everything on them.
+    NodesSwapped {
+        /// The nodes.
+        nodes: [u16; 2],
+        /// Their positions as the layout has them, body frame, m.
+        positions: [[R; 3]; 2],
+    },
     /// A DOF was hit at another node, in its own direction.
     HitAtNode {
         /// The DOF.
@@ -72,14 +79,28 @@ impl AxisMap {
     const IDENTITY: Self =
         Self([(Sign::Plus, Axis::X), (Sign::Plus, Axis::Y), (Sign::Plus, Axis::Z)]);
 
-    /// The axis maps that one mistake with a sensor can produce: one axis reversed, two swapped, or one of
-    /// the 23 rotations of a cube onto itself.
+    /// All three axes reversed.
+    pub const REVERSED: Self =
+        Self([(Sign::Minus, Axis::X), (Sign::Minus, Axis::Y), (Sign::Minus, Axis::Z)]);
+
+    /// This axis reversed.
+    pub fn with_reversed(axis: Axis) -> Self {
+        let mut map = Self::IDENTITY;
+        if let Some((sign, _)) = map.0.get_mut(axis.index()) {
+            *sign = Sign::Minus;
+        }
+        map
+    }
+
+    /// The axis maps that one mistake with a sensor can produce: one axis reversed or all three, two swapped, or one
+    /// of the 23 rotations of a cube onto itself.
     pub fn mistakes() -> impl Iterator<Item = Self> {
         Self::all().filter(|map| {
             let reversed = map.0.iter().filter(|(sign, _)| *sign == Sign::Minus).count();
             let moved = map.0.iter().zip(Axis::ALL).filter(|((_, of), axis)| of != axis).count();
             // Of the improper maps, only those that a single mistake produces.
-            *map != Self::IDENTITY && (map.is_turn() || reversed + moved / 2 == 1)
+            let single = reversed + moved / 2 == 1 || (reversed == 3 && moved == 0);
+            *map != Self::IDENTITY && (map.is_turn() || single)
         })
     }
 
@@ -130,8 +151,17 @@ impl<R: Real> SingleFault<R> {
                 .map(move |&(node, position)| Self::HitAtNode { hit, node, position })
                 .chain([Self::HitReversed { hit }])
         });
+        let is_used = |node: u16| {
+            let mut on_nodes = layout.sensors.iter().map(|sensor| sensor.node);
+            on_nodes.any(|used| used == node) || layout.hits.iter().any(|hit| hit.dof.node == node)
+        };
+        let swapped = nodes.iter().enumerate().flat_map(move |(i, a)| {
+            let later = nodes.iter().skip(i + 1);
+            let others = later.filter(move |b| is_used(a.0) && is_used(b.0) && a.1 != b.1);
+            others.map(|b| Self::NodesSwapped { nodes: [a.0, b.0], positions: [a.1, b.1] })
+        });
         let scale = has_scale(layout).then_some(Self::CommonScale);
-        axes.chain(cables).chain(hits).chain(scale)
+        axes.chain(cables).chain(hits).chain(swapped).chain(scale)
     }
 
     /// The nominal layout with this mistake; `None` when it does not have the sensor or hit.
@@ -150,6 +180,19 @@ impl<R: Real> SingleFault<R> {
                     return None;
                 }
                 layout.sensors.swap(a, b);
+            }
+            Self::NodesSwapped { nodes: [a, b], positions: [of_a, of_b] } => {
+                let moved = |node: u16| match node {
+                    node if node == a => Some(of_b),
+                    node if node == b => Some(of_a),
+                    _ => None,
+                };
+                for sensor in &mut layout.sensors {
+                    sensor.position = moved(sensor.node).unwrap_or(sensor.position);
+                }
+                for hit in &mut layout.hits {
+                    hit.position = moved(hit.dof.node).unwrap_or(hit.position);
+                }
             }
             Self::HitAtNode { hit, position, .. } => {
                 layout.hits.get_mut(hit)?.position = position;

@@ -22,7 +22,7 @@ pub use check::{
 };
 pub use dof::{AXIS_LETTERS, Axis, Dof, DofError, Sign};
 pub use kinematics::{balanced_force, balanced_motion, motion_at, sensor_shift, unit_force};
-pub use policy::{HitPolicy, Verdict};
+pub use policy::{HitPolicy, HitTreatment};
 pub use profile::TestProfile;
 pub use settings::{FrfEstimator, MAX_HITS_PER_DOF, check_settings, highest_frequency};
 pub use target::Target;
@@ -126,7 +126,7 @@ pub struct TestSettings<R> {
     pub frf_estimator: FrfEstimator,
     /// Terms of the mass line.
     pub terms: Terms,
-    /// Verdicts on hits with a fault.
+    /// Treatment of hits with a fault.
     pub policy: HitPolicy,
 }
 

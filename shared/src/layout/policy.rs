@@ -4,7 +4,7 @@ use crate::diagnosis::{Code, Severity};
 
 /// Treatment of a hit with a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum HitTreatment {
     /// Average the hit; the finding is a note.
     Keep,
     /// Average the hit and warn.
@@ -13,8 +13,8 @@ pub enum Verdict {
     Reject,
 }
 
-impl Verdict {
-    /// Every verdict.
+impl HitTreatment {
+    /// Every treatment.
     pub const ALL: [Self; 3] = [Self::Keep, Self::Warn, Self::Reject];
 
     /// Name in files.
@@ -26,12 +26,12 @@ impl Verdict {
         }
     }
 
-    /// The verdict of this name.
+    /// The treatment of this name.
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|verdict| verdict.name() == name)
+        Self::ALL.into_iter().find(|treatment| treatment.name() == name)
     }
 
-    /// Severity of a finding with this verdict.
+    /// Severity of a finding with this treatment.
     pub fn severity(self) -> Severity {
         match self {
             Self::Keep => Severity::Note,
@@ -41,19 +41,19 @@ impl Verdict {
     }
 }
 
-/// A verdict for every fault that the grading can find. Faults without a verdict have [the default
-/// one](HitPolicy::default_verdict).
+/// A treatment for every fault that the grading can find. Faults without a treatment have [the default
+/// one](HitPolicy::default_treatment).
 ///
 /// Two bits for each code of [`HitPolicy::CODES`], the first in the lowest bits: 0 for the default, otherwise
-/// 1 + the index in [`Verdict::ALL`].
+/// 1 + the index in [`HitTreatment::ALL`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(transparent))]
 pub struct HitPolicy(u32);
 
 impl HitPolicy {
-    /// The codes that have a verdict. Stored and transmitted settings depend on their order: append new ones.
-    pub const CODES: [Code; 13] = [
+    /// The codes that have a treatment. Stored and transmitted settings depend on their order: append new ones.
+    pub const CODES: [Code; 14] = [
         Code::Overload,
         Code::TooWeak,
         Code::TooHard,
@@ -67,42 +67,44 @@ impl HitPolicy {
         Code::MotionNotRigid,
         Code::ImpulseTooSmall,
         Code::ImpulseTooLarge,
+        Code::HitElsewhere,
     ];
 
-    /// The verdict when none is set: faults that would spoil an average are rejected.
-    pub fn default_verdict(code: Code) -> Verdict {
+    /// The treatment when none is set: faults that would spoil an average are rejected.
+    pub fn default_treatment(code: Code) -> HitTreatment {
         match code {
             Code::Overload
             | Code::TooWeak
             | Code::DoubleHit
             | Code::ClippedRecord
             | Code::DuplicateHit
-            | Code::ImpulseTooSmall => Verdict::Reject,
-            _ => Verdict::Warn,
+            | Code::HitElsewhere
+            | Code::ImpulseTooSmall => HitTreatment::Reject,
+            _ => HitTreatment::Warn,
         }
     }
 
-    /// The verdict for this code.
-    pub fn verdict(self, code: Code) -> Verdict {
+    /// The treatment for this code.
+    pub fn treatment(self, code: Code) -> HitTreatment {
         let set = Self::place(code).and_then(|shift| match (self.0 >> shift) & 3 {
-            1 => Some(Verdict::Keep),
-            2 => Some(Verdict::Warn),
-            3 => Some(Verdict::Reject),
+            1 => Some(HitTreatment::Keep),
+            2 => Some(HitTreatment::Warn),
+            3 => Some(HitTreatment::Reject),
             _ => None,
         });
-        set.unwrap_or_else(|| Self::default_verdict(code))
+        set.unwrap_or_else(|| Self::default_treatment(code))
     }
 
-    /// The same with another verdict for this code; unchanged for a code that has none.
+    /// The same with another treatment for this code; unchanged for a code that has none.
     #[must_use]
-    pub fn with(self, code: Code, verdict: Verdict) -> Self {
+    pub fn with(self, code: Code, treatment: HitTreatment) -> Self {
         let Some(shift) = Self::place(code) else { return self };
-        let bits = match verdict {
+        let bits = match treatment {
             // Every policy has only one encoding, so equal policies compare equal.
-            default if default == Self::default_verdict(code) => 0,
-            Verdict::Keep => 1,
-            Verdict::Warn => 2,
-            Verdict::Reject => 3,
+            default if default == Self::default_treatment(code) => 0,
+            HitTreatment::Keep => 1,
+            HitTreatment::Warn => 2,
+            HitTreatment::Reject => 3,
         };
         Self((self.0 & !(3 << shift)) | (bits << shift))
     }
@@ -120,28 +122,28 @@ mod tests {
     fn each_code_has_its_own_verdict() {
         let mut policy = HitPolicy::default();
         for code in HitPolicy::CODES {
-            assert_eq!(policy.verdict(code), HitPolicy::default_verdict(code));
+            assert_eq!(policy.treatment(code), HitPolicy::default_treatment(code));
         }
         for (k, code) in HitPolicy::CODES.into_iter().enumerate() {
-            policy = policy.with(code, Verdict::ALL[k % 3]);
+            policy = policy.with(code, HitTreatment::ALL[k % 3]);
         }
         for (k, code) in HitPolicy::CODES.into_iter().enumerate() {
-            assert_eq!(policy.verdict(code), Verdict::ALL[k % 3], "{code:?}");
-            assert_eq!(policy.with(code, Verdict::Keep).verdict(code), Verdict::Keep);
+            assert_eq!(policy.treatment(code), HitTreatment::ALL[k % 3], "{code:?}");
+            assert_eq!(policy.with(code, HitTreatment::Keep).treatment(code), HitTreatment::Keep);
         }
     }
 
     #[test]
     fn a_code_without_a_verdict_changes_nothing() {
-        let policy = HitPolicy::default().with(Code::ScansLost, Verdict::Keep);
+        let policy = HitPolicy::default().with(Code::ScansLost, HitTreatment::Keep);
         assert_eq!(policy, HitPolicy::default());
     }
 
     #[test]
     fn the_name_of_a_verdict_is_read_as_that_verdict() {
-        for verdict in Verdict::ALL {
-            assert_eq!(Verdict::from_name(verdict.name()), Some(verdict));
+        for treatment in HitTreatment::ALL {
+            assert_eq!(HitTreatment::from_name(treatment.name()), Some(treatment));
         }
-        assert_eq!(Verdict::from_name("ignore"), None);
+        assert_eq!(HitTreatment::from_name("ignore"), None);
     }
 }

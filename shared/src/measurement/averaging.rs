@@ -7,7 +7,7 @@
 use nalgebra::Complex;
 
 use crate::identify::{DofMassLines, ScatterAccumulator};
-use crate::layout::{RIG_SENSORS, TestSettings, Verdict};
+use crate::layout::{HitPolicy, HitTreatment, RIG_SENSORS, TestSettings};
 use crate::mass_line::{
     BasisRow, Bin, Fitting, MassLineBasis, MassLineDesign, MassLineError, ResponseFits, find_band,
     window_correlation,
@@ -208,15 +208,15 @@ pub fn known_scatter<R: RealFft>(measured: &[DofMassLines<R, RIG_SENSORS>]) -> K
 }
 
 /// Compares a hit of this squared force, N², with its repeat hits by their own mass lines, given the scatter of the
-/// hits `elsewhere`, and adds it to them unless it disagrees and `verdict` is to reject such hits. The caller then has
-/// to remove an [`HitAgreement::Outlier`] from the spectra, and to start the DOF again after
-/// [`HitAgreement::Inconsistent`].
+/// hits `elsewhere`, and adds it to them unless the policy rejects it or the others. The caller then has to remove a hit
+/// that is an outlier from the spectra, and to start the DOF again after [`HitAgreement::Inconsistent`] and
+/// [`HitAgreement::OthersInconsistent`].
 pub fn join<R: RealFft>(
     repeats: &mut ScatterAccumulator<R, RIG_SENSORS>,
     single: &Responses<R, RIG_SENSORS>,
     squared_force: Option<R>,
     elsewhere: KnownScatter<R>,
-    verdict: Verdict,
+    policy: HitPolicy,
 ) -> HitAgreement<R> {
     let mean = repeats.mean();
     let hit = RepeatHits {
@@ -227,7 +227,7 @@ pub fn join<R: RealFft>(
         elsewhere,
     };
     let standing = hit.standing();
-    if standing == HitAgreement::Agrees || verdict != Verdict::Reject {
+    if standing.treatment(policy) != HitTreatment::Reject {
         repeats.add(single, squared_force);
     }
     standing

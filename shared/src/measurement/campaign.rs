@@ -355,9 +355,16 @@ impl Campaign {
     /// Reports that the current record and the only one before it are inconsistent: the DOF starts again.
     pub fn drop_inconsistent_pair(&mut self) {
         if self.state == State::Analysing {
+            self.drop_hits_before();
+            self.reject();
+        }
+    }
+
+    /// Reports that the hits before the current record are inconsistent: the DOF starts again with this record.
+    pub fn drop_hits_before(&mut self) {
+        if self.state == State::Analysing {
             self.rejected = self.rejected.saturating_add(self.accepted().into());
             self.set_current(0, Outcome::Open);
-            self.reject();
         }
     }
 

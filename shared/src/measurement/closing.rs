@@ -90,8 +90,8 @@ impl<R: RealFft> Measurement<'_, R> {
         if let Some((sensor, left)) = worst.filter(|(_, left)| *left > RIGIDITY_LIMIT as f32) {
             // The finding concerns the sensor and not the hit. Hitting again would not help, so it is at most
             // a warning.
-            let verdict = test.policy.verdict(Code::MotionNotRigid);
-            let severity = verdict.severity().min(Severity::Warning);
+            let treatment = test.policy.treatment(Code::MotionNotRigid);
+            let severity = treatment.severity().min(Severity::Warning);
             self.push_diagnostic(Diagnostic::about(
                 Code::MotionNotRigid,
                 severity,

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::design::FurtherHitSearch;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
-use crate::layout::{TestProfile, Verdict};
+use crate::layout::{HitPolicy, HitTreatment, TestProfile};
 use crate::signal::{
     CaptureState, FftError, FullRateExtremes, HitAgreement, HitReport, RECORD_SCANS, RealFft, Scan,
     grade, grade_long,
@@ -34,7 +34,7 @@ pub(super) enum Task<R> {
     /// The responses before `next` are averaged, or removed if the hit is undone.
     Average { hit: AveragedHit<R>, next: usize },
     /// The hit is an outlier: the responses before `next` have been removed again.
-    Withdraw { hit: AveragedHit<R>, next: usize, distance: R },
+    Withdraw { hit: AveragedHit<R>, next: usize, why: Diagnostic },
     /// The driver stores the lines of the DOF.
     StoreLines,
     /// The identification methods are running.
@@ -259,14 +259,14 @@ impl<R: RealFft> Measurement<'_, R> {
                 Task::None
             }
             Task::Average { hit, .. } => self.join(campaign, dof, hit),
-            Task::Withdraw { hit, next, distance } if next < responses => {
+            Task::Withdraw { hit, next, why } if next < responses => {
                 let (record, spectra, memory) = self.memory.of_hit();
                 hit.remove_response(next, record, memory, spectra)?;
-                Task::Withdraw { hit, next: next + 1, distance }
+                Task::Withdraw { hit, next: next + 1, why }
             }
-            Task::Withdraw { distance, .. } => {
+            Task::Withdraw { why, .. } => {
                 campaign.withdrawn();
-                self.report_again(inconsistent(Code::HitInconsistent, dof, distance));
+                self.report_again(why);
                 Task::None
             }
             Task::Listen(Listening::Done(hum)) => {
@@ -317,50 +317,58 @@ impl<R: RealFft> Measurement<'_, R> {
     /// Compares the averaged hit with its repeat hits. A hit without mass lines of its own does not
     /// contribute to the scatter.
     fn join(&mut self, campaign: &mut Campaign, dof: usize, hit: AveragedHit<R>) -> Task<R> {
-        let verdict = self.test().policy.verdict(Code::HitInconsistent);
+        let policy = self.test().policy;
         let standing = match &hit {
-            AveragedHit::MassLine(hit) => self.join_mass_lines(hit, verdict),
+            AveragedHit::MassLine(hit) => self.join_mass_lines(hit, policy),
             AveragedHit::Long(hit) => hit.standing(self.memory.known_line_scatter()),
         };
+        let treatment = standing.treatment(policy);
+        let about = |code: Code, severity: Severity, distance: R| {
+            Diagnostic::about(code, severity, Subject::hit(dof), distance.to_f32())
+        };
         match standing {
-            HitAgreement::Agrees => {
-                self.last_accepted.accept(dof);
-                campaign.analysed();
-            }
-            HitAgreement::Outlier(distance) | HitAgreement::Inconsistent(distance)
-                if verdict != Verdict::Reject =>
-            {
-                let code = Code::HitInconsistent;
-                let severity = verdict.severity();
-                let found = Diagnostic::about(code, severity, Subject::hit(dof), distance.to_f32());
-                self.push_diagnostic(found);
-                self.report_again(found);
-                self.last_accepted.accept(dof);
-                campaign.analysed();
-            }
-            HitAgreement::Outlier(distance) => {
-                self.memory.spectra.remove_force(&self.memory.force);
-                return Task::Withdraw { hit, next: 0, distance };
-            }
-            // The DOF starts again with the next hit.
-            HitAgreement::Inconsistent(distance) => {
+            // The DOF starts again with the next hit, or with this one.
+            HitAgreement::Inconsistent(distance) if treatment == HitTreatment::Reject => {
                 campaign.drop_inconsistent_pair();
                 self.drop_diagnostics_of_dof();
-                self.averaged = None;
-                self.last_accepted.forget();
-                self.report_again(inconsistent(Code::HitsDisagree, dof, distance));
+                self.drop_averages(about(Code::HitsDisagree, Severity::Error, distance));
+            }
+            HitAgreement::OthersInconsistent(distance) if treatment == HitTreatment::Reject => {
+                campaign.drop_hits_before();
+                self.drop_diagnostics_of_dof();
+                self.drop_averages(about(Code::HitsDisagree, Severity::Warning, distance));
+            }
+            _ => {
+                if let Some((code, distance)) = standing.finding() {
+                    let why = about(code, treatment.severity(), distance);
+                    if treatment == HitTreatment::Reject {
+                        self.memory.spectra.remove_force(&self.memory.force);
+                        return Task::Withdraw { hit, next: 0, why };
+                    }
+                    self.push_diagnostic(why);
+                    self.report_again(why);
+                }
+                self.last_accepted.accept(dof);
+                campaign.analysed();
             }
         }
         Task::None
     }
 
+    /// Forgets the averages of the DOF, and says why.
+    fn drop_averages(&mut self, why: Diagnostic) {
+        self.averaged = None;
+        self.last_accepted.forget();
+        self.report_again(why);
+    }
+
     /// Compares the mass lines of a hit with those of its repeat hits, and adds them unless it disagrees.
-    fn join_mass_lines(&mut self, hit: &HitAverager<R>, verdict: Verdict) -> HitAgreement<R> {
+    fn join_mass_lines(&mut self, hit: &HitAverager<R>, policy: HitPolicy) -> HitAgreement<R> {
         let Some(own) = hit.mass_lines(&self.calibration) else { return HitAgreement::Agrees };
         let elsewhere = averaging::known_scatter(&self.memory.mass_lines);
         let others = self.memory.single_hits.get_or_insert_default();
         let force = hit.squared_force(&self.memory.record, &own, others);
-        averaging::join(others, &own, force, elsewhere, verdict)
+        averaging::join(others, &own, force, elsewhere, policy)
     }
 
     /// Reports the current hit again, after what was found when it had passed its own grading; an error rejects it.
@@ -378,9 +386,4 @@ impl<R: RealFft> Measurement<'_, R> {
         self.memory.single_hits = None;
         self.averaged = Some(dof as u8);
     }
-}
-
-/// The error of a hit that differs from its repeat hits by this relative distance.
-fn inconsistent<R: RealFft>(code: Code, dof: usize, distance: R) -> Diagnostic {
-    Diagnostic::about(code, Severity::Error, Subject::hit(dof), distance.to_f32())
 }

@@ -222,30 +222,35 @@ fn a_finished_dof_whose_mass_lines_are_lost_is_measured_again() {
     assert_eq!(rig.campaign().unwrap().dof(), 1);
 }
 
+/// Hits the present DOF once; the peak of the force in N, and a factor on all accelerances.
+fn hit(rig: &mut Measurement<'_, f64>, (peak, accelerance): (f32, f32)) {
+    rig.sampling_started();
+    let scan = |n: usize| -> Scan {
+        let pulse = if (200..216).contains(&n) { (n - 200) as f32 / 16.0 } else { 0.0 };
+        let force = peak * (pulse * core::f32::consts::PI).sin();
+        core::array::from_fn(|channel| match channel {
+            0 => code(0, force),
+            k => code(k, force * accelerance * (0.3 + 0.1 * k as f32)),
+        })
+    };
+    for n in 0..4000 {
+        if rig.next_action() == NextAction::Sample {
+            rig.feed(ScanIndex(n as u64), &[scan(n)]);
+        }
+    }
+    while rig.next_action() == NextAction::Compute {
+        rig.work();
+    }
+}
+
 /// A gentle hit and a hard one at the same DOF, whose accelerances differ by a tenth, as where they land differs.
 #[test]
 fn hits_of_unequal_force_count_the_same_where_noise_is_small() {
     let mut memory = memory();
     let mut rig = measurement(&mut memory);
     rig.start(Start::DEFAULT, false, true).unwrap();
-    for (peak, accelerance) in [(12.0, 1.0), (40.0, 1.1)] {
-        rig.sampling_started();
-        let scan = |n: usize| -> Scan {
-            let pulse = if (200..216).contains(&n) { (n - 200) as f32 / 16.0 } else { 0.0 };
-            let force = peak * (pulse * core::f32::consts::PI).sin();
-            core::array::from_fn(|channel| match channel {
-                0 => code(0, force),
-                k => code(k, force * accelerance * (0.3 + 0.1 * k as f32)),
-            })
-        };
-        for n in 0..4000 {
-            if rig.next_action() == NextAction::Sample {
-                rig.feed(ScanIndex(n as u64), &[scan(n)]);
-            }
-        }
-        while rig.next_action() == NextAction::Compute {
-            rig.work();
-        }
+    for each in [(12.0, 1.0), (40.0, 1.1)] {
+        hit(&mut rig, each);
     }
     let measured = rig.result().mass_lines[0].1.accelerance;
     for k in 1..=9 {
@@ -253,4 +258,64 @@ fn hits_of_unequal_force_count_the_same_where_noise_is_small() {
         // A code is 0.6 % of the smallest peak; with squared forces as weights the ratio would be 1.04.
         assert!((ratio - 1.0).abs() < 5e-3, "response {k}: {ratio}");
     }
+}
+
+/// What became of hits with these factors on their accelerances, three of which a DOF needs: the codes of the findings of
+/// each and whether it counts, the codes of the campaign, and the mean factor that the averages have.
+fn repeat_hits(factors: &[f32]) -> (std::vec::Vec<(bool, Option<Code>)>, std::vec::Vec<Code>, f64) {
+    let mut memory = memory();
+    let mut rig = measurement(&mut memory);
+    let mut layout: TestLayout<f64> = bar_layout().cast().unwrap();
+    layout.test.hits_per_dof = 3;
+    rig.set_layout(layout);
+    rig.start(Start::DEFAULT, false, true).unwrap();
+    let each = factors.iter().zip(0_u8..).map(|(&factor, number)| {
+        // No two records are equal.
+        hit(&mut rig, (20.0 + 0.3 * f32::from(number), factor));
+        let graded = rig.last_hit().unwrap();
+        (graded.good, graded.findings.first().map(|found| found.code))
+    });
+    let each = each.collect();
+    let codes = rig.diagnostics().iter().map(|found| found.code).collect();
+    let lines = &rig.result().mass_lines;
+    assert_eq!(lines.len(), 1, "{factors:?}: the DOF is complete");
+    (each, codes, lines[0].1.accelerance[8] / (0.3 + 0.9))
+}
+
+/// A hit that moves the body 180 % otherwise, as beside its node on the other side of the center of mass.
+#[test]
+fn a_hit_beside_its_node_does_not_count_whether_it_is_the_first_the_second_or_a_later_one() {
+    use Code::{HitElsewhere, HitsDisagree, HitsInDoubt};
+    let good = (true, None);
+    // The mean of the three that count; a code is 0.4 % of the smallest peak.
+    let near =
+        |mean: f64, expected: f64| assert!((mean - expected).abs() < 0.01, "{mean} {expected}");
+
+    let (hits, codes, mean) = repeat_hits(&[1.0, 1.02, -0.8, 0.98]);
+    assert_eq!(hits, [good, good, (false, Some(HitElsewhere)), good]);
+    assert_eq!(codes, []);
+    near(mean, 1.0);
+
+    // Of two nothing shows which is wrong; the third replaces both.
+    for first_two in [[-0.8, 1.0], [1.0, -0.8]] {
+        let (hits, codes, mean) = repeat_hits(&[first_two[0], first_two[1], 1.02, 0.98, 1.0]);
+        let (doubt, replaced) = ((true, Some(HitsInDoubt)), (true, Some(HitsDisagree)));
+        assert_eq!(hits, [good, doubt, replaced, good, good]);
+        assert_eq!(codes, [], "the doubt is gone with the hits");
+        near(mean, 1.0);
+    }
+    // Two bad ones are no majority against the hits that follow.
+    let (hits, _, mean) = repeat_hits(&[-0.8, 1.0, -0.8, 1.02, 0.98, 1.0, 1.01]);
+    assert_eq!(hits.iter().filter(|hit| hit.0).count(), 7);
+    near(mean, 1.0);
+}
+
+#[test]
+fn hits_that_differ_by_a_fifth_are_averaged_and_one_that_differs_by_two_fifths_is_not() {
+    let (hits, _, mean) = repeat_hits(&[1.0, 1.0, 1.2]);
+    assert!(hits.iter().all(|hit| hit.0));
+    assert!((mean - 3.2 / 3.0).abs() < 0.01, "{mean}");
+    // Steady hits before show that the person hits well: 0.1 to begin with, and then the mean square of what is seen.
+    let (hits, _, _) = repeat_hits(&[1.0, 1.0, 1.45, 1.0]);
+    assert_eq!(hits[2], (false, Some(Code::HitElsewhere)));
 }

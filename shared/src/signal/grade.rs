@@ -241,7 +241,7 @@ impl Findings {
     }
 
     fn add(&mut self, code: Code, subject: Subject, value: f32) {
-        let severity = self.policy.verdict(code).severity();
+        let severity = self.policy.treatment(code).severity();
         // There is room for ten overloaded channels and one finding of every other code, which never all
         // occur together. Any others are dropped; the hit is then rejected anyway.
         let _ = self.list.push(Diagnostic::about(code, severity, subject, value));

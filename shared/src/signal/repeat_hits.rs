@@ -12,12 +12,16 @@
 //! expectation before any hit.
 
 use crate::Real;
+use crate::diagnosis::Code;
+use crate::layout::{HitPolicy, HitTreatment};
 
 /// Hits agree up to this relative distance, however little the others scatter.
 const AGREES: f64 = 0.15;
 /// Hits disagree beyond this relative distance, however much the others scatter: that of a hit that moves the
 /// body the other way is two.
 const DISAGREES: f64 = 1.0;
+/// A hit that disagrees and is further away than this relative distance may have landed elsewhere.
+const ELSEWHERE: f64 = 0.3;
 /// A hit whose distance exceeds the scatter by this factor is an outlier.
 const TIMES_SCATTER: f64 = 5.0;
 /// Expected relative scatter before any hit, with the weight of one hit.
@@ -88,8 +92,37 @@ pub enum HitAgreement<R> {
     Agrees,
     /// The hit has this relative distance from several others: it is the outlier.
     Outlier(R),
+    /// The hit is an outlier at a distance at which it may have landed elsewhere.
+    Elsewhere(R),
     /// The hit has this relative distance from the only other one: it cannot be determined which is wrong.
     Inconsistent(R),
+    /// The two others have this relative distance from each other: one of them may have landed elsewhere.
+    OthersInconsistent(R),
+}
+
+impl<R: Real> HitAgreement<R> {
+    /// Code of the disagreement of a hit that stays, and the relative distance.
+    pub fn finding(&self) -> Option<(Code, R)> {
+        match *self {
+            Self::Agrees | Self::OthersInconsistent(_) => None,
+            Self::Outlier(distance) => Some((Code::HitInconsistent, distance)),
+            Self::Elsewhere(distance) => Some((Code::HitElsewhere, distance)),
+            Self::Inconsistent(distance) => Some((Code::HitsInDoubt, distance)),
+        }
+    }
+
+    /// What a policy does about it: to the hit, or to both others.
+    pub fn treatment(&self, policy: HitPolicy) -> HitTreatment {
+        let of_outlier = policy.treatment(Code::HitInconsistent);
+        match self {
+            Self::Agrees => HitTreatment::Keep,
+            Self::Outlier(_) | Self::Inconsistent(_) => of_outlier,
+            Self::Elsewhere(_) if of_outlier == HitTreatment::Reject => of_outlier,
+            Self::Elsewhere(_) | Self::OthersInconsistent(_) => {
+                policy.treatment(Code::HitElsewhere)
+            }
+        }
+    }
 }
 
 impl<R: Real> RepeatHits<R> {
@@ -118,10 +151,23 @@ impl<R: Real> RepeatHits<R> {
 
     /// Result of the comparison; a hit without a distance agrees.
     pub fn standing(&self) -> HitAgreement<R> {
+        let elsewhere = R::of(ELSEWHERE);
+        if self.others == 2 {
+            // As it was when the second of them was compared with the first.
+            let squared = self.scatter_squared * R::of(2.0);
+            let pair = Self { others: 1, distance_squared: squared, ..*self };
+            let limit = pair.limit().max(elsewhere);
+            if squared > limit * limit * self.mean_squared {
+                // Two that are opposite have no mean.
+                let distance = pair.distance().unwrap_or(R::of(2.0));
+                return HitAgreement::OthersInconsistent(distance);
+            }
+        }
         match self.distance().filter(|&distance| distance > self.limit()) {
             None => HitAgreement::Agrees,
-            Some(distance) if self.others > 1 => HitAgreement::Outlier(distance),
-            Some(distance) => HitAgreement::Inconsistent(distance),
+            Some(distance) if self.others < 2 => HitAgreement::Inconsistent(distance),
+            Some(distance) if distance > elsewhere => HitAgreement::Elsewhere(distance),
+            Some(distance) => HitAgreement::Outlier(distance),
         }
     }
 }
@@ -178,9 +224,40 @@ mod tests {
         assert_eq!(hit(0, 0.0, 0.9).standing(), HitAgreement::Agrees);
         assert_eq!(hit(1, 0.0, 0.5).standing(), HitAgreement::Agrees);
         assert!(matches!(hit(1, 0.0, 0.75).standing(), HitAgreement::Inconsistent(_)));
-        assert!(matches!(hit(2, 0.01, 0.7).standing(), HitAgreement::Outlier(_)));
-        assert!(matches!(hit(4, 0.01, 0.3).standing(), HitAgreement::Outlier(_)));
+        assert!(matches!(hit(2, 0.01, 0.7).standing(), HitAgreement::Elsewhere(_)));
+        assert!(matches!(hit(4, 0.01, 0.29).standing(), HitAgreement::Outlier(_)));
+        assert!(matches!(hit(4, 0.01, 0.31).standing(), HitAgreement::Elsewhere(_)));
         assert_eq!(hit(4, 0.1, 0.4).standing(), HitAgreement::Agrees);
+    }
+
+    #[test]
+    fn a_third_hit_finds_two_others_that_differ() {
+        // Two hits 71 % apart scatter by 0.71/√2 about their mean, whatever the third does.
+        for distance in [0.0, 0.35, 3.0] {
+            let third = hit(2, 0.72 / 2.0_f64.sqrt(), distance).standing();
+            assert!(
+                matches!(third, HitAgreement::OthersInconsistent(far) if far > 0.7),
+                "{third:?}"
+            );
+        }
+        assert_eq!(hit(2, 0.7 / 2.0_f64.sqrt(), 0.35).standing(), HitAgreement::Agrees);
+        let opposite = RepeatHits { mean_squared: 0.0, ..hit(2, 0.5, 0.5) };
+        assert_eq!(opposite.standing(), HitAgreement::OthersInconsistent(2.0));
+    }
+
+    #[test]
+    fn the_policy_decides_what_becomes_of_a_hit_that_disagrees() {
+        use HitAgreement::{Agrees, Elsewhere, Inconsistent, OthersInconsistent, Outlier};
+        use HitTreatment::{Keep, Reject, Warn};
+        let standings =
+            [Agrees, Outlier(0.2), Elsewhere(0.4), Inconsistent(0.8), OthersInconsistent(0.8)];
+        let treated = |policy: HitPolicy| standings.map(|standing| standing.treatment(policy));
+        let usual = HitPolicy::default();
+        assert_eq!(treated(usual), [Keep, Warn, Reject, Warn, Reject]);
+        let strict = usual.with(Code::HitInconsistent, Reject);
+        assert_eq!(treated(strict), [Keep, Reject, Reject, Reject, Reject]);
+        let lenient = usual.with(Code::HitElsewhere, Warn);
+        assert_eq!(treated(lenient), [Keep, Warn, Warn, Warn, Warn]);
     }
 
     #[test]

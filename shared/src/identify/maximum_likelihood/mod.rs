@@ -21,6 +21,7 @@ mod answer;
 pub(super) mod balance;
 mod band_shift;
 mod bound;
+mod changes;
 mod crosstalk;
 mod descent;
 mod fit;
@@ -42,6 +43,7 @@ pub mod without_repeats;
 
 pub use super::budget::{BudgetScales, ErrorBudget, LearnedBudget, LearnedFrom};
 pub use bound::{Bound, bound, readings_covariance};
+pub use changes::ChangeSizes;
 pub use fit::{Fit, Start};
 pub use nuisances::{HitNuisances, NuisanceEstimates, SensorNuisances};
 pub use pulls::SUSPICIOUS as SUSPICIOUS_PULL;

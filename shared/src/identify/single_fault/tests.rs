@@ -48,9 +48,9 @@ fn chi_squared(fault: &SingleFault<f64>, layout: &Five, dofs: &[(usize, Lines)])
 }
 
 #[test]
-fn mistakes_with_axes_are_three_mirrors_three_swaps_and_23_turns() {
+fn mistakes_with_axes_are_four_mirrors_three_swaps_and_23_turns() {
     let all: Vec<AxisMap> = AxisMap::mistakes().collect();
-    assert_eq!(all.len(), 29);
+    assert_eq!(all.len(), 30);
     assert_eq!(all.iter().filter(|map| map.is_turn()).count(), 23);
     for (i, a) in all.iter().enumerate() {
         assert!(all[i + 1..].iter().all(|b| a != b));
@@ -64,11 +64,11 @@ fn mistakes_with_axes_are_three_mirrors_three_swaps_and_23_turns() {
 fn every_single_mistake_is_listed_once() {
     let layout = five_hits();
     let nodes = nodes();
-    // Three sensors, their three pairs, and each of five hits at three other nodes or reversed.
-    assert_eq!(SingleFault::all(&layout, &nodes).count(), 3 * 29 + 3 + 5 * 4);
+    // Three sensors, their three pairs, each of five hits at three other nodes or reversed, and six pairs of nodes.
+    assert_eq!(SingleFault::all(&layout, &nodes).count(), 3 * 30 + 3 + 5 * 4 + 6);
     let mut known = layout.clone();
     known.priors.push(Prior { property: 0, value: 1.23, sigma: 0.001 }).unwrap();
-    assert_eq!(SingleFault::all(&known, &nodes).count(), 3 * 29 + 3 + 5 * 4 + 1);
+    assert_eq!(SingleFault::all(&known, &nodes).count(), 3 * 30 + 3 + 5 * 4 + 6 + 1);
     assert_eq!(SingleFault::all(&known, &nodes).last(), Some(SingleFault::CommonScale));
 }
 

@@ -143,7 +143,7 @@ fn a_hit_that_moves_the_body_otherwise_is_inconsistent_and_the_last_one_can_be_u
     rig.start(Start::DEFAULT, false, true).unwrap();
     push(&mut rig, 0, 1.0);
     push(&mut rig, 300_000, -1.0);
-    assert_eq!(good(&mut rig), [Code::HitInconsistent]);
+    assert_eq!(good(&mut rig), [Code::HitsInDoubt]);
     rig.lines_stored();
     rig.work();
     // The DOF is open again, with the first hit; the second one is taken out of the averages.

@@ -4,7 +4,7 @@ use std::vec::Vec;
 use super::*;
 use crate::identify::MassLines;
 use crate::layout::tests::bar_layout;
-use crate::layout::{RIG_SENSORS, Verdict};
+use crate::layout::{HitTreatment, RIG_SENSORS};
 use crate::measurement::averaging::DofSpectra;
 use crate::measurement::campaign::{Command, Outcome, Phase, Start};
 use crate::measurement::{Memory, NextAction, TestLayout};
@@ -310,7 +310,7 @@ fn what_was_found_in_discarded_hits_goes_with_them() {
         let mut memory = Box::new(Memory::<f32>::new());
         let mut rig = rig(&mut memory);
         let mut layout = rig.layout().unwrap().clone();
-        layout.test.policy = layout.test.policy.with(Code::HitInconsistent, Verdict::Warn);
+        layout.test.policy = layout.test.policy.with(Code::HitInconsistent, HitTreatment::Warn);
         rig.command(Command::Abort).unwrap();
         rig.set_layout(layout);
         rig.start(Start::DEFAULT, false, true).unwrap();

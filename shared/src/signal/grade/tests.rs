@@ -1,7 +1,7 @@
 //! Tests of grading with records as the rig takes them, and with other signals.
 
 use super::*;
-use crate::layout::Verdict;
+use crate::layout::HitTreatment;
 use crate::signal::tests::{ADC, code};
 use crate::signal::{CHANNELS, RECORD_SCANS};
 use std::boxed::Box;
@@ -293,12 +293,12 @@ fn the_record_of_the_hit_before_is_a_duplicate() {
 #[test]
 fn the_policy_decides_what_a_finding_means() {
     let weak = record(|k, i| if k == HAMMER { half_sine(7.5, i) } else { 0.0 });
-    for verdict in Verdict::ALL {
-        let policy = HitPolicy::default().with(Code::TooWeak, verdict);
+    for treatment in HitTreatment::ALL {
+        let policy = HitPolicy::default().with(Code::TooWeak, treatment);
         let test = TestSettings { policy, ..TestSettings::default() };
         let report = grade(&weak, &ADC, &Calibration::default(), &test, None);
-        assert_eq!(report.findings[0].severity, verdict.severity());
-        assert_eq!(report.good(), verdict != Verdict::Reject);
+        assert_eq!(report.findings[0].severity, treatment.severity());
+        assert_eq!(report.good(), treatment != HitTreatment::Reject);
     }
 }
 
