@@ -32,8 +32,8 @@ use std::path::Path;
 
 pub use error::RecordingError;
 pub use number::Decimal;
-pub use rate::{DeclaredRate, Rate, RateSource};
 pub(crate) use rate::six_digits;
+pub use rate::{DeclaredRate, Rate, RateSource};
 pub(crate) use scale::column;
 pub use scale::{EVERY_RESPONSE, Scale, StatedSensitivity, StatedUnit, Statements, UnitSource};
 pub use sensitivity::Sensitivity;
@@ -203,7 +203,11 @@ impl Recording {
 
     /// Takes the time out of the columns: `columns` are the times of those that may be one, `line` gives the line of a row of
     /// the only segment. The rows are cut where the time begins again.
-    fn take_time(&mut self, columns: Vec<(usize, Times)>, line: impl Fn(usize) -> usize) -> Result<(), RecordingError> {
+    fn take_time(
+        &mut self,
+        columns: Vec<(usize, Times)>,
+        line: impl Fn(usize) -> usize,
+    ) -> Result<(), RecordingError> {
         let time::TimeColumns { time, others } = time::find(&self.channels, &columns);
         let place_of_time = time;
         if let Some((place, times)) = columns.into_iter().find(|(place, _)| Some(*place) == time)
@@ -214,7 +218,11 @@ impl Recording {
             if let ([whole], [_, _, ..]) = (self.segments.as_slice(), runs.as_slice()) {
                 Self::plausible(runs.len() as u64, 1)?;
                 let part = |rows: &std::ops::Range<usize>| {
-                    whole.0.iter().map(|all| all.get(rows.clone()).unwrap_or_default().to_vec()).collect()
+                    whole
+                        .0
+                        .iter()
+                        .map(|all| all.get(rows.clone()).unwrap_or_default().to_vec())
+                        .collect()
                 };
                 self.notes.push(format!("the time begins again: {} segments", runs.len()));
                 self.segments = runs.iter().map(|rows| Segment(part(rows))).collect();

@@ -11,11 +11,14 @@ use super::number::{not_negative, positive};
 use crate::error::{Error, Result};
 use crate::hits::{Options, PreparedRecording};
 use crate::output::Output;
-use crate::recording::{Decimal, Recording, Sensitivity, StatedSensitivity, StatedUnit, Statements};
+use crate::recording::{
+    Decimal, Recording, Sensitivity, StatedSensitivity, StatedUnit, Statements,
+};
 
 /// Arguments of `massline hits`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = r#"Reads LabVIEW measurement (.lvm), text with columns (CSV: semicolons, tabs, commas or blanks; up to
+#[command(
+    after_help = r#"Reads LabVIEW measurement (.lvm), text with columns (CSV: semicolons, tabs, commas or blanks; up to
 1000 lines of header), UFF time records (dataset 58, type 1) and NumPy arrays ((segments,) samples,
 channels). Text may be UTF-8, UTF-16, Windows-1252 or Shift-JIS. A file of several segments has a
 hit in each, and so has a short one that begins with a hit; a continuous one is cut by the trigger.
@@ -30,7 +33,8 @@ Examples:
   massline hits old.csv --unit Hammer=lbf --unit "*=g" --leave-out Temperature
   massline hits volts.csv --sensitivity "Hammer=2.3 mV/N" --sensitivity "2=100 mV/g" --reverse Hammer
   massline hits ticks.csv --unit "time_us=us"
-  massline hits taps.npy --unit 1=N --unit "*=m/s^2" --rate-hz 51200 --json"#)]
+  massline hits taps.npy --unit 1=N --unit "*=m/s^2" --rate-hz 51200 --json"#
+)]
 pub struct Args {
     /// The recording.
     file: PathBuf,
@@ -107,7 +111,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = args.file.display();
     let options = options(args)?;
     let recording = Recording::read(&args.file, args.decimal)?;
-    let recording = PreparedRecording::new(recording, &options).map_err(|error| error.within(&file))?;
+    let recording =
+        PreparedRecording::new(recording, &options).map_err(|error| error.within(&file))?;
     if output.json() {
         output.explain(&json!({ "recording": recording.understanding().to_json() }));
     } else {
@@ -181,7 +186,11 @@ fn sensitivity(text: &str) -> std::result::Result<StatedSensitivity, String> {
     let (column, value) = text.rsplit_once('=').ok_or(wrong)?;
     let sensitivity: Sensitivity = value.parse()?;
     let column = column.trim().to_owned();
-    if column.is_empty() { Err(wrong.into()) } else { Ok(StatedSensitivity { column, sensitivity }) }
+    if column.is_empty() {
+        Err(wrong.into())
+    } else {
+        Ok(StatedSensitivity { column, sensitivity })
+    }
 }
 
 fn decimal(text: &str) -> std::result::Result<Decimal, String> {

@@ -4,7 +4,9 @@ use massline_shared::signal::{CHANNELS, EdgeTrigger};
 
 use super::{CutHit, MOST_HITS, Options};
 use crate::error::{Error, Result};
-use crate::recording::{EVERY_RESPONSE, LeftOut, Rate, Recording, Segment, column, is_named_force, six_digits};
+use crate::recording::{
+    EVERY_RESPONSE, LeftOut, Rate, Recording, Segment, column, is_named_force, six_digits,
+};
 use crate::units::{Quantity, force_unit, motion_unit};
 
 /// A segment with fewer samples than this is rejected.
@@ -15,7 +17,8 @@ const FIRST: usize = 8;
 /// The channels in the order of grading: the force, then the responses. Channels that are neither are left out of the recording.
 pub(super) fn channel_order(recording: &mut Recording, options: &Options) -> Result<Vec<usize>> {
     let left_out = left_out(recording, options)?;
-    let candidates: Vec<usize> = (0..recording.channels.len()).filter(|k| !left_out.contains(k)).collect();
+    let candidates: Vec<usize> =
+        (0..recording.channels.len()).filter(|k| !left_out.contains(k)).collect();
     let stated = options.force.as_deref().map(|wanted| recording.named(wanted)).transpose()?;
     let force = match stated {
         Some(force) => force,
@@ -47,7 +50,8 @@ pub(super) fn channel_order(recording: &mut Recording, options: &Options) -> Res
 fn left_out(recording: &mut Recording, options: &Options) -> Result<Vec<usize>> {
     let mut places = Vec::new();
     for wanted in &options.leave_out {
-        let is_gone = recording.left_out.iter().any(|left_out| left_out.name.eq_ignore_ascii_case(wanted));
+        let is_gone =
+            recording.left_out.iter().any(|left_out| left_out.name.eq_ignore_ascii_case(wanted));
         match recording.named(wanted) {
             Ok(place) => places.push(place),
             Err(_) if is_gone || recording.is_time_column(wanted) => {}
@@ -68,7 +72,8 @@ fn no_response(others: &[LeftOut]) -> Error {
         let message = "there is one channel; force and at least one response are needed";
         return Error::input("no_response", message);
     }
-    let names: Vec<String> = others.iter().map(|LeftOut { name, reason }| format!("\"{name}\": {reason}")).collect();
+    let names: Vec<String> =
+        others.iter().map(|LeftOut { name, reason }| format!("\"{name}\": {reason}")).collect();
     let message = format!(
         "no channel is an acceleration ({}); state the unit of one with --unit COLUMN=UNIT, or export accelerations",
         names.join(", ")
@@ -79,22 +84,33 @@ fn no_response(others: &[LeftOut]) -> Error {
 /// Whether a channel is a force: by what the user states, else by its unit, else by its name.
 fn is_force(recording: &Recording, k: usize, options: &Options) -> bool {
     let Some(channel) = recording.channels.get(k) else { return false };
-    let is_meant = |column: &String| column != EVERY_RESPONSE && recording.named(column).ok() == Some(k);
+    let is_meant =
+        |column: &String| column != EVERY_RESPONSE && recording.named(column).ok() == Some(k);
     let statements = &options.statements;
     if let Some(stated) = statements.sensitivities.iter().rfind(|stated| is_meant(&stated.column)) {
         return stated.sensitivity.is_of_force();
     }
-    let stated = statements.units.iter().rfind(|stated| is_meant(&stated.column)).map(|stated| stated.unit.as_str());
+    let stated = statements
+        .units
+        .iter()
+        .rfind(|stated| is_meant(&stated.column))
+        .map(|stated| stated.unit.as_str());
     let unit = stated.unwrap_or(&channel.unit);
     let is_acceleration = motion_unit(unit, Quantity::Acceleration).is_some();
     force_unit(unit).is_some() || is_named_force(&channel.name) && !is_acceleration
 }
 
 /// Refuses a second channel that is a force: by its unit or, where none is stated, by its name.
-fn no_other_force(recording: &Recording, used: &[usize], force: usize, options: &Options) -> Result<()> {
+fn no_other_force(
+    recording: &Recording,
+    used: &[usize],
+    force: usize,
+    options: &Options,
+) -> Result<()> {
     let is_other = |&k: &usize| k != force && is_force(recording, k, options);
     let Some(other) = used.iter().copied().find(is_other) else { return Ok(()) };
-    let column = recording.channels.get(other).map_or_else(String::new, |channel| column(other, channel));
+    let column =
+        recording.channels.get(other).map_or_else(String::new, |channel| column(other, channel));
     let message = format!(
         "channel {} is a force as well by its name or unit, and the responses are accelerations: leave it out with \
          --leave-out \"{column}\", or state its unit with --unit \"{column}=g\"",

@@ -11,12 +11,21 @@ use crate::recording::Segment;
 const LARGER: f64 = 2.0;
 
 /// Refuses a force whose pulses are negative. `force` is its place, `column` its name on the command line.
-pub(super) fn check(segments: &[Segment], force: usize, column: &str, rate: f64, options: &Options) -> Result<()> {
+pub(super) fn check(
+    segments: &[Segment],
+    force: usize,
+    column: &str,
+    rate: f64,
+    options: &Options,
+) -> Result<()> {
     let samples = |segment: &Segment| segment.0.get(force).cloned().unwrap_or_default();
     let pulses = |sign: f64| -> Vec<f64> {
         match segments {
             [whole] => continuous(&samples(whole), sign, rate, options),
-            segments => segments.iter().filter_map(|segment| extreme(&samples(segment), sign, options.test.trigger_n)).collect(),
+            segments => segments
+                .iter()
+                .filter_map(|segment| extreme(&samples(segment), sign, options.test.trigger_n))
+                .collect(),
         }
     };
     let [positive, negative] = [1.0, -1.0].map(pulses);
@@ -25,11 +34,18 @@ pub(super) fn check(segments: &[Segment], force: usize, column: &str, rate: f64,
     if !is_reversed {
         return Ok(());
     }
-    let is_turned = options.statements.reversed.iter().any(|name| name.eq_ignore_ascii_case(column));
+    let is_turned =
+        options.statements.reversed.iter().any(|name| name.eq_ignore_ascii_case(column));
     let message = if is_turned {
-        format!("turned by --reverse \"{column}\", the force has pulses of {:.0} N; leave this option out", -peak)
+        format!(
+            "turned by --reverse \"{column}\", the force has pulses of {:.0} N; leave this option out",
+            -peak
+        )
     } else {
-        format!("the force has pulses of {:.0} N: its polarity is reversed; turn it with --reverse \"{column}\"", -peak)
+        format!(
+            "the force has pulses of {:.0} N: its polarity is reversed; turn it with --reverse \"{column}\"",
+            -peak
+        )
     };
     Err(Error::input("force_reversed", message))
 }

@@ -2,7 +2,9 @@
 
 use crate::document::{ColumnLeftOut, RecordedChannel, RecordingSummary};
 use crate::output::counted;
-use crate::recording::{Channel, LeftOut, Rate, RateSource, Recording, Scale, Source, UnitSource, column, six_digits};
+use crate::recording::{
+    Channel, LeftOut, Rate, RateSource, Recording, Scale, Source, UnitSource, column, six_digits,
+};
 
 /// What was understood of a recording.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,8 +20,18 @@ pub struct Understanding {
 }
 
 impl Understanding {
-    pub(super) fn new(recording: &Recording, order: &[usize], scales: &[Scale], rate: Rate) -> Self {
-        let name = |&k: &usize| recording.channels.get(k).map_or_else(String::new, |channel: &Channel| column(k, channel));
+    pub(super) fn new(
+        recording: &Recording,
+        order: &[usize],
+        scales: &[Scale],
+        rate: Rate,
+    ) -> Self {
+        let name = |&k: &usize| {
+            recording
+                .channels
+                .get(k)
+                .map_or_else(String::new, |channel: &Channel| column(k, channel))
+        };
         Self {
             source: recording.source,
             channels: order.iter().map(name).zip(scales.iter().cloned()).collect(),
@@ -37,8 +49,17 @@ impl Understanding {
         file.extend(encoding.map(str::to_owned));
         file.extend(separator.map(|name| format!("separated by {name}")));
         file.extend(decimal.map(|decimal| format!("decimal {}", decimal.name())));
-        let channels: Vec<String> = self.channels.iter().enumerate().map(|(n, (name, scale))| said(n, name, scale)).collect();
-        let segments = if self.segments == 1 { String::new() } else { format!("{}, ", counted(self.segments, "segment")) };
+        let channels: Vec<String> = self
+            .channels
+            .iter()
+            .enumerate()
+            .map(|(n, (name, scale))| said(n, name, scale))
+            .collect();
+        let segments = if self.segments == 1 {
+            String::new()
+        } else {
+            format!("{}, ", counted(self.segments, "segment"))
+        };
         let duration = six_digits(self.samples as f64 / self.rate.hz);
         let mut text = format!(
             "{}; {}; {} Hz {}; {segments}{}, {duration} s",
@@ -49,7 +70,10 @@ impl Understanding {
             counted(self.samples, "sample")
         );
         if !self.left_out.is_empty() {
-            let left_out = self.left_out.iter().map(|LeftOut { name, reason }| format!("\"{name}\" ({reason})"));
+            let left_out = self
+                .left_out
+                .iter()
+                .map(|LeftOut { name, reason }| format!("\"{name}\" ({reason})"));
             text += &format!("; left out: {}", left_out.collect::<Vec<_>>().join(", "));
         }
         text
@@ -67,7 +91,9 @@ impl Understanding {
             reversed: scale.factor < 0.0,
         };
         let (time_column, time_unit, time_unit_assumed) = match &self.rate.source {
-            RateSource::Column { name, unit, assumed } => (Some(name.clone()), Some(unit.clone()), *assumed),
+            RateSource::Column { name, unit, assumed } => {
+                (Some(name.clone()), Some(unit.clone()), *assumed)
+            }
             RateSource::Option | RateSource::Header(_) => (None, None, false),
         };
         RecordingSummary {
@@ -91,7 +117,10 @@ impl Understanding {
             left_out: self
                 .left_out
                 .iter()
-                .map(|LeftOut { name, reason }| ColumnLeftOut { name: name.clone(), reason: reason.clone() })
+                .map(|LeftOut { name, reason }| ColumnLeftOut {
+                    name: name.clone(),
+                    reason: reason.clone(),
+                })
                 .collect(),
         }
     }
@@ -129,7 +158,11 @@ impl Rate {
             RateSource::Option => "from --rate-hz".into(),
             RateSource::Header(entry) => format!("from {entry}"),
             RateSource::Column { name, unit, assumed } => {
-                let name = if name.is_empty() { "the first column".to_owned() } else { format!("the time column \"{name}\"") };
+                let name = if name.is_empty() {
+                    "the first column".to_owned()
+                } else {
+                    format!("the time column \"{name}\"")
+                };
                 let assumed = if *assumed { " (assumed)" } else { "" };
                 format!("from {name} in {unit}{assumed}")
             }

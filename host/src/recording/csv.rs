@@ -12,7 +12,7 @@ use crate::encoding::Text;
 /// Reads the text of a file; `stated` is its decimal sign, where the user states it.
 pub(super) fn read(text: &Text<'_>, stated: Option<Decimal>) -> Result<Recording, RecordingError> {
     let content: &str = &text.text;
-    let dialect = Dialect::of(content).ok_or(RecordingError::UnknownFormat)?;
+    let dialect = Dialect::of(content)?;
     let separator = dialect.separator;
     let decimal = match stated {
         Some(decimal) => decimal,
@@ -70,7 +70,8 @@ struct Column {
 impl Table {
     fn new(channels: &[Channel], kinds: &[Kind], decimal: Decimal) -> Self {
         let column = |(place, kind): (usize, &Kind)| {
-            let is_candidate = channels.get(place).is_some_and(|channel| may_be_time(place, channel));
+            let is_candidate =
+                channels.get(place).is_some_and(|channel| may_be_time(place, channel));
             Column {
                 kind: Some(*kind),
                 digits: (is_candidate || *kind == Kind::Stamp).then(Vec::new),
@@ -83,12 +84,15 @@ impl Table {
 
     fn add(&mut self, Row { line, mut fields }: Row) -> Result<(), RecordingError> {
         let wanted = self.columns.len();
-        let may_be_empty = self.columns.last().is_some_and(|column| column.numbers == 0 && column.stamps == 0);
+        let may_be_empty =
+            self.columns.last().is_some_and(|column| column.numbers == 0 && column.stamps == 0);
         if fields.len() + 1 == wanted && wanted > 1 && may_be_empty {
             fields.push(String::new());
         }
         // A remark behind the numbers.
-        if fields.len() == wanted + 1 && fields.last().is_some_and(|last| Kind::of(last) == Kind::Text) {
+        if fields.len() == wanted + 1
+            && fields.last().is_some_and(|last| Kind::of(last) == Kind::Text)
+        {
             fields.pop();
             self.comments += 1;
         }
@@ -117,13 +121,16 @@ impl Table {
             times.count() || times.rise()
         };
         name_rows(&mut channels, columns.first().is_some_and(rising));
-        let mut recording = Recording { segments: vec![Segment::default()], ..Recording::default() };
+        let mut recording =
+            Recording { segments: vec![Segment::default()], ..Recording::default() };
         let mut times = Vec::new();
         let mut clocks = Vec::new();
         for (place, (column, mut channel)) in columns.into_iter().zip(channels).enumerate() {
             if let Some(reason) = column.no_channel(rows) {
                 if !channel.name.is_empty() || column.text.is_some() {
-                    recording.left_out.push(LeftOut { name: super::column(place, &channel), reason });
+                    recording
+                        .left_out
+                        .push(LeftOut { name: super::column(place, &channel), reason });
                 }
                 continue;
             }
@@ -141,7 +148,9 @@ impl Table {
             recording.segments.iter_mut().for_each(|segment| segment.0.push(column.values.clone()));
         }
         if comments > 0 {
-            recording.notes.push(format!("{comments} rows have text behind the numbers, which is not used"));
+            recording
+                .notes
+                .push(format!("{comments} rows have text behind the numbers, which is not used"));
         }
         // A clock is a time, whatever its name.
         for &place in &clocks {
@@ -164,7 +173,10 @@ impl Table {
 /// other columns.
 fn name_rows(channels: &mut [Channel], first_rises: bool) {
     let [first, .., last] = channels else { return };
-    let is_shifted = last.name.is_empty() && last.unit.is_empty() && !first.name.is_empty() && !super::time::is_time(first);
+    let is_shifted = last.name.is_empty()
+        && last.unit.is_empty()
+        && !first.name.is_empty()
+        && !super::time::is_time(first);
     if is_shifted && first_rises {
         channels.rotate_right(1);
     }
@@ -197,7 +209,8 @@ impl Column {
     /// Why this column is no channel: it has no numbers, or mostly text.
     fn no_channel(&self, rows: usize) -> Option<String> {
         let read = self.numbers + self.stamps;
-        let is_text = self.text.is_some() && matches!(self.kind, Some(Kind::Text | Kind::Date | Kind::Empty));
+        let is_text =
+            self.text.is_some() && matches!(self.kind, Some(Kind::Text | Kind::Date | Kind::Empty));
         if is_text && 2 * read < rows.max(1) {
             Some("it has text".into())
         } else if read == 0 && self.text.is_none() {
@@ -216,7 +229,9 @@ fn refuse_decimals(row: &Row, names: usize) -> Result<(), RecordingError> {
     match fields.iter().enumerate().position(decimals) {
         None => Ok(()),
         Some(column) => {
-            let text = fields.get(column).map_or_else(String::new, |field| field.chars().take(40).collect());
+            let text = fields
+                .get(column)
+                .map_or_else(String::new, |field| field.chars().take(40).collect());
             Err(RecordingError::CommaTwice { line: *line, column: column + 1, text })
         }
     }

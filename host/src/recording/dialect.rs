@@ -46,7 +46,9 @@ impl Separator {
     /// The fields of one line of a header.
     pub fn fields(self, line: &str) -> Vec<String> {
         let Some(byte) = self.byte() else { return joined_brackets(line) };
-        line.split(char::from(byte)).map(|field| field.trim().trim_matches('"').trim().to_owned()).collect()
+        line.split(char::from(byte))
+            .map(|field| field.trim().trim_matches('"').trim().to_owned())
+            .collect()
     }
 
     /// The line of these fields.
@@ -137,18 +139,22 @@ pub(super) struct Dialect {
 impl Dialect {
     /// The dialect of a text: the numbers begin where [`ALIKE`] rows have numbers in equally many columns. If there are no
     /// such rows, columns of text may stand beside the numbers.
-    pub fn of(text: &str) -> Option<Self> {
+    ///
+    /// # Errors
+    /// When no such rows follow within the header that is allowed.
+    pub fn of(text: &str) -> Result<Self, RecordingError> {
         for fewest in [2, 1] {
             for may_have_text in [false, true] {
                 for separator in Separator::ALL {
                     let dialect = Self::with(text, separator, may_have_text);
                     if let Some(dialect) = dialect.filter(|dialect| dialect.kinds.len() >= fewest) {
-                        return Some(dialect);
+                        return Ok(dialect);
                     }
                 }
             }
         }
-        None
+        let mut rows = rows_of(text, Separator::Comma).take(MOST_HEADER_LINES);
+        Err(rows.find_map(Result::err).unwrap_or(RecordingError::UnknownFormat))
     }
 
     fn with(text: &str, separator: Separator, may_have_text: bool) -> Option<Self> {
@@ -161,13 +167,16 @@ impl Dialect {
             let first = window.first().map_or(&[][..], Vec::as_slice);
             let has_number = first.contains(&Kind::Number);
             let alike = |row: &[Kind]| {
-                row.len() == first.len() && std::iter::zip(row, first).all(|(a, b)| (*a == Kind::Text) == (*b == Kind::Text))
+                row.len() == first.len()
+                    && std::iter::zip(row, first)
+                        .all(|(a, b)| (*a == Kind::Text) == (*b == Kind::Text))
             };
             let has_text = first.contains(&Kind::Text);
-            let certain = !has_text || may_have_text && window.len() == ALIKE && alike(&last) && first.len() > 1;
+            let certain = !has_text
+                || may_have_text && window.len() == ALIKE && alike(&last) && first.len() > 1;
             has_number && certain && window.iter().all(|row| alike(row))
         };
-        let start = (0..rows.len()).find(|&start| begins(start))?;
+        let start = (0..rows.len().min(MOST_HEADER_LINES + 1)).find(|&start| begins(start))?;
         Some(Self { separator, start, kinds: rows.into_iter().nth(start)? })
     }
 
@@ -231,7 +240,11 @@ impl Signs {
         let groups = field.trim_start_matches(['+', '-']).split_once(sign);
         let is_group = |(front, rest): (&str, &str)| {
             let digits = |text: &str| text.chars().all(|c| c.is_ascii_digit());
-            digits(front) && digits(rest) && (1..=3).contains(&front.len()) && rest.len() == 3 && !front.starts_with('0')
+            digits(front)
+                && digits(rest)
+                && (1..=3).contains(&front.len())
+                && rest.len() == 3
+                && !front.starts_with('0')
         };
         if groups.is_some_and(is_group) {
             self.first.get_or_insert_with(|| (line, column, field.chars().take(40).collect()));
@@ -330,7 +343,11 @@ mod tests {
     #[track_caller]
     fn check(text: &str, separator: Separator, start: usize, columns: usize, decimal: Decimal) {
         let dialect = Dialect::of(text).unwrap();
-        assert_eq!((dialect.separator, dialect.start, dialect.kinds.len()), (separator, start, columns), "{text}");
+        assert_eq!(
+            (dialect.separator, dialect.start, dialect.kinds.len()),
+            (separator, start, columns),
+            "{text}"
+        );
         assert_eq!(dialect.decimal(text), Ok(decimal), "{text}");
     }
 
@@ -351,20 +368,35 @@ mod tests {
         check(&many("1.5\n"), Semicolon, 0, 1, Decimal::Point);
         // Lines of a header in another dialect.
         check(&format!("Rate;5120\nRange;100\n{}", many("1,5\t2,5\n")), Tab, 2, 2, Decimal::Comma);
-        check(&format!("{}{}", "line of text\n".repeat(900), many("1.5;2.5\n")), Semicolon, 900, 2, Decimal::Point);
-        check(&format!("date;12.03.2026\nat;12:00:00\n{}", many("1.5;2.5\n")), Semicolon, 2, 2, Decimal::Point);
+        check(
+            &format!("{}{}", "line of text\n".repeat(900), many("1.5;2.5\n")),
+            Semicolon,
+            900,
+            2,
+            Decimal::Point,
+        );
+        check(
+            &format!("date;12.03.2026\nat;12:00:00\n{}", many("1.5;2.5\n")),
+            Semicolon,
+            2,
+            2,
+            Decimal::Point,
+        );
         for text in ["", "Dear Sir or Madam", "a;b\nc;d\n"] {
-            assert_eq!(Dialect::of(text), None, "{text}");
+            assert_eq!(Dialect::of(text), Err(RecordingError::UnknownFormat), "{text}");
         }
         let long = format!("{}{}", "line of text\n".repeat(1001), many("1.5;2.5\n"));
-        assert_eq!(Dialect::of(&long), None);
+        assert_eq!(Dialect::of(&long), Err(RecordingError::UnknownFormat));
     }
 
     #[test]
     fn a_comma_that_may_separate_thousands_is_asked_for() {
         let text = "F;a\n1,234;5\n567;6\n2,345;7\n";
         let error = Dialect::of(text).unwrap().decimal(text).unwrap_err();
-        assert!(matches!(&error, RecordingError::Thousands { line: 2, column: 1, .. }), "{error:?}");
+        assert!(
+            matches!(&error, RecordingError::Thousands { line: 2, column: 1, .. }),
+            "{error:?}"
+        );
         // Three decimals in every row, or a number that begins with zero.
         for text in ["F;a\n1,234;5\n2,567;6\n", "F;a\n1,234;5\n567;6\n0,345;7\n"] {
             assert_eq!(Dialect::of(text).unwrap().decimal(text), Ok(Decimal::Comma), "{text}");

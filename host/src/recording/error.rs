@@ -19,7 +19,9 @@ pub enum RecordingError {
     )]
     UnknownFormat,
     /// Bytes that are no text.
-    #[error("{0}; LabVIEW measurement (.lvm), text with columns (CSV), universal files and NumPy arrays (.npy) are read")]
+    #[error(
+        "{0}; LabVIEW measurement (.lvm), text with columns (CSV), universal files and NumPy arrays (.npy) are read"
+    )]
     NotText(#[from] NotText),
     /// A line with a different number of columns than the lines before.
     #[error(
@@ -63,7 +65,9 @@ pub enum RecordingError {
         text: String,
     },
     /// A row without a value in a column.
-    #[error("line {line}: column {column} has no value here, and values in other rows; export evenly sampled channels")]
+    #[error(
+        "line {line}: column {column} has no value here, and values in other rows; export evenly sampled channels"
+    )]
     Hole {
         /// The line, from 1.
         line: usize,
@@ -152,7 +156,9 @@ impl RecordingError {
     pub fn code(&self) -> &'static str {
         match self {
             Self::Empty => "recording_empty",
-            Self::UnknownFormat | Self::NotText(NotText::Binary { .. }) => "recording_unknown_format",
+            Self::UnknownFormat | Self::NotText(NotText::Binary { .. }) => {
+                "recording_unknown_format"
+            }
             Self::Truncated { .. } => "recording_truncated",
             Self::TooLong | Self::TooManyChannels { .. } | Self::TooManySegments { .. } => {
                 "recording_too_long"

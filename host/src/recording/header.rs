@@ -28,29 +28,33 @@ pub(super) fn channels(
             *first = first.trim_start_matches(['#', '%']).trim().to_owned();
         }
         let labels = |fields: &[String]| fields.iter().map(|field| channel(field, text)).collect();
+        let line_text = separator.line(&fields);
+        let fits = |fields: &Vec<String>| fields.len() == columns && columns > 1;
+        let marks = Separator::ALL.into_iter().filter(|mark| *mark != Separator::Blanks);
+        let mut otherwise = marks.map(|mark| mark.fields(&line_text)).filter(fits);
         if separator == Separator::Blanks {
-            fields = separator.fields(&separator.line(&fields));
+            // Names with blanks in them may be separated by commas.
+            fields = otherwise.next().unwrap_or_else(|| separator.fields(&line_text));
         }
         if fields.len() == columns {
             rows.push(labels(&fields));
-            continue;
-        }
-        let line_text = separator.line(&fields);
-        let otherwise = Separator::ALL.map(|separator| separator.fields(&line_text));
-        match otherwise.into_iter().find(|fields| fields.len() == columns && columns > 1) {
-            Some(fields) if separator != Separator::Blanks || fields.len() > 1 => others.push(labels(&fields)),
-            _ => last = Some((line, fields)),
+        } else if let Some(fields) = otherwise.next() {
+            others.push(labels(&fields));
+        } else {
+            last = Some((line, fields));
         }
     }
     if rows.is_empty() {
         rows = others;
     }
+    let has_names = rows.len() > 1;
+    let units = rows.iter().rposition(|row| is_units(row, has_names)).map(|at| rows.remove(at));
     let is_name = |channel: &Channel| is_time(channel) || is_named_force(&channel.name);
     let names_at = rows.iter().rposition(|row| row.iter().any(is_name));
-    let units_at = (0..rows.len()).rev().find(|&at| Some(at) != names_at && rows.get(at).is_some_and(|row| is_units(row, rows.len() > 1)));
-    let units = units_at.map(|at| rows.remove(at));
-    let names_at = names_at.map(|at| at - usize::from(units_at.is_some_and(|units| units < at)));
-    let names = match (names_at.or(rows.len().checked_sub(1)).and_then(|at| rows.into_iter().nth(at)), last) {
+    let names = match (
+        names_at.or(rows.len().checked_sub(1)).and_then(|at| rows.into_iter().nth(at)),
+        last,
+    ) {
         (Some(names), _) => names,
         // The header may omit names, but must not have more names than there are columns.
         (None, Some((line, fields))) if fields.len() > columns && columns > 1 => {
@@ -81,7 +85,9 @@ pub(super) fn channels(
 /// True for a row of units: at least half of what it states is known. Alone it must be known wholly.
 fn is_units(row: &[Channel], has_names: bool) -> bool {
     let labels: Vec<String> = row.iter().map(whole).filter(|label| !is_unstated(label)).collect();
-    let is_known = |label: &String| is_unit(&unwrapped(label)) || UNIT_WORDS.iter().any(|word| label.eq_ignore_ascii_case(word));
+    let is_known = |label: &String| {
+        is_unit(&unwrapped(label)) || UNIT_WORDS.iter().any(|word| label.eq_ignore_ascii_case(word))
+    };
     let known = labels.iter().filter(|label| is_known(label)).count();
     known > 0 && if has_names { 2 * known >= labels.len() } else { known == labels.len() }
 }
@@ -98,7 +104,11 @@ fn whole(channel: &Channel) -> String {
 /// Splits `Force [N]`, `Force (N)`, `Force / N` or `Force in N` into a name and a unit. A unit in round brackets, or
 /// without any, is one that is known: `Force (top)` is a name.
 pub(super) fn channel(label: &str, text: &Text<'_>) -> Channel {
-    let named = |name: &str, unit: String| Channel { name: name.trim().to_owned(), unit, ..Channel::default() };
+    let named = |name: &str, unit: String| Channel {
+        name: name.trim().to_owned(),
+        unit,
+        ..Channel::default()
+    };
     let known = |unit: &str| {
         let unit = decided(&unwrapped(unit), text);
         is_unit(&unit).then_some(unit)
@@ -114,13 +124,14 @@ pub(super) fn channel(label: &str, text: &Text<'_>) -> Channel {
         if let Some(unit) = known(unit) {
             return named(&format!("{} {}", front.trim(), after.trim()), unit);
         }
-        if close == ']' && after.trim().is_empty() {
+        if close == ']' && end.is_some() && after.trim().is_empty() {
             return named(front, unwrapped(unit));
         }
         rest = front;
     }
     for sign in [" / ", " in ", ", ", "/"] {
-        if let Some((name, unit)) = label.split_once(sign).filter(|(name, _)| !name.trim().is_empty())
+        if let Some((name, unit)) =
+            label.split_once(sign).filter(|(name, _)| !name.trim().is_empty())
             && !is_unit(label)
             && let Some(unit) = known(unit)
         {
@@ -134,7 +145,8 @@ pub(super) fn channel(label: &str, text: &Text<'_>) -> Channel {
 fn unwrapped(unit: &str) -> String {
     let unit = unit.trim();
     let pairs = [('[', ']'), ('(', ')')];
-    let inner = pairs.iter().find_map(|&(open, close)| unit.strip_prefix(open)?.strip_suffix(close));
+    let inner =
+        pairs.iter().find_map(|&(open, close)| unit.strip_prefix(open)?.strip_suffix(close));
     inner.unwrap_or(unit).trim().to_owned()
 }
 
@@ -161,12 +173,29 @@ mod tests {
     #[test]
     fn a_label_is_split_into_name_and_unit() {
         for (label, name, unit) in [
-            ("Force [N]", "Force", "N"), ("Force (N)", "Force", "N"), ("Force", "Force", ""), ("[N]", "", "N"),
-            ("Force (top)", "Force (top)", ""), ("Force (top) [lbf]", "Force (top)", "lbf"), ("Force [N] (raw)", "Force (raw)", "N"),
-            ("Force / N", "Force", "N"), ("Force/N", "Force", "N"), ("Kraft in N", "Kraft", "N"), ("Force, lbf", "Force", "lbf"),
-            ("a (m/s^2)", "a", "m/s^2"), ("a [furlong]", "a", "furlong"), ("in/out", "in/out", ""), ("x/y", "x/y", ""),
-            ("Acc (mV)", "Acc", "mV"), ("Acc (m/(s*s))", "Acc", "m/(s*s)"), ("", "", ""), ("a [m/s²]", "a", "m/s²"),
-            ("Room [°C]", "Room", "°C"), ("[", "[", ""), ("a) b (", "a) b (", ""), ("m/s²", "m/s²", ""),
+            ("Force [N]", "Force", "N"),
+            ("Force (N)", "Force", "N"),
+            ("Force", "Force", ""),
+            ("[N]", "", "N"),
+            ("Force (top)", "Force (top)", ""),
+            ("Force (top) [lbf]", "Force (top)", "lbf"),
+            ("Force [N] (filtered)", "Force (filtered)", "N"),
+            ("Force / N", "Force", "N"),
+            ("Force/N", "Force", "N"),
+            ("Kraft in N", "Kraft", "N"),
+            ("Force, lbf", "Force", "lbf"),
+            ("a (m/s^2)", "a", "m/s^2"),
+            ("a [furlong]", "a", "furlong"),
+            ("in/out", "in/out", ""),
+            ("x/y", "x/y", ""),
+            ("Acc (mV)", "Acc", "mV"),
+            ("Acc (m/(s*s))", "Acc", "m/(s*s)"),
+            ("", "", ""),
+            ("a [m/s²]", "a", "m/s²"),
+            ("Room [°C]", "Room", "°C"),
+            ("[", "[", ""),
+            ("a) b (", "a) b (", ""),
+            ("m/s²", "m/s²", ""),
         ] {
             assert_eq!(parts(label), (name.to_owned(), unit.to_owned()), "{label}");
         }
@@ -174,7 +203,9 @@ mod tests {
 
     fn labels(header: &str, columns: usize, separator: Separator) -> Vec<(String, String)> {
         let text = Text::decode(header.as_bytes()).unwrap();
-        let rows = super::super::dialect::rows_of(header, separator).collect::<Result<Vec<_>, _>>().unwrap();
+        let rows = super::super::dialect::rows_of(header, separator)
+            .collect::<Result<Vec<_>, _>>()
+            .unwrap();
         let channels = channels(rows, columns, separator, &text).unwrap();
         channels.into_iter().map(|channel| (channel.name, channel.unit)).collect()
     }
@@ -201,13 +232,20 @@ mod tests {
         let four = expected(&[("Time", "s"), ("Force", "N"), ("Acc", "g"), ("Temp", "flames")]);
         assert_eq!(labels("Time,Force,Acc,Temp\ns,N,g,flames\n", 4, Comma), four);
         assert_eq!(labels("Time,Force,Acc\nUnit,N,g\n", 3, Comma)[1..], three[1..]);
-        assert_eq!(labels("N,g\n", 2, Comma), expected(&[("N", ""), ("g", "")]).iter().map(|(unit, _)| (String::new(), unit.clone())).collect::<Vec<_>>());
+        assert_eq!(
+            labels("N,g\n", 2, Comma),
+            expected(&[("N", ""), ("g", "")])
+                .iter()
+                .map(|(unit, _)| (String::new(), unit.clone()))
+                .collect::<Vec<_>>()
+        );
         assert_eq!(labels("A title\n", 2, Comma), expected(&[("", ""), ("", "")]));
     }
 
     #[test]
     fn a_unit_in_a_guessed_encoding_is_one_only_if_no_reading_contradicts() {
-        let bytes = [&encoding_rs::SHIFT_JIS.encode("時間 [s],力 [N],変位 [").0[..], b"m/s\xb2]\n"].concat();
+        let bytes = [&encoding_rs::SHIFT_JIS.encode("時間 [s],力 [N],変位 [").0[..], b"m/s\xb2]\n"]
+            .concat();
         let text = Text::decode(&bytes).unwrap();
         let last = text.text.trim().rsplit(',').next().unwrap();
         let Channel { name, unit, .. } = channel(last, &text);

@@ -5,7 +5,9 @@ use super::header::{channel, decided};
 use super::number::{Decimal, last_digit};
 use super::steps::{Steps, Times};
 use super::time::{TimeColumn, time_column};
-use super::{Channel, DeclaredRate, LeftOut, MOST_LINE_BYTES, Recording, RecordingError, Segment, Source};
+use super::{
+    Channel, DeclaredRate, LeftOut, MOST_LINE_BYTES, Recording, RecordingError, Segment, Source,
+};
 use crate::encoding::Text;
 
 /// Relative difference up to which two rates are the same, written with different digits.
@@ -83,11 +85,13 @@ impl SegmentHeader {
         let delta = |k: usize| self.deltas.get(k).copied().flatten().map(|delta| delta.step);
         let samples = |k: usize| self.samples.get(k).copied().flatten();
         let fault = match (delta(reference), delta(channel)) {
-            (Some(first), Some(step)) if (step - first).abs() > EQUAL_RATES * first.abs() => format!(
-                "Delta_X: channel {} has a step of {step} s and channel {} one of {first} s; export channels of one rate",
-                channel + 1,
-                reference + 1
-            ),
+            (Some(first), Some(step)) if (step - first).abs() > EQUAL_RATES * first.abs() => {
+                format!(
+                    "Delta_X: channel {} has a step of {step} s and channel {} one of {first} s; export channels of one rate",
+                    channel + 1,
+                    reference + 1
+                )
+            }
             _ => match (samples(reference), samples(channel)) {
                 (Some(first), Some(count)) if count != first => format!(
                     "Samples: channel {} has {count} and channel {} has {first}; export channels of one rate",
@@ -102,7 +106,8 @@ impl SegmentHeader {
 }
 
 /// Lines with their numbers, from 1.
-type LinesOf<'t> = std::iter::Peekable<std::iter::Zip<std::ops::RangeFrom<usize>, std::str::Lines<'t>>>;
+type LinesOf<'t> =
+    std::iter::Peekable<std::iter::Zip<std::ops::RangeFrom<usize>, std::str::Lines<'t>>>;
 
 /// The rows under one header.
 #[derive(Default)]
@@ -181,7 +186,7 @@ fn same_channels(recording: &Recording, header: &SegmentHeader) -> Result<(), Re
         && (rate.hz / first.hz - 1.0).abs() > EQUAL_RATES
     {
         let fault = format!(
-            "this segment was sampled at {} Hz and the first one at {} Hz; export segments of one rate",
+            "Delta_X: this segment was sampled at {} Hz and the first one at {} Hz; export segments of one rate",
             rate.hz, first.hz
         );
         return Err(RecordingError::Header { line, fault });
@@ -198,7 +203,13 @@ fn segments(
 ) -> Result<Vec<Segment>, RecordingError> {
     let Rows { samples, x, lines, count } = rows;
     let part = |range: std::ops::Range<usize>| {
-        Segment(samples.0.iter().map(|all| all.get(range.clone()).unwrap_or_default().to_vec()).collect())
+        Segment(
+            samples
+                .0
+                .iter()
+                .map(|all| all.get(range.clone()).unwrap_or_default().to_vec())
+                .collect(),
+        )
     };
     let block = header.block().unwrap_or(count);
     if count < block {
@@ -210,7 +221,10 @@ fn segments(
         let (column, runs) = time_column(&x_channel, &x, |row| lines.of(row))?;
         same_step(recording, column, header.line)?;
         if runs.len() > 1 {
-            recording.notes.push(format!("the X values begin again: {} segments under one header", runs.len()));
+            recording.notes.push(format!(
+                "the X values begin again: {} segments under one header",
+                runs.len()
+            ));
         }
         return Ok(runs.into_iter().map(part).collect());
     }
@@ -218,7 +232,9 @@ fn segments(
         return Ok(vec![samples]);
     }
     if block < SHORTEST_BLOCK {
-        recording.notes.push(format!("the header states {block} samples, and {count} are there: one segment"));
+        recording
+            .notes
+            .push(format!("the header states {block} samples, and {count} are there: one segment"));
         return Ok(vec![samples]);
     }
     if count % block != 0 {
@@ -230,17 +246,24 @@ fn segments(
 }
 
 /// Keeps the X column of the first segment, or the first one whose steps are not even; refuses another step.
-fn same_step(recording: &mut Recording, column: TimeColumn, line: usize) -> Result<(), RecordingError> {
+fn same_step(
+    recording: &mut Recording,
+    column: TimeColumn,
+    line: usize,
+) -> Result<(), RecordingError> {
     match (recording.time.as_ref().map(|time| time.steps), column.steps) {
-        (Some(Steps::Even { step: first, uncertainty: a, .. }), Steps::Even { step, uncertainty: b, .. })
-            if (step / first - 1.0).abs() > 1e-3 + a + b =>
-        {
+        (
+            Some(Steps::Even { step: first, uncertainty: a, .. }),
+            Steps::Even { step, uncertainty: b, .. },
+        ) if (step / first - 1.0).abs() > 1e-3 + a + b => {
             let fault = format!(
                 "the X values of this segment have a step of {step} s and those before {first} s; export segments of one rate"
             );
             return Err(RecordingError::Header { line, fault });
         }
-        (None, _) | (Some(Steps::Even { .. }), Steps::Lost { .. } | Steps::Uneven { .. }) => recording.time = Some(column),
+        (None, _) | (Some(Steps::Even { .. }), Steps::Lost { .. } | Steps::Uneven { .. }) => {
+            recording.time = Some(column)
+        }
         _ => {}
     }
     Ok(())
@@ -290,7 +313,10 @@ fn entry(line: &str) -> (&str, &str) {
     (key, rest.as_str().trim_end_matches(['\t', ';']).trim())
 }
 
-fn segment_header(lines: &mut LinesOf<'_>, format: &Format) -> Result<SegmentHeader, RecordingError> {
+fn segment_header(
+    lines: &mut LinesOf<'_>,
+    format: &Format,
+) -> Result<SegmentHeader, RecordingError> {
     let mut header = SegmentHeader::default();
     for (line, text) in lines {
         let mut fields = text.split(format.separator).map(str::trim);
@@ -305,20 +331,23 @@ fn segment_header(lines: &mut LinesOf<'_>, format: &Format) -> Result<SegmentHea
         match key {
             END_OF_HEADER => {
                 if header.channels == 0 {
-                    let fault = "the segment's header has no Channels entry; export it again".into();
+                    let fault =
+                        "the segment's header has no Channels entry; export it again".into();
                     return Err(RecordingError::Header { line, fault });
                 }
                 return Ok(header);
             }
             "Channels" => header.channels = count(first())?,
             "Samples" => {
-                let samples = fields.map(|field| if field.is_empty() { Ok(None) } else { count(field).map(Some) });
+                let samples = fields
+                    .map(|field| if field.is_empty() { Ok(None) } else { count(field).map(Some) });
                 header.samples = samples.collect::<Result<_, _>>()?;
             }
             "X_Dimension" => {
                 let dimension = first();
                 if !(dimension.is_empty() || dimension.eq_ignore_ascii_case("time")) {
-                    let fault = format!("X_Dimension is \"{dimension}\"; a recording over time is needed");
+                    let fault =
+                        format!("X_Dimension is \"{dimension}\"; a recording over time is needed");
                     return Err(RecordingError::Header { line, fault });
                 }
             }
@@ -380,7 +409,12 @@ fn names(
         let name = fields.get(column_of(k, format.x_columns)).copied().unwrap_or_default();
         let fault = if header.is_filled(k) { header.fault(k) } else { None };
         match header.units.get(k).filter(|unit| !unit.is_empty()) {
-            Some(unit) => Channel { name: name.to_owned(), unit: decided(unit, text), fault, ..Channel::default() },
+            Some(unit) => Channel {
+                name: name.to_owned(),
+                unit: decided(unit, text),
+                fault,
+                ..Channel::default()
+            },
             None => Channel { fault, ..channel(name, text) },
         }
     };

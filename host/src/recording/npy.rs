@@ -58,7 +58,15 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
         segments,
         ..Recording::default()
     };
-    let column = |place: usize| recording.segments.iter().filter_map(|segment| segment.0.get(place)).flatten().copied().collect();
+    let column = |place: usize| {
+        recording
+            .segments
+            .iter()
+            .filter_map(|segment| segment.0.get(place))
+            .flatten()
+            .copied()
+            .collect()
+    };
     // A column of times may be the first, or the second after one that counts.
     let columns = (0..channels.min(2)).map(|place| (place, Times::exact(column(place)))).collect();
     recording.take_time(columns, |row| row + 1)?;

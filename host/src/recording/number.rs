@@ -39,7 +39,12 @@ impl Decimal {
     }
 
     /// Parses a field; the error names the line and the column.
-    pub(super) fn value(self, field: &str, line: usize, column: usize) -> Result<f64, RecordingError> {
+    pub(super) fn value(
+        self,
+        field: &str,
+        line: usize,
+        column: usize,
+    ) -> Result<f64, RecordingError> {
         self.number(field).ok_or_else(|| self.fault(field, line, column))
     }
 
@@ -66,9 +71,13 @@ pub(super) fn last_digit(field: &str) -> f64 {
 /// True for the characters of a number, of any decimal sign.
 pub(super) fn looks_numeric(field: &str) -> bool {
     let field = field.trim_matches('"');
-    let begins = field.trim_start_matches(['+', '-', '−', '.', ',']).starts_with(|c: char| c.is_ascii_digit());
+    let begins = field
+        .trim_start_matches(['+', '-', '−', '.', ','])
+        .starts_with(|c: char| c.is_ascii_digit());
     let only = |c: char| c.is_ascii_digit() || "+-−.,eEdD".contains(c);
-    begins && field.chars().all(only) || Decimal::Point.number(field).is_some() || no_number(field).is_some()
+    begins && field.chars().all(only)
+        || Decimal::Point.number(field).is_some()
+        || no_number(field).is_some()
 }
 
 /// A number with the exponent of Fortran, or with the minus sign of a typesetter.
@@ -91,14 +100,25 @@ mod tests {
     #[test]
     fn numbers_are_read_as_programs_write_them() {
         for (text, expected) in [
-            ("1.5", 1.5), ("-1e-3", -1e-3), ("+2", 2.0), (".5", 0.5), ("5.", 5.0), ("1.0D-03", 1e-3), ("−3", -3.0),
-            ("\"1.5\"", 1.5), (" 7 ", 7.0),
+            ("1.5", 1.5),
+            ("-1e-3", -1e-3),
+            ("+2", 2.0),
+            (".5", 0.5),
+            ("5.", 5.0),
+            ("1.0D-03", 1e-3),
+            ("−3", -3.0),
+            ("\"1.5\"", 1.5),
+            (" 7 ", 7.0),
         ] {
             assert_eq!(Decimal::Point.number(text), Some(expected), "{text}");
         }
         assert_eq!(Decimal::Comma.number("1,5"), Some(1.5));
         assert_eq!(Decimal::Comma.number("1,0E-03"), Some(1e-3));
-        assert!(["-1.#IND", "1.#QNAN0", "-nan(ind)", "NaN"].iter().all(|text| Decimal::Point.number(text).unwrap().is_nan()));
+        assert!(
+            ["-1.#IND", "1.#QNAN0", "-nan(ind)", "NaN"]
+                .iter()
+                .all(|text| Decimal::Point.number(text).unwrap().is_nan())
+        );
         for text in ["", "two", "1.5.5", "d", "e5", "1,5", "0x10", "-"] {
             assert_eq!(Decimal::Point.number(text), None, "{text}");
         }
@@ -107,10 +127,27 @@ mod tests {
 
     #[test]
     fn the_last_digit_says_how_finely_a_number_was_written() {
-        for (text, expected) in [("1.25", 1e-2), ("0,0002", 1e-4), ("1.95E-04", 1e-6), ("7", 1.0), ("1e3", 1e3), ("1.5e+2", 10.0)] {
+        for (text, expected) in [
+            ("1.25", 1e-2),
+            ("0,0002", 1e-4),
+            ("1.95E-04", 1e-6),
+            ("7", 1.0),
+            ("1e3", 1e3),
+            ("1.5e+2", 10.0),
+        ] {
             assert!((last_digit(text) / expected - 1.0).abs() < 1e-12, "{text}");
         }
-        assert!(looks_numeric("1.234,5") && looks_numeric("-0,5") && looks_numeric("NaN") && looks_numeric("1.#INF"));
-        assert!(!looks_numeric("N") && !looks_numeric("") && !looks_numeric("5 V") && !looks_numeric("-"));
+        assert!(
+            looks_numeric("1.234,5")
+                && looks_numeric("-0,5")
+                && looks_numeric("NaN")
+                && looks_numeric("1.#INF")
+        );
+        assert!(
+            !looks_numeric("N")
+                && !looks_numeric("")
+                && !looks_numeric("5 V")
+                && !looks_numeric("-")
+        );
     }
 }

@@ -68,7 +68,9 @@ pub struct Rate {
 
 /// A number with six significant digits.
 pub(crate) fn six_digits(value: f64) -> String {
-    format!("{value:.5e}").parse::<f64>().map_or_else(|_| value.to_string(), |rounded| rounded.to_string())
+    format!("{value:.5e}")
+        .parse::<f64>()
+        .map_or_else(|_| value.to_string(), |rounded| rounded.to_string())
 }
 
 impl Recording {
@@ -78,7 +80,9 @@ impl Recording {
     /// # Errors
     /// When samples are missing, or nothing states the rate, or a time column has no unit or no even steps.
     pub fn rate(&self, stated_hz: Option<f64>, stated_unit: Option<&str>) -> Result<Rate> {
-        if let Some(TimeColumn { steps: Steps::Lost { gaps, samples, row, after }, .. }) = &self.time {
+        if let Some(TimeColumn { steps: Steps::Lost { gaps, samples, row, after }, .. }) =
+            &self.time
+        {
             return Err(lost(*gaps, *samples, *row, *after));
         }
         let of_column = self.time.as_ref().map(|column| column.rate(stated_unit)).transpose();
@@ -91,7 +95,10 @@ impl Recording {
                     100.0 * declared.uncertainty
                 ));
             }
-            (Rate { hz: declared.hz, source: RateSource::Header(declared.entry), notes }, declared.uncertainty)
+            (
+                Rate { hz: declared.hz, source: RateSource::Header(declared.entry), notes },
+                declared.uncertainty,
+            )
         });
         let of_file = match (of_column, declared) {
             (Ok(None), None) => Err(Error::input(
@@ -106,9 +113,14 @@ impl Recording {
         let Some(hz) = stated_hz else { return of_file.map(|(rate, _)| rate) };
         let notes = match of_file {
             Ok((rate, uncertainty)) if (rate.hz / hz - 1.0).abs() > SAME_RATE + uncertainty => {
-                vec![format!("the file states {} Hz, using {hz} Hz from --rate-hz", six_digits(rate.hz))]
+                vec![format!(
+                    "the file states {} Hz, using {hz} Hz from --rate-hz",
+                    six_digits(rate.hz)
+                )]
             }
-            Err(error) if error.code() != "no_rate" => vec![format!("using {hz} Hz from --rate-hz: {error}")],
+            Err(error) if error.code() != "no_rate" => {
+                vec![format!("using {hz} Hz from --rate-hz: {error}")]
+            }
             _ => Vec::new(),
         };
         Ok(Rate { hz, source: RateSource::Option, notes })
@@ -117,7 +129,8 @@ impl Recording {
     /// Whether a column of the command line means the time.
     pub fn is_time_column(&self, column: &str) -> bool {
         self.time.as_ref().is_some_and(|time| {
-            time.name.eq_ignore_ascii_case(column) || time.name.is_empty() && column.eq_ignore_ascii_case(ANY_TIME)
+            time.name.eq_ignore_ascii_case(column)
+                || time.name.is_empty() && column.eq_ignore_ascii_case(ANY_TIME)
         })
     }
 }
@@ -153,7 +166,9 @@ impl TimeColumn {
                 );
                 return Err(Error::input("time_uneven", message));
             }
-            Steps::Lost { gaps, samples, row, after } => return Err(lost(gaps, samples, row, after)),
+            Steps::Lost { gaps, samples, row, after } => {
+                return Err(lost(gaps, samples, row, after));
+            }
         };
         let (label, seconds, assumed) = self.unit(step, stated_unit)?;
         let hz = (step * seconds).recip();
@@ -169,7 +184,8 @@ impl TimeColumn {
             notes.push(format!("by its digits the rate is known to {:.1} %", 100.0 * uncertainty));
         }
         if assumed {
-            let since = if label == "s" && !EPOCH_S.contains(&self.first) { "" } else { " since 1970" };
+            let since =
+                if label == "s" && !EPOCH_S.contains(&self.first) { "" } else { " since 1970" };
             notes.push(format!(
                 "{name} states no unit and is read in {label}{since}; state another with --unit \"{}=ms\"",
                 self.column()
@@ -190,13 +206,17 @@ impl TimeColumn {
             return Ok((stated.to_owned(), seconds, false));
         }
         let refused = |fault: String| {
-            let advice = format!("state its unit with --unit \"{column}=UNIT\" (s, ms, us, ns, …), or the rate with --rate-hz");
+            let advice = format!(
+                "state its unit with --unit \"{column}=UNIT\" (s, ms, us, ns, …), or the rate with --rate-hz"
+            );
             Err(Error::input("time_unit_unknown", format!("{fault}; {advice}")))
         };
         match &self.unit {
             TimeUnit::Known { label, seconds } => Ok((label.clone(), *seconds, false)),
             TimeUnit::Clock => Ok(("s".to_owned(), 1.0, false)),
-            TimeUnit::Unknown(label) => refused(format!("\"{label}\", the unit of {}, is no unit of time", self.called())),
+            TimeUnit::Unknown(label) => {
+                refused(format!("\"{label}\", the unit of {}, is no unit of time", self.called()))
+            }
             TimeUnit::Contradictory(a, b) => {
                 refused(format!("the name of {} says {a} and its unit says {b}", self.called()))
             }
@@ -221,7 +241,8 @@ impl TimeColumn {
     /// The unit that times without a unit have: that of the time since 1970 which they are, or seconds.
     fn assumed(&self, step: f64) -> Option<(&'static str, f64)> {
         let is_plausible = |seconds: f64| PLAUSIBLE_HZ.contains(&(step * seconds).recip());
-        let epoch = EPOCH_UNITS.into_iter().find(|(_, seconds)| EPOCH_S.contains(&(self.first * seconds)));
+        let epoch =
+            EPOCH_UNITS.into_iter().find(|(_, seconds)| EPOCH_S.contains(&(self.first * seconds)));
         epoch.or(Some(("s", 1.0))).filter(|&(_, seconds)| is_plausible(seconds))
     }
 
@@ -240,7 +261,11 @@ impl TimeColumn {
 }
 
 fn lost(gaps: usize, samples: f64, row: usize, after: f64) -> Error {
-    let are_missing = if samples == 1.0 { "1 sample is missing".into() } else { format!("{samples} samples are missing") };
+    let are_missing = if samples == 1.0 {
+        "1 sample is missing".into()
+    } else {
+        format!("{samples} samples are missing")
+    };
     let more = match gaps - 1 {
         0 => String::new(),
         1 => ", and there is one more gap".into(),
@@ -259,7 +284,13 @@ mod tests {
 
     fn column(name: &str, unit: TimeUnit, step: f64, first: f64) -> Recording {
         let steps = Steps::Even { step, uncertainty: 1e-7, rounded_to: None };
-        let time = TimeColumn { name: name.into(), unit, steps, first, is_index: step == 1.0 && first == 0.0 };
+        let time = TimeColumn {
+            name: name.into(),
+            unit,
+            steps,
+            first,
+            is_index: step == 1.0 && first == 0.0,
+        };
         Recording { time: Some(time), ..Recording::default() }
     }
 
@@ -284,21 +315,30 @@ mod tests {
         for (unit, step) in [("s", 2e-4), ("ms", 0.2), ("us", 200.0), ("ns", 2e5)] {
             assert!((hz(&column("Time", known(unit), step, 0.0)) - 5000.0).abs() < 1e-6, "{unit}");
         }
-        refused(&column("Time", TimeUnit::Unknown("ticks".into()), 0.2, 0.0), "time_unit_unknown", "\"ticks\"");
+        refused(
+            &column("Time", TimeUnit::Unknown("ticks".into()), 0.2, 0.0),
+            "time_unit_unknown",
+            "\"ticks\"",
+        );
         let both = TimeUnit::Contradictory("ms".into(), "s".into());
         refused(&column("time_ms", both, 0.2, 0.0), "time_unit_unknown", "says ms");
         refused(&column("Time", TimeUnit::Unstated, 0.2, 0.0), "time_unit_unknown", "steps of 0.2");
         refused(&column("", TimeUnit::Unstated, 1.0, 0.0), "no_rate", "counts the samples");
-        let milliseconds = column("Time", TimeUnit::Unstated, 0.2, 0.0).rate(None, Some("ms")).unwrap();
+        let milliseconds =
+            column("Time", TimeUnit::Unstated, 0.2, 0.0).rate(None, Some("ms")).unwrap();
         assert!((milliseconds.hz - 5000.0).abs() < 1e-6);
         assert!(column("Time", TimeUnit::Unstated, 0.2, 0.0).rate(None, Some("N")).is_err());
     }
 
     #[test]
     fn an_assumed_unit_is_stated() {
-        for (step, first, unit) in
-            [(2e-4, 0.0, "s"), (2e-4, 1.7e9, "s since 1970"), (0.2, 1.7e12, "ms since 1970"), (200.0, 1.7e15, "us since 1970"), (2e5, 1.7e18, "ns since 1970")]
-        {
+        for (step, first, unit) in [
+            (2e-4, 0.0, "s"),
+            (2e-4, 1.7e9, "s since 1970"),
+            (0.2, 1.7e12, "ms since 1970"),
+            (200.0, 1.7e15, "us since 1970"),
+            (2e5, 1.7e18, "ns since 1970"),
+        ] {
             let rate = column("t", TimeUnit::Unstated, step, first).rate(None, None).unwrap();
             assert!((rate.hz - 5000.0).abs() < 1e-6, "{}", rate.hz);
             assert!(rate.notes[0].contains(&format!("is read in {unit};")), "{:?}", rate.notes);
@@ -324,7 +364,10 @@ mod tests {
         recording.declared = declare(1.0, 1e-6);
         let rate = recording.rate(None, None).unwrap();
         assert!((rate.hz - 5120.0).abs() < 1e-6);
-        assert_eq!(rate.notes, ["Delta_X states 1 Hz and the time column 5120 Hz: the time column is used"]);
+        assert_eq!(
+            rate.notes,
+            ["Delta_X states 1 Hz and the time column 5120 Hz: the time column is used"]
+        );
         // Few digits are no contradiction.
         recording.declared = declare(5128.2, 2.6e-3);
         let rate = recording.rate(None, None).unwrap();

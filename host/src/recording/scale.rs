@@ -11,7 +11,8 @@ pub const EVERY_RESPONSE: &str = "*";
 
 /// Units of other quantities, which a row of units may have.
 const OTHER_UNITS: [&str; 20] = [
-    "°C", "degC", "C", "K", "°F", "degF", "Pa", "kPa", "MPa", "bar", "mbar", "hPa", "psi", "Nm", "deg", "°", "%", "W", "Ω", "ohm",
+    "°C", "degC", "C", "K", "°F", "degF", "Pa", "kPa", "MPa", "bar", "mbar", "hPa", "psi", "Nm",
+    "deg", "°", "%", "W", "Ω", "ohm",
 ];
 
 /// The unit of a column as stated by the user, `COLUMN=UNIT`.
@@ -109,7 +110,9 @@ impl Recording {
         let stated = self.stated(statements)?;
         let mut used = Vec::new();
         for &k in candidates {
-            let (Some(channel), Some(stated)) = (self.channels.get(k), stated.get(k)) else { continue };
+            let (Some(channel), Some(stated)) = (self.channels.get(k), stated.get(k)) else {
+                continue;
+            };
             let unit = channel.unit.as_str();
             let acceleration = unit_size(unit, Measure::Motion(Quantity::Acceleration));
             let is_used = Some(k) == force
@@ -152,15 +155,25 @@ impl Recording {
     /// # Errors
     /// When a channel has no unit or one that is not that of a force or an acceleration, when a signal has no sensitivity
     /// or one that does not fit, when its samples cannot be used, or a statement names a column that does not exist.
-    pub fn scales(&self, order: &[usize], statements: &Statements) -> Result<(Vec<Scale>, Vec<String>)> {
+    pub fn scales(
+        &self,
+        order: &[usize],
+        statements: &Statements,
+    ) -> Result<(Vec<Scale>, Vec<String>)> {
         let force = order.first().copied();
         let stated = self.stated(statements)?;
-        let every = statements.units.iter().rfind(|stated| stated.column == EVERY_RESPONSE).map(|stated| stated.unit.as_str());
+        let every = statements
+            .units
+            .iter()
+            .rfind(|stated| stated.column == EVERY_RESPONSE)
+            .map(|stated| stated.unit.as_str());
         let mut notes = Vec::new();
         let mut scales = Vec::new();
         let mut unstated = Vec::new();
         for &k in order {
-            let (Some(channel), Some(stated)) = (self.channels.get(k), stated.get(k)) else { continue };
+            let (Some(channel), Some(stated)) = (self.channels.get(k), stated.get(k)) else {
+                continue;
+            };
             if let Some(fault) = &channel.fault {
                 return Err(unusable(k, channel, fault));
             }
@@ -235,23 +248,31 @@ impl Recording {
             .position(|channel| channel.name.eq_ignore_ascii_case(wanted))
             .or(number.filter(|&n| n < self.channels.len()));
         place.ok_or_else(|| {
-            let message = format!("there is no channel \"{wanted}\"; the recording has {}", self.list());
+            let message =
+                format!("there is no channel \"{wanted}\"; the recording has {}", self.list());
             Error::input("no_such_channel", message)
         })
     }
 
     /// Numbers and names of all channels.
     pub fn list(&self) -> String {
-        let names = self.channels.iter().enumerate().map(|(k, channel)| match channel.name.as_str() {
-            "" => format!("{}", k + 1),
-            name => format!("{} \"{name}\"", k + 1),
-        });
+        let names =
+            self.channels.iter().enumerate().map(|(k, channel)| match channel.name.as_str() {
+                "" => format!("{}", k + 1),
+                name => format!("{} \"{name}\"", k + 1),
+            });
         names.collect::<Vec<_>>().join(", ")
     }
 }
 
 /// The scale of one channel, which has a unit.
-fn scale(k: usize, channel: &Channel, stated: &Stated<'_>, is_force: bool, notes: &mut Vec<String>) -> Result<Scale> {
+fn scale(
+    k: usize,
+    channel: &Channel,
+    stated: &Stated<'_>,
+    is_force: bool,
+    notes: &mut Vec<String>,
+) -> Result<Scale> {
     let sign = if stated.reversed { -1.0 } else { 1.0 };
     let (name, column) = (called(k, channel), column(k, channel));
     let of_file = channel.unit.trim();
@@ -310,7 +331,9 @@ fn size_of(k: usize, channel: &Channel, unit: &str, is_force: bool) -> Result<f6
 /// How to give the sensitivity of a signal in this unit.
 fn sensitivity_advice(unit: &str, column: &str, is_force: bool) -> String {
     if !is_electrical(unit) {
-        return format!("state its true unit with --unit \"{column}=UNIT\" once it is known, or export the recording in N and m/s²");
+        return format!(
+            "state its true unit with --unit \"{column}=UNIT\" once it is known, or export the recording in N and m/s²"
+        );
     }
     let lower = unit.to_ascii_lowercase();
     let number = match (lower.as_str(), is_force) {
@@ -322,12 +345,19 @@ fn sensitivity_advice(unit: &str, column: &str, is_force: bool) -> String {
         _ => "10",
     };
     let target = if is_force { "N" } else { "g" };
-    let leave_out = if is_force { String::new() } else { format!(", or leave it out with --leave-out \"{column}\"") };
-    format!("give the sensitivity of its sensor, for example --sensitivity \"{column}={number} {unit}/{target}\"{leave_out}")
+    let leave_out = if is_force {
+        String::new()
+    } else {
+        format!(", or leave it out with --leave-out \"{column}\"")
+    };
+    format!(
+        "give the sensitivity of its sensor, for example --sensitivity \"{column}={number} {unit}/{target}\"{leave_out}"
+    )
 }
 
 fn unusable(k: usize, channel: &Channel, fault: &RecordingError) -> Error {
-    let message = format!("{fault} (or leave the column out with --leave-out \"{}\")", column(k, channel));
+    let message =
+        format!("{fault} (or leave the column out with --leave-out \"{}\")", column(k, channel));
     Error::input(fault.code(), message)
 }
 

@@ -63,13 +63,17 @@ impl FromStr for Sensitivity {
 
     /// Reads a number and a ratio of units: signal per force or acceleration, or the reverse.
     fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || format!("\"{text}\" is no sensitivity; write for example 2.3 mV/N, 100 mV/g or 4 pC/N");
+        let wrong = || {
+            format!("\"{text}\" is no sensitivity; write for example 2.3 mV/N, 100 mV/g or 4 pC/N")
+        };
         let is_of_number = |c: char| c.is_ascii_digit() || "+-.,eE".contains(c);
         let end = text.trim().find(|c: char| !is_of_number(c)).ok_or_else(wrong)?;
         let (number, unit) = text.trim().split_at_checked(end).ok_or_else(wrong)?;
         let number: f64 = number.replace(',', ".").parse().map_err(|_| wrong())?;
         if !(number.is_finite() && number > 0.0) {
-            return Err(format!("\"{text}\": a sensitivity is above zero; turn a channel with --reverse"));
+            return Err(format!(
+                "\"{text}\": a sensitivity is above zero; turn a channel with --reverse"
+            ));
         }
         let (over, under) = unit.trim().split_once('/').ok_or_else(wrong)?;
         let parts = [(over, under, number), (under, over, number.recip())];
@@ -104,18 +108,26 @@ impl Sensitivity {
     /// The factor from samples in `unit` to N or m/s².
     pub(super) fn factor(&self, unit: &str, is_force: bool) -> Result<f64, String> {
         if is_force != self.is_force {
-            let [is, must] = if self.is_force { ["force", "acceleration"] } else { ["acceleration", "force"] };
-            return Err(format!("it is the sensitivity of a sensor of {is}, and the channel is one of {must}"));
+            let [is, must] =
+                if self.is_force { ["force", "acceleration"] } else { ["acceleration", "force"] };
+            return Err(format!(
+                "it is the sensitivity of a sensor of {is}, and the channel is one of {must}"
+            ));
         }
         if is_unstated(unit) {
             return Err("the unit of the samples is not stated; state it as well, for example with --unit \"COLUMN=mV\"".into());
         }
         let Some((signal, size)) = electrical(unit) else {
-            let has_none = if is_unscaled(unit) { "has no sensitivity" } else { "needs no sensitivity" };
-            return Err(format!("the channel is in {unit}, which {has_none}; leave the option out or state the true unit with --unit"));
+            let has_none =
+                if is_unscaled(unit) { "has no sensitivity" } else { "needs no sensitivity" };
+            return Err(format!(
+                "the channel is in {unit}, which {has_none}; leave the option out or state the true unit with --unit"
+            ));
         };
         if signal != self.signal {
-            return Err(format!("the channel is in {unit}, which is not the signal of this sensitivity"));
+            return Err(format!(
+                "the channel is in {unit}, which is not the signal of this sensitivity"
+            ));
         }
         Ok(size / self.value)
     }
@@ -153,7 +165,19 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_refused() {
-        for text in ["", "2.3", "mV/N", "2.3 mV", "2.3 N", "0 mV/N", "-2.3 mV/N", "2.3 mV/m", "2.3 g/N", "nan mV/N", "1e999 mV/N"] {
+        for text in [
+            "",
+            "2.3",
+            "mV/N",
+            "2.3 mV",
+            "2.3 N",
+            "0 mV/N",
+            "-2.3 mV/N",
+            "2.3 mV/m",
+            "2.3 g/N",
+            "nan mV/N",
+            "1e999 mV/N",
+        ] {
             assert!(text.parse::<Sensitivity>().is_err(), "{text}");
         }
         let hammer: Sensitivity = "2.3 mV/N".parse().unwrap();

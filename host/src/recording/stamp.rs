@@ -32,7 +32,9 @@ impl Stamp {
         let (seconds, digit) = since_midnight(clock)?;
         let seconds = match afternoon {
             // 12 AM is midnight, 12 PM noon.
-            Some(is_afternoon) => seconds % HALF_A_DAY + if is_afternoon { HALF_A_DAY } else { 0.0 },
+            Some(is_afternoon) => {
+                seconds % HALF_A_DAY + if is_afternoon { HALF_A_DAY } else { 0.0 }
+            }
             None => seconds,
         };
         Some(Self { seconds, digit })
@@ -52,7 +54,8 @@ pub(super) fn is_date(field: &str) -> bool {
         let groups: Vec<&str> = field.split(sign).collect();
         let digits = |group: &&str| group.chars().all(|c| c.is_ascii_digit());
         let lengths: Vec<usize> = groups.iter().map(|group| group.len()).collect();
-        groups.iter().all(digits) && matches!(lengths[..], [4, 1..=2, 1..=2] | [1..=2, 1..=2, 2 | 4])
+        groups.iter().all(digits)
+            && matches!(lengths[..], [4, 1..=2, 1..=2] | [1..=2, 1..=2, 2 | 4])
     })
 }
 
@@ -68,7 +71,10 @@ fn after_noon(rest: &str) -> Option<Option<bool>> {
         "am" | "a.m" => Some(Some(false)),
         "pm" | "p.m" => Some(Some(true)),
         zone => {
-            let offset = zone.trim_start_matches("utc").trim_start_matches("gmt").strip_prefix(['+', '-', '−'])?;
+            let offset = zone
+                .trim_start_matches("utc")
+                .trim_start_matches("gmt")
+                .strip_prefix(['+', '-', '−'])?;
             offset.chars().all(|c| c.is_ascii_digit() || c == ':').then_some(None)
         }
     }
@@ -122,14 +128,30 @@ mod tests {
             ("2-Jan-2026 10:00:00.1", 36_000.1, 0.1),
         ] {
             let stamp = Stamp::parse(text).unwrap_or_else(|| panic!("{text}"));
-            assert!((stamp.seconds - seconds).abs() < 1e-9 && (stamp.digit / digit - 1.0).abs() < 1e-9, "{text}");
+            assert!(
+                (stamp.seconds - seconds).abs() < 1e-9 && (stamp.digit / digit - 1.0).abs() < 1e-9,
+                "{text}"
+            );
         }
-        for text in ["", ":", "12", "a:b", "12:", "12:61:00", "12:00:61", "Rate: 5120", "12:00:01.25 m/s", "1:2:3:4:5"] {
+        for text in [
+            "",
+            ":",
+            "12",
+            "a:b",
+            "12:",
+            "12:61:00",
+            "12:00:61",
+            "Rate: 5120",
+            "12:00:01.25 m/s",
+            "1:2:3:4:5",
+        ] {
             assert_eq!(Stamp::parse(text), None, "{text}");
         }
         let dates = ["2026-01-02", "05.01.2026", "1/2/26"];
         assert!(dates.iter().all(|text| is_date(text) && Stamp::parse(text).is_none()));
-        assert!(["1.5", "2026", "1.234.567", "1-2", "", "..", "-5"].iter().all(|text| !is_date(text)));
+        assert!(
+            ["1.5", "2026", "1.234.567", "1-2", "", "..", "-5"].iter().all(|text| !is_date(text))
+        );
     }
 
     #[test]

@@ -96,7 +96,10 @@ impl Times {
             values.is_sorted() && values.first() < values.last()
         };
         let enough = self.values.len() >= 8 || matches!(self.steps(), Steps::Even { .. });
-        self.values.len() >= 3 && enough && runs.len() * 8 <= self.values.len().max(8) && runs.iter().all(rises)
+        self.values.len() >= 3
+            && enough
+            && runs.len() * 8 <= self.values.len().max(8)
+            && runs.iter().all(rises)
     }
 
     /// True for 0, 1, 2, … or 1, 2, 3, …
@@ -120,7 +123,11 @@ impl Times {
         }
         if mean > 0.0 && line.fits(&self.values, &digits) {
             let digit = (0..self.values.len()).map(|k| self.digit(k)).fold(0.0, f64::max);
-            return Steps::Even { step: mean, uncertainty: line.uncertainty, rounded_to: Some(digit) };
+            return Steps::Even {
+                step: mean,
+                uncertainty: line.uncertainty,
+                rounded_to: Some(digit),
+            };
         }
         let uneven = Steps::Uneven { range: [least, most], row: longest };
         self.lost(&digits).unwrap_or(uneven)
@@ -178,9 +185,11 @@ impl Times {
         let (gaps, parts) = self.gaps(&digits);
         let length = parts.first().map_or(0, Range::len);
         let at = |row: usize| self.values.get(row).copied().unwrap_or(f64::NAN);
-        let duration = parts.first().map_or(f64::NAN, |part| at(part.end.saturating_sub(1)) - at(part.start));
+        let duration =
+            parts.first().map_or(f64::NAN, |part| at(part.end.saturating_sub(1)) - at(part.start));
         let pauses = gaps.iter().all(|&row| at(row + 1) - at(row) > 0.5 * duration);
-        let even = |part: &Range<usize>| matches!(self.part(part.clone()).steps(), Steps::Even { .. });
+        let even =
+            |part: &Range<usize>| matches!(self.part(part.clone()).steps(), Steps::Even { .. });
         let is_blocks = length >= 3 && parts.iter().all(|part| part.len() == length) && pauses;
         if is_blocks && !gaps.is_empty() && parts.iter().all(even) { parts } else { Vec::new() }
     }
@@ -255,7 +264,10 @@ impl Line {
     fn fits(&self, values: &[f64], digits: &[f64]) -> bool {
         let [row, time] = self.center;
         self.rows.clone().all(|k| {
-            let (value, digit) = (values.get(k).copied().unwrap_or(f64::NAN), digits.get(k).copied().unwrap_or_default());
+            let (value, digit) = (
+                values.get(k).copied().unwrap_or(f64::NAN),
+                digits.get(k).copied().unwrap_or_default(),
+            );
             let deviation = (value - time - (k as f64 - row) * self.step).abs();
             deviation <= DIGITS * digit + EVEN * self.step.abs()
         })
@@ -283,7 +295,9 @@ mod tests {
 
     #[track_caller]
     fn rate(times: &Times, relative: f64) -> Option<f64> {
-        let Steps::Even { step, rounded_to, .. } = times.steps() else { panic!("{:?}", times.steps()) };
+        let Steps::Even { step, rounded_to, .. } = times.steps() else {
+            panic!("{:?}", times.steps())
+        };
         assert!((STEP / step - 1.0).abs() < relative, "{}", 1.0 / step);
         rounded_to
     }
@@ -298,9 +312,13 @@ mod tests {
         // Two decimals of a mantissa: up to a hundredth of the time itself.
         assert!(rate(&written(6144, |t| format!("{t:.2e}")), 1e-3).is_some());
         // Truncated instead of rounded.
-        assert!(rate(&written(6144, |t| format!("{:.4}", (t * 1e4).floor() * 1e-4)), 1e-4).is_some());
+        assert!(
+            rate(&written(6144, |t| format!("{:.4}", (t * 1e4).floor() * 1e-4)), 1e-4).is_some()
+        );
         // Six digits, as many programs write numbers.
-        let six = |t: f64| if t < 1.0 { format!("{t}").chars().take(10).collect() } else { format!("{t:.5}") };
+        let six = |t: f64| {
+            if t < 1.0 { format!("{t}").chars().take(10).collect() } else { format!("{t:.5}") }
+        };
         rate(&written(20_000, six), 1e-6);
         // Held in 32 bits.
         rate(&written(300_000, |t| format!("{}", t as f32)), 1e-6);
@@ -320,20 +338,29 @@ mod tests {
                 };
                 // A time of three decimals is up to three steps off.
                 let near = if decimals == 3 { 5.5 } else { 1.1 };
-                assert!(row == from - 1 && (samples - lost as f64).abs() < near, "{decimals} {from}: {samples}");
+                assert!(
+                    row == from - 1 && (samples - lost as f64).abs() < near,
+                    "{decimals} {from}: {samples}"
+                );
             }
         }
         let mut one = written(512, |t| format!("{t}"));
         one.values.remove(100);
         one.digits.remove(100);
-        assert!(matches!(one.steps(), Steps::Lost { gaps: 1, samples: 1.0, row: 99, .. }), "{:?}", one.steps());
+        assert!(
+            matches!(one.steps(), Steps::Lost { gaps: 1, samples: 1.0, row: 99, .. }),
+            "{:?}",
+            one.steps()
+        );
     }
 
     #[test]
     fn steps_that_differ_are_uneven() {
         let jitter = |k: usize| k as f64 * STEP + if k % 3 == 0 { 0.2 * STEP } else { 0.0 };
         let times = Times::exact((0..512).map(jitter).collect());
-        let Steps::Uneven { range: [least, most], .. } = times.steps() else { panic!("{:?}", times.steps()) };
+        let Steps::Uneven { range: [least, most], .. } = times.steps() else {
+            panic!("{:?}", times.steps())
+        };
         assert!((least / STEP - 0.8).abs() < 1e-6 && (most / STEP - 1.2).abs() < 1e-6);
         // One stamp for each block of a hundred rows.
         let blocks = Times::exact((0..5000).map(|k| (k / 100) as f64 * 100.0 * STEP).collect());
@@ -351,7 +378,9 @@ mod tests {
         let counts = Times::exact((0..100).map(f64::from).collect());
         assert!(counts.count() && counts.rise() && !times.count());
         // Blocks of a clock that goes on.
-        let triggered = Times::exact((0..600).map(|k| (k % 200) as f64 * STEP + (k / 200) as f64 * 3.0).collect());
+        let triggered = Times::exact(
+            (0..600).map(|k| (k % 200) as f64 * STEP + (k / 200) as f64 * 3.0).collect(),
+        );
         assert_eq!(triggered.blocks(), [0..200, 200..400, 400..600]);
         assert_eq!(triggered.runs().len(), 1);
         assert!(times.part(0..200).blocks().is_empty());

@@ -8,12 +8,25 @@ use crate::units::{is_unstated, time_unit};
 
 /// Words of a name that say that a column is a time.
 const TIME: [&str; 14] = [
-    "time", "times", "timestamp", "timestamps", "datetime", "elapsed", "epoch", "zeit", "uhrzeit", "zeitstempel", "temps",
-    "tiempo", "tempo", "時間",
+    "time",
+    "times",
+    "timestamp",
+    "timestamps",
+    "datetime",
+    "elapsed",
+    "epoch",
+    "zeit",
+    "uhrzeit",
+    "zeitstempel",
+    "temps",
+    "tiempo",
+    "tempo",
+    "時間",
 ];
 /// Names of a column that counts the samples.
 const INDEX: [&str; 14] = [
-    "index", "idx", "sample", "samples", "no", "nr", "n", "i", "k", "point", "row", "scan", "number", "count",
+    "index", "idx", "sample", "samples", "no", "nr", "n", "i", "k", "point", "row", "scan",
+    "number", "count",
 ];
 
 /// Relative difference up to which the steps of two segments are the same.
@@ -58,7 +71,9 @@ impl TimeUnit {
     /// The unit by the name and the label of a column: the last word of the name may be a unit, as in `time_us`.
     fn of(channel: &Channel) -> Self {
         let words = words(&channel.name);
-        let word = words.last().filter(|word| words.len() > 1 || is_unstated(&channel.unit) && time_unit(word).is_some());
+        let word = words.last().filter(|word| {
+            words.len() > 1 || is_unstated(&channel.unit) && time_unit(word).is_some()
+        });
         let known = |label: &str| time_unit(label).map(|seconds| (label.to_owned(), seconds));
         let of_name = word.and_then(|word| known(word)).filter(|(word, _)| word != "t");
         let label = channel.unit.trim();
@@ -89,7 +104,8 @@ pub(super) fn may_be_time(place: usize, channel: &Channel) -> bool {
 /// Finds the time among the columns for which [`may_be_time`] holds.
 pub(super) fn find(channels: &[Channel], columns: &[(usize, Times)]) -> TimeColumns {
     let channel = |place: usize| channels.get(place).cloned().unwrap_or_default();
-    let by_name: Vec<&(usize, Times)> = columns.iter().filter(|(place, _)| is_time(&channel(*place))).collect();
+    let by_name: Vec<&(usize, Times)> =
+        columns.iter().filter(|(place, _)| is_time(&channel(*place))).collect();
     let indices = columns.iter().filter(|(place, times)| {
         let name = channel(*place).name;
         is_index(&name) && times.count() || name.is_empty() && *place == 0 && times.count()
@@ -99,14 +115,17 @@ pub(super) fn find(channels: &[Channel], columns: &[(usize, Times)]) -> TimeColu
     // The temperature is a T as well.
     let named = rising.or(by_name.iter().find(|(place, _)| channel(*place).name.len() > 1));
     let nameless = || {
-        let is_nameless = |(place, times): &&(usize, Times)| channel(*place).name.is_empty() && times.rise();
+        let is_nameless =
+            |(place, times): &&(usize, Times)| channel(*place).name.is_empty() && times.rise();
         let first = columns.iter().find(|column| column.0 == 0).filter(is_nameless)?;
         let second = columns.iter().find(|column| column.0 == 1).filter(is_nameless);
         Some(second.filter(|_| first.1.count()).unwrap_or(first).0)
     };
-    let time = named.map(|(place, _)| *place).or_else(nameless).or_else(|| indices.first().copied());
+    let time =
+        named.map(|(place, _)| *place).or_else(nameless).or_else(|| indices.first().copied());
     let other_times = by_name.iter().filter(|(_, times)| times.rise()).map(|(place, _)| *place);
-    let mut others: Vec<usize> = indices.into_iter().chain(other_times).filter(|&place| Some(place) != time).collect();
+    let mut others: Vec<usize> =
+        indices.into_iter().chain(other_times).filter(|&place| Some(place) != time).collect();
     others.sort_unstable();
     others.dedup();
     TimeColumns { time, others }
@@ -141,7 +160,10 @@ pub(super) fn time_column(
                 steps = Some(Steps::Uneven { row: line(start + row), range });
                 break;
             }
-            (Some(Steps::Even { step, uncertainty: known, .. }), Steps::Even { step: other, uncertainty, .. }) => {
+            (
+                Some(Steps::Even { step, uncertainty: known, .. }),
+                Steps::Even { step: other, uncertainty, .. },
+            ) => {
                 if (other / step - 1.0).abs() > EQUAL_STEPS + known + uncertainty {
                     let fault = format!(
                         "the time begins again with a step of {other} instead of {step}; export segments of one rate"
@@ -187,7 +209,8 @@ pub(super) fn is_time(channel: &Channel) -> bool {
 /// True for the name of a column that counts the samples.
 fn is_index(name: &str) -> bool {
     let words = words(name);
-    name.trim() == "#" || (1..=2).contains(&words.len()) && words.iter().all(|word| INDEX.contains(&word.as_str()))
+    name.trim() == "#"
+        || (1..=2).contains(&words.len()) && words.iter().all(|word| INDEX.contains(&word.as_str()))
 }
 
 /// The words of a name in small letters: `timeUs`, `time_us` and `Time (us)` are two words each.
@@ -219,15 +242,37 @@ mod tests {
     #[test]
     fn a_time_is_known_by_its_name_or_its_unit() {
         for (name, unit) in [
-            ("t", ""), ("Time", ""), ("Time", "msec"), ("time_us", ""), ("t_ms", ""), ("timeMs", ""), ("", "ns"), ("X_Value", ""),
-            ("Elapsed time", "s"), ("timestamp", ""), ("Zeit", "s"), ("X", "ms"), ("ms", ""), ("Time 1 - default rate", "s"),
+            ("t", ""),
+            ("Time", ""),
+            ("Time", "msec"),
+            ("time_us", ""),
+            ("t_ms", ""),
+            ("timeMs", ""),
+            ("", "ns"),
+            ("X_Value", ""),
+            ("Elapsed time", "s"),
+            ("timestamp", ""),
+            ("Zeit", "s"),
+            ("X", "ms"),
+            ("ms", ""),
+            ("Time 1 - default rate", "s"),
             ("Time", "fortnights"),
         ] {
             assert!(is_time(&channel(name, unit)), "{name} {unit}");
         }
         for (name, unit) in [
-            ("Force", ""), ("T", "°C"), ("t", "K"), ("Hammer time", "N"), ("x", ""), ("x", "m/s^2"), ("tip", ""), ("a", "g"), ("m", ""),
-            ("Sometimes", ""), ("", ""), ("Lifetime", "N"),
+            ("Force", ""),
+            ("T", "°C"),
+            ("t", "K"),
+            ("Hammer time", "N"),
+            ("x", ""),
+            ("x", "m/s^2"),
+            ("tip", ""),
+            ("a", "g"),
+            ("m", ""),
+            ("Sometimes", ""),
+            ("", ""),
+            ("Lifetime", "N"),
         ] {
             assert!(!is_time(&channel(name, unit)), "{name} {unit}");
         }
@@ -240,10 +285,25 @@ mod tests {
             other => Err(other),
         };
         for (name, unit, expected) in [
-            ("Time", "s", 1.0), ("Time", "sec", 1.0), ("Time", "Seconds", 1.0), ("Time", "ms", 1e-3), ("Time", "msec", 1e-3),
-            ("Time", "milliseconds", 1e-3), ("Time", "us", 1e-6), ("Time", "µs", 1e-6), ("Time", "μs", 1e-6),
-            ("Time", "usec", 1e-6), ("Time", "ns", 1e-9), ("Time", "min", 60.0), ("time_us", "", 1e-6), ("t_ms", "", 1e-3),
-            ("timeMs", "", 1e-3), ("timestamp_ns", "", 1e-9), ("Time", "MSEC", 1e-3), ("ms", "", 1e-3), ("time_us", "us", 1e-6),
+            ("Time", "s", 1.0),
+            ("Time", "sec", 1.0),
+            ("Time", "Seconds", 1.0),
+            ("Time", "ms", 1e-3),
+            ("Time", "msec", 1e-3),
+            ("Time", "milliseconds", 1e-3),
+            ("Time", "us", 1e-6),
+            ("Time", "µs", 1e-6),
+            ("Time", "μs", 1e-6),
+            ("Time", "usec", 1e-6),
+            ("Time", "ns", 1e-9),
+            ("Time", "min", 60.0),
+            ("time_us", "", 1e-6),
+            ("t_ms", "", 1e-3),
+            ("timeMs", "", 1e-3),
+            ("timestamp_ns", "", 1e-9),
+            ("Time", "MSEC", 1e-3),
+            ("ms", "", 1e-3),
+            ("time_us", "us", 1e-6),
         ] {
             assert_eq!(seconds(name, unit), Ok(expected), "{name} {unit}");
         }
@@ -265,8 +325,14 @@ mod tests {
         assert_eq!(find(&["", ""], vec![rising(1.0), rising(0.1)]), columns(Some(1), &[0]));
         assert_eq!(find(&["", ""], vec![rising(1.0), noise()]), columns(Some(0), &[]));
         assert_eq!(find(&["", ""], vec![noise(), noise()]), columns(None, &[]));
-        assert_eq!(find(&["Index", "Time"], vec![rising(1.0), rising(0.1)]), columns(Some(1), &[0]));
-        assert_eq!(find(&["Sample No", "Force"], vec![rising(1.0), noise()]), columns(Some(0), &[]));
+        assert_eq!(
+            find(&["Index", "Time"], vec![rising(1.0), rising(0.1)]),
+            columns(Some(1), &[0])
+        );
+        assert_eq!(
+            find(&["Sample No", "Force"], vec![rising(1.0), noise()]),
+            columns(Some(0), &[])
+        );
         assert_eq!(find(&["t", "T"], vec![rising(0.1), noise()]), columns(Some(0), &[]));
     }
 }
