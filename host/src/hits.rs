@@ -131,13 +131,19 @@ impl PreparedRecording {
     /// Exit 2 when one of them is not stated, is not understood or is contradicted.
     pub fn new(mut recording: Recording, options: &Options) -> Result<Self> {
         let order = cut::channel_order(&mut recording, options)?;
-        let (scales, notes) = recording.scales(&order, &options.statements)?;
+        let scales = recording.scales(&order, &options.statements);
         let time_unit = options
             .statements
             .units
             .iter()
             .rfind(|stated| recording.is_time_column(&stated.column));
-        let rate = recording.rate(options.rate_hz, time_unit.map(|stated| stated.unit.as_str()))?;
+        let rate = recording.rate(options.rate_hz, time_unit.map(|stated| stated.unit.as_str()));
+        let ((scales, notes), rate) = match (scales, rate) {
+            (Ok(scales), Ok(rate)) => (scales, rate),
+            // One run tells all that is to be stated.
+            (Err(units), Err(rate)) => return Err(units.advising(rate)),
+            (Err(error), _) | (_, Err(error)) => return Err(error),
+        };
         cut::check_rate(&rate, options)?;
         let warnings = recording.notes.iter().chain(&notes).chain(&rate.notes).cloned().collect();
         let understanding = Understanding::new(&recording, &order, &scales, rate.clone());

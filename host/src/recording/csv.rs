@@ -12,7 +12,7 @@ use crate::encoding::Text;
 /// Reads the text of a file; `stated` is its decimal sign, where the user states it.
 pub(super) fn read(text: &Text<'_>, stated: Option<Decimal>) -> Result<Recording, RecordingError> {
     let content: &str = &text.text;
-    let dialect = Dialect::of(content).ok_or(RecordingError::UnknownFormat)?;
+    let dialect = Dialect::of(content)?;
     let separator = dialect.separator;
     let decimal = match stated {
         Some(decimal) => decimal,

@@ -139,18 +139,22 @@ pub(super) struct Dialect {
 impl Dialect {
     /// The dialect of a text: the numbers begin where [`ALIKE`] rows have numbers in equally many columns. If there are no
     /// such rows, columns of text may stand beside the numbers.
-    pub fn of(text: &str) -> Option<Self> {
+    ///
+    /// # Errors
+    /// When no such rows follow within the header that is allowed.
+    pub fn of(text: &str) -> Result<Self, RecordingError> {
         for fewest in [2, 1] {
             for may_have_text in [false, true] {
                 for separator in Separator::ALL {
                     let dialect = Self::with(text, separator, may_have_text);
                     if let Some(dialect) = dialect.filter(|dialect| dialect.kinds.len() >= fewest) {
-                        return Some(dialect);
+                        return Ok(dialect);
                     }
                 }
             }
         }
-        None
+        let mut rows = rows_of(text, Separator::Comma).take(MOST_HEADER_LINES);
+        Err(rows.find_map(Result::err).unwrap_or(RecordingError::UnknownFormat))
     }
 
     fn with(text: &str, separator: Separator, may_have_text: bool) -> Option<Self> {
@@ -172,7 +176,7 @@ impl Dialect {
                 || may_have_text && window.len() == ALIKE && alike(&last) && first.len() > 1;
             has_number && certain && window.iter().all(|row| alike(row))
         };
-        let start = (0..rows.len()).find(|&start| begins(start))?;
+        let start = (0..rows.len().min(MOST_HEADER_LINES + 1)).find(|&start| begins(start))?;
         Some(Self { separator, start, kinds: rows.into_iter().nth(start)? })
     }
 
@@ -379,10 +383,10 @@ mod tests {
             Decimal::Point,
         );
         for text in ["", "Dear Sir or Madam", "a;b\nc;d\n"] {
-            assert_eq!(Dialect::of(text), None, "{text}");
+            assert_eq!(Dialect::of(text), Err(RecordingError::UnknownFormat), "{text}");
         }
         let long = format!("{}{}", "line of text\n".repeat(1001), many("1.5;2.5\n"));
-        assert_eq!(Dialect::of(&long), None);
+        assert_eq!(Dialect::of(&long), Err(RecordingError::UnknownFormat));
     }
 
     #[test]

@@ -28,32 +28,29 @@ pub(super) fn channels(
             *first = first.trim_start_matches(['#', '%']).trim().to_owned();
         }
         let labels = |fields: &[String]| fields.iter().map(|field| channel(field, text)).collect();
+        let line_text = separator.line(&fields);
+        let fits = |fields: &Vec<String>| fields.len() == columns && columns > 1;
+        let marks = Separator::ALL.into_iter().filter(|mark| *mark != Separator::Blanks);
+        let mut otherwise = marks.map(|mark| mark.fields(&line_text)).filter(fits);
         if separator == Separator::Blanks {
-            fields = separator.fields(&separator.line(&fields));
+            // Names with blanks in them may be separated by commas.
+            fields = otherwise.next().unwrap_or_else(|| separator.fields(&line_text));
         }
         if fields.len() == columns {
             rows.push(labels(&fields));
-            continue;
-        }
-        let line_text = separator.line(&fields);
-        let otherwise = Separator::ALL.map(|separator| separator.fields(&line_text));
-        match otherwise.into_iter().find(|fields| fields.len() == columns && columns > 1) {
-            Some(fields) if separator != Separator::Blanks || fields.len() > 1 => {
-                others.push(labels(&fields))
-            }
-            _ => last = Some((line, fields)),
+        } else if let Some(fields) = otherwise.next() {
+            others.push(labels(&fields));
+        } else {
+            last = Some((line, fields));
         }
     }
     if rows.is_empty() {
         rows = others;
     }
+    let has_names = rows.len() > 1;
+    let units = rows.iter().rposition(|row| is_units(row, has_names)).map(|at| rows.remove(at));
     let is_name = |channel: &Channel| is_time(channel) || is_named_force(&channel.name);
     let names_at = rows.iter().rposition(|row| row.iter().any(is_name));
-    let units_at = (0..rows.len()).rev().find(|&at| {
-        Some(at) != names_at && rows.get(at).is_some_and(|row| is_units(row, rows.len() > 1))
-    });
-    let units = units_at.map(|at| rows.remove(at));
-    let names_at = names_at.map(|at| at - usize::from(units_at.is_some_and(|units| units < at)));
     let names = match (
         names_at.or(rows.len().checked_sub(1)).and_then(|at| rows.into_iter().nth(at)),
         last,
@@ -127,7 +124,7 @@ pub(super) fn channel(label: &str, text: &Text<'_>) -> Channel {
         if let Some(unit) = known(unit) {
             return named(&format!("{} {}", front.trim(), after.trim()), unit);
         }
-        if close == ']' && after.trim().is_empty() {
+        if close == ']' && end.is_some() && after.trim().is_empty() {
             return named(front, unwrapped(unit));
         }
         rest = front;
@@ -182,7 +179,7 @@ mod tests {
             ("[N]", "", "N"),
             ("Force (top)", "Force (top)", ""),
             ("Force (top) [lbf]", "Force (top)", "lbf"),
-            ("Force [N] (raw)", "Force (raw)", "N"),
+            ("Force [N] (filtered)", "Force (filtered)", "N"),
             ("Force / N", "Force", "N"),
             ("Force/N", "Force", "N"),
             ("Kraft in N", "Kraft", "N"),

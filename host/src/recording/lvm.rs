@@ -186,7 +186,7 @@ fn same_channels(recording: &Recording, header: &SegmentHeader) -> Result<(), Re
         && (rate.hz / first.hz - 1.0).abs() > EQUAL_RATES
     {
         let fault = format!(
-            "this segment was sampled at {} Hz and the first one at {} Hz; export segments of one rate",
+            "Delta_X: this segment was sampled at {} Hz and the first one at {} Hz; export segments of one rate",
             rate.hz, first.hz
         );
         return Err(RecordingError::Header { line, fault });

@@ -13,6 +13,9 @@ pub fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/pyfrf-impact").join(name)
 }
 
+/// Units of a recording that states none: force first.
+pub const SI: [&str; 4] = ["--unit", "1=N", "--unit", "*=m/s^2"];
+
 /// Exit code, JSON and text.
 pub fn run(arguments: &[&str]) -> (i32, Value, String) {
     let (run, value) = run_json(&[&["hits"], arguments].concat());
@@ -67,7 +70,8 @@ fn the_real_record_is_graded_as_described_in_every_format() {
         path.display().to_string()
     };
     let npy = data("impact2_response0.npy").display().to_string();
-    assert_eq!(verdicts(&[&npy, "--rate-hz", "51200"]), expected());
+    let rate = ["--rate-hz", "51200"];
+    assert_eq!(verdicts(&[&[npy.as_str()], &rate[..], &SI].concat()), expected());
 
     let lvm = data("impact2_response0.lvm").display().to_string();
     assert_eq!(verdicts(&[&lvm]), expected());
@@ -80,7 +84,7 @@ fn the_real_record_is_graded_as_described_in_every_format() {
             uff += &time_record(&segment, channel, data_type);
         }
     }
-    assert_eq!(verdicts(&[&write("impact.uff", &uff)]), expected());
+    assert_eq!(verdicts(&[&[write("impact.uff", &uff).as_str()], &SI[..]].concat()), expected());
 }
 
 /// A dataset 58 with a time record: ASCII, double precision, even abscissa.
@@ -134,7 +138,7 @@ fn a_continuous_text_file_is_cut_into_its_hits() {
         let path = folder.path().join("taps.csv");
         std::fs::write(&path, text).unwrap();
         let path = path.display().to_string();
-        let found = verdicts(&[&path, "--record-s", "0.09"]);
+        let found = verdicts(&[&[path.as_str(), "--record-s", "0.09"], &SI[..]].concat());
         assert_eq!(found, expected());
     }
 }
@@ -142,13 +146,14 @@ fn a_continuous_text_file_is_cut_into_its_hits() {
 #[test]
 fn a_policy_changes_the_verdict_and_keep_the_number_of_hits() {
     let npy = data("impact2_response0.npy").display().to_string();
-    let found = verdicts(&[&npy, "--rate-hz", "51200", "--policy", "double_hit=warn"]);
+    let known = [&[npy.as_str(), "--rate-hz", "51200"], &SI[..]].concat();
+    let found = verdicts(&[&known[..], &["--policy", "double_hit=warn"]].concat());
     assert_eq!(found[2].1, "warning");
-    let (_, value, _) = run(&[&npy, "--rate-hz", "51200", "--keep", "2"]);
+    let (_, value, _) = run(&[&known[..], &["--keep", "2"]].concat());
     let kept = value["hits"].as_array().unwrap().iter().filter(|hit| hit["kept"] == true).count();
     assert_eq!(kept, 2);
     // With the hammer's range given: the good hits of 154 to 177 N come close to 180 N.
-    let found = verdicts(&[&npy, "--rate-hz", "51200", "--force-range-n", "180"]);
+    let found = verdicts(&[&known[..], &["--force-range-n", "180"]].concat());
     assert!(found[1].2.contains(&"too_hard".to_owned()), "{found:?}");
 }
 
@@ -168,6 +173,8 @@ fn whatever_is_no_recording_is_named() {
     let npy = std::fs::read(data("impact2_response0.npy")).unwrap();
     let rows = |line: &str| format!("Force;Acc\n{}", line.repeat(100));
     let rate: &[&str] = &["--rate-hz", "4000"];
+    let units: &[&str] = &SI;
+    let both: &[&str] = &["--rate-hz", "4000", "--unit", "1=N", "--unit", "*=m/s^2"];
     let bad = |name, content: &[u8], arguments, code, words| Bad {
         name,
         content: content.to_vec(),
@@ -272,8 +279,8 @@ fn whatever_is_no_recording_is_named() {
             "no_force",
             &["1 \"left\"", "2 \"right\"", "--force"],
         ),
-        bad("rate.csv", rows("1.0;2.0\n").as_bytes(), &[], "no_rate", &["--rate-hz"]),
-        bad("quiet.csv", rows("0.1;0.2\n").as_bytes(), rate, "no_hit", &["--trigger-n"]),
+        bad("rate.csv", rows("1.0;2.0\n").as_bytes(), units, "no_rate", &["--rate-hz"]),
+        bad("quiet.csv", rows("0.1;0.2\n").as_bytes(), both, "no_hit", &["--trigger-n"]),
         bad(
             "frf.uff",
             &std::fs::read(data("../uff/a_irm_01.ascii.uff")).unwrap(),
@@ -367,7 +374,8 @@ fn more_than_sixty_four_hits_are_all_compared() {
     let path = folder.path().join("many.npy");
     std::fs::write(&path, npy).unwrap();
     let path = path.display().to_string();
-    let (exit, value, stderr) = run(&[&path, "--rate-hz", &RATE.to_string()]);
+    let rate = RATE.to_string();
+    let (exit, value, stderr) = run(&[&[path.as_str(), "--rate-hz", &rate], &SI[..]].concat());
     assert_eq!(exit, 0, "{stderr}");
     let hits = value["hits"].as_array().unwrap();
     assert!(hits.iter().all(|hit| hit["distance_relative"].is_number()));
@@ -429,7 +437,7 @@ fn quotes_comments_units_orders_and_bytes_of_other_programs_are_read() {
     ] {
         for quote in ["", "\""] {
             let file = write("taps.csv", (header.to_owned() + &rows(quote)).as_bytes());
-            assert_eq!(verdicts(&[&[file.as_str()], &rate[..]].concat()), good, "{header}");
+            assert_eq!(verdicts(&[&[file.as_str()], &rate[..], &SI].concat()), good, "{header}");
         }
     }
     // The unit of a row of its own counts.
@@ -462,7 +470,7 @@ fn quotes_comments_units_orders_and_bytes_of_other_programs_are_read() {
         [("big.npy", npy(">f8", false, big)), ("columns.npy", npy("<f8", true, columns))]
     {
         let file = write(name, &bytes);
-        assert_eq!(verdicts(&[&[file.as_str()], &rate[..]].concat()), good, "{name}");
+        assert_eq!(verdicts(&[&[file.as_str()], &rate[..], &SI].concat()), good, "{name}");
     }
 }
 

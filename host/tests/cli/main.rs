@@ -23,6 +23,7 @@ mod memory;
 #[cfg(target_os = "linux")]
 mod on_terminal;
 mod options;
+mod other_recorders;
 #[cfg(unix)]
 mod pipes;
 mod plot;

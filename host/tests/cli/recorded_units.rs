@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::hits::{
-    RATE, data, run, segments, time_record, time_record_in, triggered_record, verdicts,
+    RATE, SI, data, run, segments, time_record, time_record_in, triggered_record, verdicts,
 };
 
 #[test]
@@ -15,7 +15,7 @@ fn one_triggered_record_in_g_with_a_short_lead_is_graded_without_options() {
     assert_eq!(verdicts(&[&path]), [(0, "accepted".to_owned(), vec![])]);
     let (_, value, _) = run(&[&path]);
     let npy = data("impact2_response0.npy").display().to_string();
-    let (_, whole, _) = run(&[&npy, "--rate-hz", "51200"]);
+    let (_, whole, _) = run(&[&[npy.as_str(), "--rate-hz", "51200"], &SI[..]].concat());
     for key in ["peak_force_n", "peak_response_m_per_s2"] {
         let number = |value: &Value, hit: usize| value["hits"][hit][key].as_f64().unwrap();
         let (cut, whole) = (number(&value, 0), number(&whole, 1));
@@ -54,7 +54,7 @@ fn units_of_the_file_and_of_the_command_line_are_converted_or_refused() {
     close(peaks(&[&file("si.csv", "N", "m/s²")]), [20.0, 10.0]);
     close(peaks(&[&file("g.csv", "lbf", "g")]), [88.964_432_3, 98.0665]);
     let volts = file("volts.csv", "N", "V");
-    close(peaks(&[&volts, "--unit", "z=mm/s^2"]), [20.0, 0.01]);
+    close(peaks(&[&volts, "--sensitivity", "z=1 V/(mm/s^2)"]), [20.0, 0.01]);
     // The first channel in one unit of acceleration, the second in none.
     let mixed = lines("N", "g").replacen("z [g]", "y [g];z [mm]", 1);
     let mixed: String = mixed
@@ -66,26 +66,26 @@ fn units_of_the_file_and_of_the_command_line_are_converted_or_refused() {
         .collect();
     let path = folder.path().join("mixed.csv");
     std::fs::write(&path, mixed).unwrap();
-    let (exit, value, _) = run(&[&path.display().to_string(), "--rate-hz", "4000"]);
-    let message = value["error"]["message"].as_str().unwrap();
-    assert_eq!(exit, 2);
-    assert!(message.contains("channel 3 \"z\": \"mm\"") && message.contains("--unit"), "{message}");
-    // A file that states none is graded, with a warning that names what is taken.
-    let silent = file("silent.csv", "", "");
-    let (exit, value, stderr) = run(&[&silent, "--rate-hz", "4000"]);
+    let (exit, value, stderr) = run(&[&path.display().to_string(), "--rate-hz", "4000"]);
     assert_eq!(exit, 0, "{stderr}");
-    for words in [
-        "no unit is stated",
-        "\"Hammer\" is taken to be in N",
-        "\"z\" is taken to be in m/s²",
-        "z=g",
-    ] {
-        assert!(value["notes"][0].as_str().unwrap().contains(words), "{value}");
-    }
-    let (exit, value, _) = run(&[&volts, "--rate-hz", "4000"]);
-    assert_eq!((exit, &value["error"]["code"]), (2, &"recording_unknown_unit".into()), "{value}");
+    let left_out = &value["recording"]["left_out"][0];
+    assert_eq!(left_out["name"], "z");
+    assert!(left_out["reason"].as_str().unwrap().contains("\"mm\""), "{left_out}");
+    // Of a file that states none the units are asked for, with the options that state them.
+    let silent = file("silent.csv", "", "");
+    let (exit, value, _) = run(&[&silent, "--rate-hz", "4000"]);
+    assert_eq!((exit, &value["error"]["code"]), (2, &"recording_no_unit".into()), "{value}");
     let message = value["error"]["message"].as_str().unwrap();
-    assert!(message.contains("\"z\"") && message.contains("--unit"), "{message}");
+    assert!(message.contains("--unit \"Hammer=N\" --unit \"z=m/s^2\""), "{message}");
+    close(peaks(&[&silent, "--unit", "Hammer=N", "--unit", "*=g"]), [20.0, 98.0665]);
+    let (exit, value, _) = run(&[&volts, "--rate-hz", "4000"]);
+    let code = &value["error"]["code"];
+    assert_eq!((exit, code), (2, &"recording_needs_sensitivity".into()), "{value}");
+    let message = value["error"]["message"].as_str().unwrap();
+    assert!(message.contains("\"z\"") && message.contains("--sensitivity \"z="), "{message}");
+    // A signal is no acceleration because an option says so.
+    let (exit, value, _) = run(&[&volts, "--rate-hz", "4000", "--unit", "z=g"]);
+    assert_eq!((exit, &value["error"]["code"]), (2, &"recording_needs_sensitivity".into()));
 }
 
 /// Universal files of the third-party record, whose channels are converted or refused by their data types.
@@ -106,7 +106,8 @@ fn quantities_and_units_of_a_universal_file_are_honoured_or_refused() {
             .map(|key| value["hits"][0][key].as_f64().unwrap())
     };
     let force = time_record(hit, 0, 13);
-    let plain = peaks(&[&write("plain.uff", &(force.clone() + &time_record(hit, 1, 12)))]);
+    let plain = write("plain.uff", &(force.clone() + &time_record(hit, 1, 12)));
+    let plain = peaks(&[&[plain.as_str()], &SI[..]].concat());
     // Units of the user's own: 1000 mm to the metre, newtons.
     let system = format!(
         "    -1\n   164\n{:10}{:20}{:10}\n{:25.17e}{:25.17e}{:25.17e}\n{:25.17e}\n    -1\n",
@@ -151,10 +152,11 @@ fn a_column_that_is_no_accelerometer_can_be_left_out() {
     std::fs::write(&path, format!("Force [N];Room [°C];z [m/s²]\n{rows}")).unwrap();
     let path = path.display().to_string();
     let rate = RATE.to_string();
-    let (exit, value, _) = run(&[&path, "--rate-hz", &rate]);
-    let message = value["error"]["message"].as_str().unwrap();
-    assert_eq!(exit, 2);
-    assert!(message.contains("--leave-out \"Room\""), "{message}");
+    let (exit, value, stderr) = run(&[&path, "--rate-hz", &rate]);
+    assert_eq!(exit, 0, "{stderr}");
+    let reason = &value["recording"]["left_out"][0];
+    assert_eq!(reason["name"], "Room");
+    assert!(reason["reason"].as_str().unwrap().contains("°C"), "{reason}");
     let left_out = [&path, "--rate-hz", &rate, "--leave-out", "room"];
     assert_eq!(verdicts(&left_out), [(0, "accepted".to_owned(), vec![])]);
     let (exit, value, _) = run(&[&left_out[..4], &["Force", "--force", "Force"]].concat());
@@ -215,9 +217,11 @@ fn a_second_force_is_named_also_when_the_first_is_stated() {
         assert!(code == 2 && said.contains("channel 2 is a force as well"), "{heads}: {said}");
         let name = if heads.contains("Cell") { "Cell" } else { "Force 2" };
         assert!(said.contains(&format!("--leave-out \"{name}\"")), "{said}");
-        let (code, said) = grade(heads, &[&stated[..], &["--leave-out", name]].concat());
+        let units = ["--unit", "Hammer=N", "--unit", "*=m/s^2"];
+        let (code, said) = grade(heads, &[&stated[..], &["--leave-out", name], &units].concat());
         assert_eq!(code, 0, "{said}");
     }
-    let unit = [&stated[..], &["--unit", "Force 2=g"]].concat();
+    let unit = ["--unit", "Hammer=N", "--unit", "Force 2=g", "--unit", "a=g"];
+    let unit = [&stated[..], &unit].concat();
     assert_eq!(grade("Time,Hammer,Force 2,a", &unit).0, 0);
 }

@@ -9,7 +9,7 @@ use massline::archive::Archive;
 use massline::export::{Format, Frame, UnitSystem, of_document};
 use massline::hits;
 use massline::layout_file::LayoutFile;
-use massline::recording::Recording;
+use massline::recording::{Recording, StatedUnit, Statements};
 use massline::tape::{Sidecar, scans_of_npy};
 use massline::uff::{Encoding, Frf, Quantity, UffFile, write};
 use massline_protocol::event::{HitEvent, ScanBlock};
@@ -211,10 +211,16 @@ pub fn fuzz_recording(bytes: &[u8]) {
     let Ok(recording) = Recording::parse(bytes) else { return };
     let samples: usize = recording.segments.iter().flat_map(|s| &s.0).map(Vec::len).sum();
     assert!(samples <= bytes.len());
-    let options = hits::Options { rate_hz: Some(4000.0), ..hits::Options::default() };
-    let Ok(found) = hits::grade(recording, &options) else { return };
-    assert!(found.hits.iter().all(|hit| !hit.verdict().is_empty()));
-    let _ = (found.to_json(), found.to_text());
+    // As the file states its units, and as a user states them.
+    let unit = |column: &str, unit: &str| StatedUnit { column: column.into(), unit: unit.into() };
+    for units in [vec![], vec![unit("1", "N"), unit("*", "g")]] {
+        let statements = Statements { units, ..Statements::default() };
+        let options =
+            hits::Options { statements, rate_hz: Some(4000.0), ..hits::Options::default() };
+        let Ok(graded) = hits::grade(recording.clone(), &options) else { continue };
+        assert!(graded.hits.iter().all(|hit| !hit.verdict().is_empty()));
+        let _ = (graded.to_json(), graded.to_text());
+    }
 }
 
 /// The reader of a result's JSON document, and the export of the results that it accepts.
