@@ -153,25 +153,25 @@ pub fn answers<L: SpectrumBins<f64>>(
     let together: Vec<Method> = wanted.iter().copied().filter(|m| !is_apart(m)).collect();
     let lines = spectrum_bins.responses().map_or(0, |responses| responses.frequencies().len());
     let mut memory = vec![0.0; solvers::workspace(&together, layout.sensors.len(), lines)];
-    let found = solvers::identify(observed, &together, settings, &mut memory);
-    let (estimates, refusals) = found.into_parts();
-    let mut found = Identification {
+    let identified = solvers::identify(observed, &together, settings, &mut memory);
+    let (estimates, refusals) = identified.into_parts();
+    let mut answered = Identification {
         estimates: estimates.into_iter().collect(),
         not_applicable: refusals.into_iter().collect(),
         ..Identification::default()
     };
     if wanted.iter().any(is_apart) {
         // It starts from the best of the others, as where all run together.
-        let best = found.estimates.first().map(|estimate| estimate.body);
+        let best = answered.estimates.first().map(|estimate| estimate.body);
         let start = best.as_ref().map_or(Start::InertiaRestraint, Start::At);
         match solve_learned(layout, mass_lines, start) {
-            Ok(solution) => found.estimates.insert(0, solution.estimate),
+            Ok(solution) => answered.estimates.insert(0, solution.estimate),
             Err(reasons) => {
-                found.not_applicable.insert(0, (Method::MaximumLikelihood, reasons));
+                answered.not_applicable.insert(0, (Method::MaximumLikelihood, reasons));
             }
         }
     }
-    found
+    answered
 }
 
 /// Maximum likelihood that learns its error budget: from repeat hits, or from the residuals where there are none.

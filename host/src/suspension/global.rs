@@ -53,17 +53,17 @@ impl GlobalAnswer {
         start: &RigidBody<f64>,
         settings: &GlobalFitSettings,
     ) -> Result<Self, Diagnostics> {
-        let found = Self::of_uneven_noise(layout, readings, start, settings)?;
+        let stated = Self::of_uneven_noise(layout, readings, start, settings)?;
         if !layout.learn_budget {
-            return Ok(found);
+            return Ok(stated);
         }
-        let scale = direction_scale(layout, &found.pulls, &found.posterior);
-        let Some(direction_scale) = scale else { return Ok(found) };
-        let GlobalFitSolution { extra_terms, extra_terms_z, .. } = found.solution;
+        let scale = direction_scale(layout, &stated.pulls, &stated.posterior);
+        let Some(direction_scale) = scale else { return Ok(stated) };
+        let GlobalFitSolution { extra_terms, extra_terms_z, .. } = stated.solution;
         let settings =
             GlobalFitSettings { direction_scale, most_extra_terms: extra_terms, ..*settings };
-        let body = found.solution.estimate.body;
-        let again = match &found.noise {
+        let body = stated.solution.estimate.body;
+        let again = match &stated.noise {
             Some(noise) => {
                 let weighted = readings.windowed(readings.decay, noise.correlation);
                 Self::of(layout, &weighted.weighted(&noise.precision), &body, &settings)
@@ -71,9 +71,9 @@ impl GlobalAnswer {
             None => Self::of(layout, readings, &body, &settings),
         };
         // The same minimum, but for the length of the forces, is there again.
-        let Ok(again) = again else { return Ok(found) };
+        let Ok(again) = again else { return Ok(stated) };
         let solution = GlobalFitSolution { extra_terms_z, ..again.solution };
-        Ok(Self { solution, noise: found.noise, ..again })
+        Ok(Self { solution, noise: stated.noise, ..again })
     }
 
     /// As [`Self::of`], with the noise of every line as the readings show it. Whether a flexible mode is there is decided with

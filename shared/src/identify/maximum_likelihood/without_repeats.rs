@@ -164,15 +164,13 @@ impl<R: Real> Learning<R> {
         estimate.learned = Some(learned);
         let diagnostics = &mut estimate.diagnostics;
         diagnostics.retain(|d| d.code != Code::ScatterNotLearned);
-        let mut push = |found: Option<Diagnostic>| {
-            // There are only a handful of diagnostics.
-            let _ = found.map(|found| diagnostics.push(found));
-        };
         let directions = layout.hits.iter().map(|hit| hit.uncertainty.direction);
         let largest = directions.fold(R::zero(), R::max) * learned.scales.hit_direction;
         if largest > R::of(MOST_SCATTER) {
             let milliradians = (largest * R::of(1e3)).to_f32();
-            push(Some(Diagnostic::whole(Code::HitsScatterMuch, Severity::Warning, milliradians)));
+            // There are only a handful of diagnostics.
+            let code = Code::HitsScatterMuch;
+            let _ = diagnostics.push(Diagnostic::whole(code, Severity::Warning, milliradians));
         }
         let is_doubted = |d: &Diagnostic| d.code == Code::DataInconsistentWithBudget;
         if self.scales.exceed_statement() && !estimate.diagnostics.iter().any(is_doubted) {

@@ -139,7 +139,7 @@ fn chi_squared_falls_by_twice_the_squares_of_the_pulls() {
     const STEP: f64 = 0.01;
     for group in 0..GROUPS {
         let at = |step: f64| {
-            let factor = |of: usize| if of == group { step.exp() } else { 1.0 };
+            let factor = |place: usize| if place == group { step.exp() } else { 1.0 };
             chi_squared(scales(factor(0), factor(1), factor(2)))
         };
         let slope = (at(STEP) - at(-STEP)) / (2.0 * STEP);
