@@ -4,7 +4,7 @@ mod cut;
 mod repeats;
 mod report;
 
-use massline_shared::diagnosis::{Code, Diagnostic};
+use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::TestSettings;
 use massline_shared::signal::{
     CHANNELS, ChannelRange, FftError, HitAnalysis, HitGrader, HitReport,
