@@ -50,8 +50,8 @@ fn suspected(text: &str, fault: &str, seed: u64) -> Vec<String> {
     suspects.iter().map(|s| s["message"].as_str().expect("text").to_owned()).collect()
 }
 
-/// Every kind of mistake at every sensor and hit. When two places have the same line of action, both are
-/// named, in either order.
+/// Every kind of mistake from the list at every sensor and hit. When two places have the same line of action, both are
+/// named, in either order; so is a size that has the same effect. The messages begin like this.
 #[test]
 fn every_mistake_is_named() {
     let cases: [(&str, &[&str]); 20] = [
@@ -70,7 +70,8 @@ fn every_mistake_is_named() {
         ("hit:2:1", &["hit 2 (2:+Z) landed on node 1"]),
         ("hit:3:2", &["hit 3 (4:+X) landed on node 2"]),
         ("hit:4:3", &["hit 4 (1:+Z) landed on node 3"]),
-        ("hit:5:2", &["hit 5 (3:+X) landed on node 2"]),
+        // Nothing else is on node 3, so its coordinate may be wrong as well.
+        ("hit:5:2", &["hit 5 (3:+X) landed on node 2", "y of node 3 is "]),
         // Nodes 2 and 3 lie on one line along y.
         ("hit:1:3", &["hit 1 (1:+Y) landed on node 3", "hit 1 (1:+Y) landed on node 2"]),
         // Nodes 2 and 4 lie on one line along z.
@@ -83,8 +84,30 @@ fn every_mistake_is_named() {
         let mut expected = expected.to_vec();
         found.sort();
         expected.sort_unstable();
-        assert_eq!(found, expected, "{fault}");
+        let is_named =
+            found.iter().zip(&expected).all(|(message, start)| message.starts_with(start));
+        assert!(found.len() == expected.len() && is_named, "{fault}: {found:?}");
     }
+}
+
+#[test]
+fn all_axes_reversed_are_named_with_the_properties_as_they_would_be() {
+    let mut bench = Bench::named("default").expect("bundled");
+    bench.faults = ["flip:2x", "flip:2y", "flip:2z"].map(|f| f.parse().expect("a fault")).to_vec();
+    let (file, found) = examined_on(&bench, FIVE_HITS, 22);
+    let [only] = found.suspects() else { panic!("{}", found.to_text(&file.layout)) };
+    let corrected = only.corrected.as_ref().expect("an answer");
+    // The frame weighs 1.23 kg; the hammer of the bench is exact within 2 %, and that is two standard deviations.
+    assert!((corrected.body.mass / 1.23 - 1.0).abs() < 0.04, "{corrected:?}");
+    let text = found.to_text(&file.layout);
+    assert!(
+        text.contains("sensor 2 (on node 2) has all three axes reversed: that explains"),
+        "{text}"
+    );
+    assert!(
+        text.contains("what the ten properties would be (not the answer of this test) if sensor 2"),
+        "{text}"
+    );
 }
 
 #[test]

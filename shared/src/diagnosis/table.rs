@@ -735,23 +735,23 @@ codes! {
         "{value} single mistakes would not show in these data";
     /// A wrong gain of one channel, one sensor or one hit explains the data. Value: the readings over their true values.
     GainSuspect = 87, "gain_suspect", Whole, Factor;
-        "One gain looks wrong.";
+        "Wrong gain?";
         "one gain is wrong: the readings are {value} times what they should be";
     /// Two nodes whose positions are swapped explain the data. Value: χ².
     NodesSwapped = 88, "nodes_swapped", Whole, ChiSquared;
-        "Two nodes look\nswapped.";
+        "Nodes swapped?";
         "the positions of two nodes are swapped (χ² {value})";
     /// One wrong coordinate of a node explains the data. Value: the true minus the written coordinate, m.
     CoordinateSuspect = 89, "coordinate_suspect", Whole, Factor;
-        "A node's coordinate\nlooks wrong.";
+        "Wrong coordinate?";
         "one coordinate of a node is wrong by {value} m";
     /// One DOF that was hit beside its node explains the data. Subject: the DOF. Value: χ².
     HitBesideNode = 90, "hit_beside_node", Hit, ChiSquared;
-        "It seems to have been\nhit beside its node.";
+        "Hit beside its node?";
         "{subject} landed beside its node (χ² {value})";
     /// No single mistake explains the data, but errors of the stated kinds that are larger than stated do. Value: the
     /// largest factor.
     ErrorsLargerThanStated = 91, "errors_larger_than_stated", Whole, Factor;
-        "Errors are larger\nthan stated.";
+        "Errors above budget.";
         "the errors are up to {value} times those stated";
 }
