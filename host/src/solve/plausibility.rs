@@ -140,7 +140,8 @@ fn unit_of_responses(file: &LayoutFile, answer: &Estimate<f64>) -> Option<String
         let nearest = FACTORS.iter().min_by(|(a, _), (b, _)| distance(*a).total_cmp(&distance(*b)))?;
         (distance(nearest.0) < NEAR).then(|| {
             format!(
-                "the accelerances are {factor:.4} times what the mass of {table}, {mass} kg, expects (the answer is {:.4} kg): {}",
+                "the accelerances are {factor:.4} times what the mass of {table}, {mass} kg, expects (the answer is \
+                 {:.4} kg): {}",
                 answer.body.mass, nearest.1
             )
         })

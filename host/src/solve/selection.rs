@@ -77,7 +77,8 @@ impl<'a> Selection<'a> {
         all.filter(|function| function.is_frequency_response())
     }
 
-    /// The components that have each pair of the layout once, where some pair is there of several and only these are complete.
+    /// The components that have each pair of the layout once, where some pair is there of several components and only
+    /// these are complete.
     fn only_complete_components(&self, layout: &HostLayout) -> Option<Components<'a>> {
         let mut names = BTreeSet::new();
         let mut is_doubled = false;

@@ -88,7 +88,7 @@ fn unit_field<'a>(columns: &Columns<'a>) -> Option<&'a [u8]> {
     let is_blank = |b: &u8| *b == b' ';
     let last = name.trim_ascii().rsplit(is_blank).next().unwrap_or_default();
     let before = name.trim_ascii().strip_suffix(last).unwrap_or_default();
-    let touches = name.len() == WIDTH && !name.last().is_none_or(is_blank);
+    let touches = name.len() >= WIDTH && !name.last().is_none_or(is_blank);
     let is_shifted = (field.is_empty() || touches)
         && before.ends_with(b"  ")
         && unit_of(last, label_meaning).is_some();

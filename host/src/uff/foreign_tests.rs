@@ -34,8 +34,9 @@ fn dataset(numerator: Axis<'_>, denominator: Axis<'_>) -> Vec<u8> {
 }
 
 fn units_of(code: i64, length: f64, force: f64) -> Vec<u8> {
-    format!("    -1\n   164\n{code:10}{:20}{:10}\n{length:25.17E}{force:25.17E}{:25.17E}\n{:25.17E}\n    -1\n", "units", 1, 1.0, 0.0)
-        .into_bytes()
+    let system =
+        format!("{code:10}{:20}{:10}\n{length:25.17E}{force:25.17E}{:25.17E}", "units", 1, 1.0);
+    format!("    -1\n   164\n{system}\n{:25.17E}\n    -1\n", 0.0).into_bytes()
 }
 
 /// The factor from the file to SI of the first function, or the error.
@@ -210,7 +211,7 @@ fn a_function_without_values_is_set_aside() {
     let shape = "         5         2         1";
     let empty = text.replacen(shape, "         5         0         1", 1);
     let (head, _) = empty.rsplit_once("   3.0").unwrap();
-    let empty = format!("{head}    -1\n");
+    let empty = format!("{}\n    -1\n", head.trim_end());
     let file = UffFile::parse(format!("{empty}{text}{empty}").as_bytes()).unwrap();
     assert_eq!((file.functions.len(), file.empty.len()), (1, 2));
     assert_eq!(file.empty[1].dataset, 3);
