@@ -319,7 +319,7 @@ fn size_of(k: usize, channel: &Channel, unit: &str, is_force: bool) -> Result<f6
             let message = format!("{name}: \"{unit}\" is the unit of an unscaled signal; {advice}");
             return Error::input("recording_needs_sensitivity", message);
         }
-        let leave_out = if is_force { String::new() } else { format!(", leave the column out with --leave-out \"{column}\"") };
+        let leave_out = if is_force { String::new() } else { format!(", leave it out with --leave-out \"{column}\"") };
         let message = format!(
             "{name}: \"{unit}\": {fault}; state the right unit with --unit \"{column}=UNIT\"{leave_out}, or export the \
              recording in such a unit"
