@@ -185,6 +185,9 @@ impl Recording {
 
     /// Refuses a recording without samples, and marks channels with values that are no readings.
     fn checked(mut self) -> Result<Self, RecordingError> {
+        if self.channels.is_empty() && self.time.is_some() {
+            return Err(RecordingError::NoReadings);
+        }
         if self.segments.iter().all(|segment| segment.samples() == 0) || self.channels.is_empty() {
             return Err(RecordingError::Empty);
         }
@@ -201,8 +204,8 @@ impl Recording {
         Ok(self)
     }
 
-    /// Takes the time out of the columns: `columns` are the times of those that may be one, `line` gives the line of a row of
-    /// the only segment. The rows are cut where the time begins again.
+    /// Takes the time out of the columns: `columns` are the times of those that may be one, `line` gives the line of a
+    /// row. The rows of a single segment are cut where the time begins again.
     fn take_time(
         &mut self,
         columns: Vec<(usize, Times)>,
@@ -224,7 +227,8 @@ impl Recording {
                         .map(|all| all.get(rows.clone()).unwrap_or_default().to_vec())
                         .collect()
                 };
-                self.notes.push(format!("the time begins again: {} segments", runs.len()));
+                self.notes
+                    .push(format!("the time begins again or pauses: {} segments", runs.len()));
                 self.segments = runs.iter().map(|rows| Segment(part(rows))).collect();
             }
         }

@@ -14,7 +14,7 @@ const SHORTEST: usize = 32;
 /// Number of samples at the start of a segment whose mean is the zero level of its force.
 const FIRST: usize = 8;
 
-/// The channels in the order of grading: the force, then the responses. Channels that are neither are left out of the recording.
+/// The channels in the order of grading: the force, then the responses. Channels that are neither are left out.
 pub(super) fn channel_order(recording: &mut Recording, options: &Options) -> Result<Vec<usize>> {
     let left_out = left_out(recording, options)?;
     let candidates: Vec<usize> =

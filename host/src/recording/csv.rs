@@ -1,4 +1,4 @@
-//! Text with a column for each channel: separated by semicolons, tabs, commas or blanks, with or without lines of names.
+//! Text with a column for each channel, separated by semicolons, tabs, commas or blanks.
 
 use super::dialect::{Dialect, Kind, Lines, Row, Separator, rows_of};
 use super::header;

@@ -137,8 +137,8 @@ pub(super) struct Dialect {
 }
 
 impl Dialect {
-    /// The dialect of a text: the numbers begin where [`ALIKE`] rows have numbers in equally many columns. If there are no
-    /// such rows, columns of text may stand beside the numbers.
+    /// The dialect of a text: the numbers begin where [`ALIKE`] rows have numbers in equally many columns. If there are
+    /// no such rows, columns of text may stand beside the numbers.
     ///
     /// # Errors
     /// When no such rows follow within the header that is allowed.
@@ -253,8 +253,8 @@ impl Signs {
         }
     }
 
-    /// A field whose sign may separate thousands: all of them have three digits behind it, and in the same column there are
-    /// numbers without.
+    /// A field whose sign may separate thousands: all of them have three digits behind it, and in the same column there
+    /// are numbers without.
     fn thousands(&self) -> Option<(usize, usize, String)> {
         let mixed = self.columns.iter().any(|seen| *seen == [true, true]);
         self.first.clone().filter(|_| mixed && !self.decimal && self.commas > 0)

@@ -12,6 +12,11 @@ pub enum RecordingError {
     /// The file is empty.
     #[error("the file is empty; export the measurement again")]
     Empty,
+    /// Nothing but a time.
+    #[error(
+        "the file has a time column and no column of readings; export force and responses with it"
+    )]
+    NoReadings,
     /// The format is not one of those that are known.
     #[error(
         "the format is not known; LabVIEW measurement (.lvm), text with columns (CSV) whose numbers begin within \

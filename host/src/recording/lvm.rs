@@ -1,4 +1,4 @@
-//! LabVIEW measurement files (.lvm): text with a header for the file and one for each segment, or one for all of them.
+//! LabVIEW measurement files (.lvm): text with a header for the file and one for each segment or for all segments.
 
 use super::dialect::Lines;
 use super::header::{channel, decided};
@@ -87,7 +87,8 @@ impl SegmentHeader {
         let fault = match (delta(reference), delta(channel)) {
             (Some(first), Some(step)) if (step - first).abs() > EQUAL_RATES * first.abs() => {
                 format!(
-                    "Delta_X: channel {} has a step of {step} s and channel {} one of {first} s; export channels of one rate",
+                    "Delta_X: channel {} has a step of {step} s and channel {} one of {first} s; export channels of \
+                 one rate",
                     channel + 1,
                     reference + 1
                 )
@@ -194,8 +195,8 @@ fn same_channels(recording: &Recording, header: &SegmentHeader) -> Result<(), Re
     Ok(())
 }
 
-/// The segments of the rows under one header: cut where the X values begin again, or without X values into blocks of as many
-/// samples as the header states.
+/// The segments of the rows under one header: cut where the X values begin again, or without X values into blocks of as
+/// many samples as the header states.
 fn segments(
     recording: &mut Recording,
     header: &SegmentHeader,
@@ -257,7 +258,8 @@ fn same_step(
             Steps::Even { step, uncertainty: b, .. },
         ) if (step / first - 1.0).abs() > 1e-3 + a + b => {
             let fault = format!(
-                "the X values of this segment have a step of {step} s and those before {first} s; export segments of one rate"
+                "the X values of this segment have a step of {step} s and those before {first} s; export segments of \
+                 one rate"
             );
             return Err(RecordingError::Header { line, fault });
         }
@@ -421,7 +423,8 @@ fn names(
     Ok((0..header.channels).map(named).collect())
 }
 
-/// The rows under a header, up to the next header or the end of the file; `before` is the number of values in segments before.
+/// The rows under a header, up to the next header or the end of the file; `before` is the number of values in the
+/// segments before.
 fn rows(
     lines: &mut LinesOf<'_>,
     format: &Format,
@@ -449,17 +452,19 @@ fn rows(
         let fields: Vec<&str> = text.split(format.separator).collect();
         let bare = format.x_columns == XColumns::No && fields.len() == header.channels;
         for (k, (to, is_used)) in rows.samples.0.iter_mut().zip(&is_used).enumerate() {
+            if !header.is_filled(k) {
+                continue;
+            }
             let column = if bare { k } else { column_of(k, format.x_columns) };
-            let value = match fields.get(column) {
-                Some(field) if *is_used => format.decimal.value(field, line, column)?,
-                Some(field) => format.decimal.number(field).unwrap_or_default(),
-                None if *is_used => {
-                    let wanted = column_of(header.channels - 1, format.x_columns) + 1;
-                    return Err(RecordingError::Ragged { line, found: fields.len(), wanted });
-                }
-                None => 0.0,
+            let Some(field) = fields.get(column) else {
+                let wanted = column_of(header.channels - 1, format.x_columns) + 1;
+                return Err(RecordingError::Ragged { line, found: fields.len(), wanted });
             };
-            to.push(value);
+            to.push(match is_used {
+                true => format.decimal.value(field, line, column)?,
+                // A slower channel has empty fields.
+                false => format.decimal.number(field).unwrap_or_default(),
+            });
         }
         if let Some(field) = x_column.and_then(|column| fields.get(column))
             && let Some(x) = format.decimal.number(field)

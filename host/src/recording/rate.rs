@@ -74,8 +74,8 @@ pub(crate) fn six_digits(value: f64) -> String {
 }
 
 impl Recording {
-    /// The sampling rate: `stated_hz` from --rate-hz, else that of the time column, whose unit `stated_unit` gives where
-    /// the file does not, else that of a header.
+    /// The sampling rate: `stated_hz` from --rate-hz, else that of the time column, whose unit `stated_unit` gives
+    /// where the file does not, else that of a header.
     ///
     /// # Errors
     /// When samples are missing, or nothing states the rate, or a time column has no unit or no even steps.
@@ -135,7 +135,7 @@ impl Recording {
     }
 }
 
-/// Of the rates of a time column and of a header the one with more digits; the column's when both contradict each other.
+/// The rate with more digits of those of a time column and a header; the column's when they contradict each other.
 fn finer(column: (Rate, f64), declared: (Rate, f64)) -> (Rate, f64) {
     let (hz, other) = (column.0.hz, declared.0.hz);
     if (hz / other - 1.0).abs() <= EQUAL_RATES + column.1 + declared.1 {
@@ -159,7 +159,7 @@ impl TimeColumn {
             Steps::Even { step, uncertainty, rounded_to } => (step, uncertainty, rounded_to),
             Steps::Uneven { range: [least, most], row } => {
                 let message = format!(
-                    "the steps of {name} differ: {} to {}, the longest after line {row}; export evenly sampled data, or \
+                    "the steps of {name} differ: {} to {}, the longest after line {row}; export even samples, or \
                      state the rate with --rate-hz if the samples are even",
                     six_digits(least),
                     six_digits(most)
@@ -200,7 +200,9 @@ impl TimeColumn {
         let column = self.column();
         if let Some(stated) = stated {
             let seconds = time_unit(stated).ok_or_else(|| {
-                let message = format!("--unit \"{column}={stated}\": {stated} is no unit of time; s, ms, us, ns, min and h are");
+                let message = format!(
+                    "--unit \"{column}={stated}\": {stated} is no unit of time; s, ms, us, ns, min and h are"
+                );
                 Error::input("time_unit_unknown", message)
             })?;
             return Ok((stated.to_owned(), seconds, false));
@@ -353,7 +355,11 @@ mod tests {
         }
         for stated in [None, Some(5000.0)] {
             let error = recording.rate(stated, None).unwrap_err().to_string();
-            assert!(error.contains("40 samples are missing after the time 0.2 (line 1026), and there is one more gap"), "{error}");
+            assert!(
+                error.contains("40 samples are missing after the time 0.2 (line 1026)"),
+                "{error}"
+            );
+            assert!(error.contains("and there is one more gap"), "{error}");
         }
     }
 

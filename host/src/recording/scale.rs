@@ -319,7 +319,7 @@ fn size_of(k: usize, channel: &Channel, unit: &str, is_force: bool) -> Result<f6
             let message = format!("{name}: \"{unit}\" is the unit of an unscaled signal; {advice}");
             return Error::input("recording_needs_sensitivity", message);
         }
-        let leave_out = if is_force { String::new() } else { format!(", leave the column out with --leave-out \"{column}\"") };
+        let leave_out = if is_force { String::new() } else { format!(", leave it out with --leave-out \"{column}\"") };
         let message = format!(
             "{name}: \"{unit}\": {fault}; state the right unit with --unit \"{column}=UNIT\"{leave_out}, or export the \
              recording in such a unit"
@@ -372,4 +372,108 @@ fn called(k: usize, channel: &Channel) -> String {
 /// A channel as it is named on the command line.
 pub(crate) fn column(k: usize, channel: &Channel) -> String {
     if channel.name.is_empty() { (k + 1).to_string() } else { channel.name.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Segment;
+    use massline_shared::STANDARD_GRAVITY;
+
+    const ALL: [usize; 3] = [0, 1, 2];
+
+    /// A recording of a hammer, a channel without a name and a channel `z`, in these units.
+    fn recording(units: [&str; 3]) -> Recording {
+        let names = ["Hammer", "", "z"];
+        let channel = |(name, unit): (&str, &str)| Channel {
+            name: name.into(),
+            unit: unit.into(),
+            ..Channel::default()
+        };
+        Recording {
+            channels: names.into_iter().zip(units).map(channel).collect(),
+            segments: vec![Segment(vec![vec![2.0], vec![3.0], vec![4.0]])],
+            ..Recording::default()
+        }
+    }
+
+    fn units(stated: &[(&str, &str)]) -> Statements {
+        let stated = stated.iter();
+        let unit = |&(column, unit): &(&str, &str)| StatedUnit {
+            column: column.into(),
+            unit: unit.into(),
+        };
+        Statements { units: stated.map(unit).collect(), ..Statements::default() }
+    }
+
+    fn samples(recording: Recording, statements: &Statements) -> [f64; 3] {
+        let (scales, _) = recording.scales(&ALL, statements).unwrap();
+        let scaled = recording.scaled(&ALL, &scales);
+        ALL.map(|k| scaled.segments[0].0[k][0])
+    }
+
+    #[test]
+    fn units_of_the_file_and_stated_ones_are_converted() {
+        let converted = samples(recording(["kN", "g", "mm/s^2"]), &Statements::default());
+        assert_eq!(converted, [2000.0, 3.0 * STANDARD_GRAVITY, 0.004]);
+        let stated = units(&[("2", "g"), ("Z", "cm/s²")]);
+        assert_eq!(
+            samples(recording(["N", "", "m/s²"]), &stated),
+            [2.0, 3.0 * STANDARD_GRAVITY, 0.04]
+        );
+        let (_, notes) = recording(["N", "g", "m/s²"]).scales(&ALL, &units(&[("z", "g")])).unwrap();
+        assert_eq!(notes, ["channel 3 \"z\": the file states m/s², using g from --unit"]);
+        // The star states the unit of the responses that have none.
+        let stated = units(&[("*", "g"), ("Hammer", "N")]);
+        assert_eq!(
+            samples(recording(["", "", "m/s²"]), &stated),
+            [2.0, 3.0 * STANDARD_GRAVITY, 4.0]
+        );
+        let reversed = Statements { reversed: vec!["hammer".into()], ..Statements::default() };
+        assert_eq!(samples(recording(["N", "m/s²", "m/s²"]), &reversed)[0], -2.0);
+    }
+
+    #[test]
+    fn a_unit_that_nobody_states_is_asked_for() {
+        for (units_of_file, stated, options) in [
+            (["", "", ""], &[][..], "--unit \"Hammer=N\" --unit \"*=m/s^2\""),
+            (["N", "", ""], &[], "--unit \"*=m/s^2\""),
+            (["N", "g", ""], &[], "--unit \"z=m/s^2\""),
+            (["NONE", "g", "g"], &[], "--unit \"Hammer=N\""),
+            (["", "", ""], &[("*", "g")], "--unit \"Hammer=N\","),
+        ] {
+            let error = recording(units_of_file).scales(&ALL, &units(stated)).unwrap_err();
+            assert_eq!(error.code(), "recording_no_unit");
+            assert!(error.to_string().contains(options), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_unit_of_something_else_is_refused_by_name() {
+        let code = |units_of_file, stated: &[(&str, &str)]| {
+            recording(units_of_file).scales(&ALL, &units(stated)).unwrap_err().code().to_owned()
+        };
+        assert_eq!(code(["g", "g", "g"], &[]), "recording_unknown_unit");
+        assert_eq!(code(["N", "N", "g"], &[]), "recording_unknown_unit");
+        assert_eq!(code(["N", "g", "g"], &[("z", "furlong")]), "recording_unknown_unit");
+        assert_eq!(code(["N", "g pk-pk", "g"], &[]), "recording_unknown_unit");
+        assert_eq!(code(["mV", "g", "g"], &[]), "recording_needs_sensitivity");
+        assert_eq!(code(["mV", "g", "g"], &[("Hammer", "N")]), "recording_needs_sensitivity");
+        assert_eq!(code(["N", "g", "EU"], &[]), "recording_needs_sensitivity");
+        assert_eq!(code(["N", "g", "g"], &[("7", "g")]), "no_such_channel");
+        let mut others = recording(["N", "mm", "K"]);
+        assert_eq!(
+            others.leave_out_other_units(Some(0), &units(&[("2", "g")]), &ALL).unwrap(),
+            [0, 1]
+        );
+        assert_eq!((others.left_out.len(), others.left_out[0].name.as_str()), (1, "z"));
+    }
+
+    #[test]
+    fn units_for_the_whole_file_give_way_to_those_of_a_column() {
+        let mut millimeters = recording(["N", "g", ""]);
+        millimeters.channels[2].factor = Some(1e-3);
+        assert_eq!(samples(millimeters.clone(), &Statements::default())[2], 0.004);
+        assert_eq!(samples(millimeters, &units(&[("z", "g")]))[2], 4.0 * STANDARD_GRAVITY);
+    }
 }

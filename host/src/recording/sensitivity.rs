@@ -115,7 +115,10 @@ impl Sensitivity {
             ));
         }
         if is_unstated(unit) {
-            return Err("the unit of the samples is not stated; state it as well, for example with --unit \"COLUMN=mV\"".into());
+            return Err(
+                "the unit of the samples is not stated; state it as well: --unit \"COLUMN=mV\""
+                    .into(),
+            );
         }
         let Some((signal, size)) = electrical(unit) else {
             let has_none =

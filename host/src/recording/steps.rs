@@ -102,6 +102,13 @@ impl Times {
             && runs.iter().all(rises)
     }
 
+    /// The coarsest resolution of the times, relative to their range.
+    pub fn coarseness(&self) -> f64 {
+        let (first, last) = (self.values.first(), self.values.last());
+        let range = last.copied().unwrap_or_default() - first.copied().unwrap_or_default();
+        self.resolution().into_iter().fold(0.0, f64::max) / range
+    }
+
     /// True for 0, 1, 2, … or 1, 2, 3, …
     pub fn count(&self) -> bool {
         let first = self.values.first().copied().unwrap_or(f64::NAN);
@@ -179,7 +186,7 @@ impl Times {
         (gaps, parts)
     }
 
-    /// The parts of a recording in blocks: equally many rows each, with a pause after each that is longer than half a block.
+    /// The parts of a recording in blocks: equally many rows each, with pauses that are longer than half a block.
     pub fn blocks(&self) -> Vec<Range<usize>> {
         let digits = self.resolution();
         let (gaps, parts) = self.gaps(&digits);

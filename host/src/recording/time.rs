@@ -111,7 +111,9 @@ pub(super) fn find(channels: &[Channel], columns: &[(usize, Times)]) -> TimeColu
         is_index(&name) && times.count() || name.is_empty() && *place == 0 && times.count()
     });
     let indices: Vec<usize> = indices.map(|(place, _)| *place).collect();
-    let rising = by_name.iter().find(|(_, times)| times.rise());
+    // A clock may have fewer digits than a time beside it.
+    let rising = by_name.iter().filter(|(_, times)| times.rise());
+    let rising = rising.min_by(|(_, a), (_, b)| a.coarseness().total_cmp(&b.coarseness()));
     // The temperature is a T as well.
     let named = rising.or(by_name.iter().find(|(place, _)| channel(*place).name.len() > 1));
     let nameless = || {
