@@ -105,8 +105,10 @@ impl Sources {
         let (root, built) = (metadata.workspace_root, metadata.target_directory);
         let folders =
             metadata.packages.iter().filter_map(|package| package.manifest_path.ancestors().nth(2));
-        let dependencies =
-            folders.filter(|folder| !folder.starts_with(&root)).map(Path::to_owned).collect();
+        // A compiler that is started in a folder names it without links.
+        let both = |folder: &Path| [Some(folder.to_owned()), folder.canonicalize().ok()];
+        let dependencies = folders.filter(|folder| !folder.starts_with(&root));
+        let dependencies = dependencies.flat_map(both).flatten().collect();
         let library = library(&root)?;
         Ok(Self { root, built, dependencies, library })
     }

@@ -33,7 +33,7 @@ pub fn readings(
     let reading = |channel: usize| {
         let zero = f64::from(calibration.channels[channel].zero.0);
         let volts = volts.get(channel).copied().unwrap_or(zero);
-        per_volt(channel) * (volts - zero) / f64::from(STANDARD_GRAVITY)
+        per_volt(channel) * (volts - zero) / STANDARD_GRAVITY
     };
     let sensors = usize::from(identity.max_sensors).min(RESPONSES / 3);
     let first = |sensor: usize| HAMMER + 1 + 3 * sensor;
