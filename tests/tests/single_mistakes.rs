@@ -197,7 +197,7 @@ fn make(kind: usize, healthy: &Written, random: &mut ChaCha8Rng) -> Option<Drawn
             sensors.chain(test.layout.hits.iter().map(|hit| hit.dof.node)).collect();
         used[random.random_range(0..used.len())]
     };
-    let culprit = match kind {
+    let culprit: Box<dyn Fn(&Mistake) -> bool> = match kind {
         0 | 1 => {
             let reads = if kind == 0 { AxisMap::with_reversed(axis) } else { AxisMap::REVERSED };
             let fault = SingleFault::SensorAxes { sensor, reads };
