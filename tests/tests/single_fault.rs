@@ -93,7 +93,7 @@ fn every_mistake_is_named() {
 #[test]
 fn all_axes_reversed_are_named_with_the_properties_as_they_would_be() {
     let mut bench = Bench::named("default").expect("bundled");
-    bench.faults = ["flip:2x", "flip:2y", "flip:2z"].map(|f| f.parse().expect("a fault")).to_vec();
+    bench.faults = ["flip:2x", "flip:2y", "flip:2z"].map(|f| f.parse().expect("a fault")).into();
     let (file, found) = examined_on(&bench, FIVE_HITS, 22);
     let [only] = found.suspects() else { panic!("{}", found.to_text(&file.layout)) };
     let corrected = only.corrected.as_ref().expect("an answer");

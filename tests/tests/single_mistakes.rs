@@ -1,8 +1,8 @@
 //! The search for a single mistake over many simulated tests: how often a healthy one is suspected, and how often the
 //! culprit is named, for mistakes of each kind with sizes drawn at random.
 //!
-//! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test single_mistakes -- --nocapture` prints the tables of
-//! tests/README.md.
+//! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test single_mistakes -- --nocapture` draws more of them and
+//! prints the counts.
 
 use std::collections::BTreeMap;
 
@@ -197,7 +197,7 @@ fn make(kind: usize, healthy: &Written, random: &mut ChaCha8Rng) -> Option<Drawn
             sensors.chain(test.layout.hits.iter().map(|hit| hit.dof.node)).collect();
         used[random.random_range(0..used.len())]
     };
-    let culprit = match kind {
+    let culprit: Box<dyn Fn(&Mistake) -> bool> = match kind {
         0 | 1 => {
             let reads = if kind == 0 { AxisMap::with_reversed(axis) } else { AxisMap::REVERSED };
             let fault = SingleFault::SensorAxes { sensor, reads };

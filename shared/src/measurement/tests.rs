@@ -260,6 +260,10 @@ fn hits_of_unequal_force_count_the_same_where_noise_is_small() {
     }
 }
 
+/// Codes of hits that differ from each other.
+const OF_REPEATS: [Code; 4] =
+    [Code::HitInconsistent, Code::HitElsewhere, Code::HitsInDoubt, Code::HitsDisagree];
+
 /// What became of hits with these factors on their accelerances, three of which a DOF needs: the codes of the findings of
 /// each and whether it counts, the codes of the campaign, and the mean factor that the averages have.
 fn repeat_hits(factors: &[f32]) -> (std::vec::Vec<(bool, Option<Code>)>, std::vec::Vec<Code>, f64) {
@@ -273,10 +277,12 @@ fn repeat_hits(factors: &[f32]) -> (std::vec::Vec<(bool, Option<Code>)>, std::ve
         // No two records are equal.
         hit(&mut rig, (20.0 + 0.3 * f32::from(number), factor));
         let graded = rig.last_hit().unwrap();
-        (graded.good, graded.findings.first().map(|found| found.code))
+        let mut codes = graded.findings.iter().map(|found| found.code);
+        (graded.good, codes.find(|code| OF_REPEATS.contains(code)))
     });
     let each = each.collect();
-    let codes = rig.diagnostics().iter().map(|found| found.code).collect();
+    let codes = rig.diagnostics().iter().map(|found| found.code);
+    let codes = codes.filter(|code| OF_REPEATS.contains(code)).collect();
     let lines = &rig.result().mass_lines;
     assert_eq!(lines.len(), 1, "{factors:?}: the DOF is complete");
     (each, codes, lines[0].1.accelerance[8] / (0.3 + 0.9))
