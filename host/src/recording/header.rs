@@ -40,7 +40,7 @@ pub(super) fn channels(
             rows.push(labels(&fields));
         } else if let Some(fields) = otherwise.next() {
             others.push(labels(&fields));
-        } else {
+        } else if separator != Separator::Blanks {
             last = Some((line, fields));
         }
     }
@@ -124,7 +124,9 @@ pub(super) fn channel(label: &str, text: &Text<'_>) -> Channel {
         if let Some(unit) = known(unit) {
             return named(&format!("{} {}", front.trim(), after.trim()), unit);
         }
-        if close == ']' && end.is_some() && after.trim().is_empty() {
+        // A time has a unit in any brackets: an unknown one is refused.
+        let is_stated = close == ']' || is_time(&named(front, String::new()));
+        if is_stated && end.is_some() && after.trim().is_empty() {
             return named(front, unwrapped(unit));
         }
         rest = front;
