@@ -29,10 +29,11 @@ use crate::document::{FoundBy, HostFindings, Marked, Measurement, Unseen};
 use crate::identification::{
     Identification, MeasuredLines, Selection, contradicted, identify, layout_of, learned, lines_of,
 };
+use crate::judgement::{Evidence, Judgement, verdict_line, verdict_reasons};
 use crate::report::{
     SolvedHere, cannot_see, comparison_json, comparison_text, diagnostics_json, estimates_of,
     global_fit_json, global_fit_text, hammer_text, message_in, modes_json, modes_text,
-    refusals_json, refusals_text, sentences, table, verdict_line, verdict_reasons,
+    refusals_json, refusals_text, sentences, table,
 };
 use crate::rig_lines::StoredTest;
 use crate::single_fault::{Examination, NominalTest};
@@ -41,7 +42,7 @@ use crate::suspension::{
     Comparison, MassLineAnswers, SuspensionModes, compare, reciprocity_of_mass_lines,
     warn_of_flexible_mode,
 };
-use crate::verdict::{Evidence, Judgement, Verdict};
+use crate::verdict::Verdict;
 
 /// Heading of the host's findings in text.
 const HEADING: &str = "solved again here, in double precision";

@@ -21,7 +21,8 @@
 //! | [`identification`] | the ten properties in double precision, and the nuisance parameters of the fit |
 //! | [`design`] | the predicted uncertainty of a layout, and better layouts |
 //! | [`solve`] | the offline solver |
-//! | [`verdict`] | whether a result can be used |
+//! | [`judgement`] | whether a result can be used, and why not |
+//! | [`verdict`] | the three verdicts by name |
 //! | [`precision`] | how precise the answer of a campaign would be so far |
 //! | [`host_solution`] | a rig's result, solved again on the host |
 //! | [`rig_lines`] | the lines of a rig's result in the suspension profile |
@@ -67,6 +68,7 @@ pub mod host_solution;
 pub mod html_report;
 pub mod identification;
 pub mod interrupt;
+pub mod judgement;
 pub mod layout_file;
 mod limited;
 pub mod monte_carlo;

@@ -19,7 +19,6 @@ mod modes;
 mod refusals;
 mod summary;
 mod table;
-mod verdict;
 mod where_to_hit;
 
 use massline_shared::diagnosis::Diagnostic;
@@ -35,10 +34,10 @@ pub use estimate::estimate_json;
 pub use global_fit::{global_fit_json, global_fit_text};
 pub use hammer::{CALIBRATE_HAMMER, hammer_text};
 pub use hit::HitSaid;
-pub use measurement::{
-    SolvedHere, estimates_of, measurement_json, measurement_text, verdict_on_rig,
+pub use measurement::{SolvedHere, estimates_of, measurement_json, measurement_text};
+pub use message::{
+    by_code, channel_name, code_name, message, message_in, message_of_result, messages,
 };
-pub use message::{by_code, channel_name, code_name, message, message_in, messages};
 pub use modes::{
     assurance_text, indicators_text, mode_json, modes_json, modes_text, orders_text, remedies_text,
     shapes_text,
@@ -46,7 +45,6 @@ pub use modes::{
 pub use refusals::{refusals_json, refusals_text};
 pub use summary::{ResultVerdict, Summary};
 pub use table::{INERTIA_CONVENTION, Truth, table};
-pub use verdict::{verdict_line, verdict_reasons};
 pub use where_to_hit::new_direction;
 pub(crate) use where_to_hit::{hardly_shown, not_shown};
 

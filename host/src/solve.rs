@@ -15,6 +15,7 @@ mod errors;
 mod frfs;
 mod layout_checks;
 mod missing;
+mod pair;
 mod plausibility;
 mod reading;
 mod responses;

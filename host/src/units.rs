@@ -131,7 +131,7 @@ pub(crate) enum UnitFault {
 
 /// What a label means: its units, or why it has none.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct LabelMeaning(Result<Vec<grammar::Unit>, UnitFault>);
+pub(crate) struct LabelMeaning(Result<Vec<symbols::Unit>, UnitFault>);
 
 /// The size of the unit `label` in SI (Hz for a frequency).
 ///

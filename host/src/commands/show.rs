@@ -10,6 +10,7 @@ use crate::document::Measurement;
 use crate::error::{Error, Result};
 use crate::host_solution::HostSolution;
 use crate::identification::Selection;
+use crate::judgement::{state_verdict_of_rig, verdict_on_rig};
 use crate::output::{Output, Tone};
 use crate::report::{self, SolvedHere};
 use crate::rig_lines::StoredTest;
@@ -28,9 +29,11 @@ pub struct Shown {
 impl Shown {
     /// A rig's result as it is stored.
     fn of_rig(result: &MeasurementResult, here: &SolvedHere) -> Self {
+        let mut value = report::measurement_json(result);
+        state_verdict_of_rig(&mut value, result);
         Self {
-            value: report::measurement_json(result),
-            verdict_line: report::verdict_on_rig(result).map_or(String::new(), |(_, line)| line),
+            value,
+            verdict_line: verdict_on_rig(result).map_or(String::new(), |(_, line)| line),
             text: report::measurement_text(result, here),
         }
     }

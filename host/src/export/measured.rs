@@ -12,6 +12,7 @@ use crate::document::Measurement;
 use crate::error::Result;
 use crate::host_solution::HostSolution;
 use crate::identification::Selection;
+use crate::judgement::state_verdict_of_rig;
 use crate::output::SCHEMA_VERSION;
 use crate::report;
 use crate::rig_lines::{RigLines, StoredTest};
@@ -33,6 +34,7 @@ pub fn of_measurement(
 /// The document of a result, solved again where its layout is known.
 fn document_of(test: StoredTest<'_>, layout: Option<&HostLayout>) -> Value {
     let mut document = report::measurement_json(test.result);
+    state_verdict_of_rig(&mut document, test.result);
     if let Some(layout) = layout {
         let nominal = NominalTest::of_layout(layout.clone());
         HostSolution::examined(test, &nominal, Selection::All).add_to(&mut document);

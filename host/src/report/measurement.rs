@@ -7,21 +7,18 @@ use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::identify::agreement::{Difference, Outcome};
 use massline_shared::identify::{Estimate, Method};
-use massline_shared::layout::{HostLayout, TestProfile};
+use massline_shared::layout::TestProfile;
 
 use super::comparison::{difference_json, difference_text, listed};
 use super::digits::{as_exact_as, two_digits};
 use super::message::message_of_result;
 use super::refusals::{refusals_json, refusals_text};
-use super::{
-    diagnostics_json, estimate_json, hash_text, sentences, table, verdict_line, verdict_reasons,
-};
+use super::{diagnostics_json, estimate_json, hash_text, sentences, table};
 use crate::clock;
 use crate::document::{
     Marked, MeasuredDof, MeasuredMassLine, Measurement, Properties, Refusal, RigAgreement, RigMode,
     Spread,
 };
-use crate::verdict::{Evidence, Judgement, Verdict};
 
 /// The rig's estimates by the methods that this program knows, the best first, converted to double precision.
 pub fn estimates_of(result: &MeasurementResult) -> Vec<Estimate<f64>> {
@@ -29,18 +26,13 @@ pub fn estimates_of(result: &MeasurementResult) -> Vec<Estimate<f64>> {
     known.iter().map(Estimate::cast).collect()
 }
 
-/// A result of a rig as JSON, without findings of the host.
+/// A result of a rig as JSON, without findings of the host and without its verdict.
 pub fn measurement_json(result: &MeasurementResult) -> Measurement {
     let head = &result.head;
     let found = diagnostics_json(&result.diagnostics, |d| message_of_result(d, result));
-    let judgement = judgement_of(result);
-    let reasons_of = |judgement| {
-        let message_of = |d: &Diagnostic| message_of_result(d, result);
-        verdict_reasons(judgement, &HostLayout::default(), message_of)
-    };
     Measurement {
-        verdict: judgement.as_ref().map(Judgement::verdict),
-        verdict_reasons: judgement.as_ref().map(reasons_of).unwrap_or_default(),
+        verdict: None,
+        verdict_reasons: Vec::new(),
         results: estimates_of(result).iter().map(estimate_json).collect(),
         number: head.number,
         title: head.title.as_str().to_owned(),
@@ -71,32 +63,6 @@ pub fn measurement_json(result: &MeasurementResult) -> Measurement {
         after_each_dof: None,
         hit_log: None,
     }
-}
-
-/// The verdict on a result as the rig stored it; `None` without an answer.
-fn judgement_of(result: &MeasurementResult) -> Option<Judgement> {
-    let estimates = estimates_of(result);
-    let missing = Method::of_mass_lines()
-        .filter(|method| !estimates.iter().any(|estimate| estimate.method == *method));
-    // A rig does not store to which method of mass lines a reason belongs.
-    let reasons = |method| result.diagnostics.iter().map(move |reason| (method, *reason));
-    let of_mass_lines = missing.flat_map(reasons);
-    let of_modes = result
-        .refusals
-        .iter()
-        .filter_map(|refusal| Some((Method::from_number(refusal.method)?, refusal.reason.into())));
-    let refusals: Vec<_> = match result.profile() {
-        TestProfile::MassLine => of_mass_lines.collect(),
-        TestProfile::Suspension => of_modes.collect(),
-    };
-    let diagnostics = result.diagnostics.to_vec();
-    Some(Evidence { refusals, diagnostics, ..Evidence::of(estimates.first()?) }.judge())
-}
-
-/// The verdict on a result as the rig stored it, and the first line of the text that states it.
-pub fn verdict_on_rig(result: &MeasurementResult) -> Option<(Verdict, String)> {
-    let judgement = judgement_of(result)?;
-    Some((judgement.verdict(), verdict_line(&judgement, &HostLayout::default())))
 }
 
 fn dof_json(dof: &DofResult) -> MeasuredMassLine {

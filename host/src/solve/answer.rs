@@ -11,13 +11,14 @@ use super::suspension::ModalPart;
 use super::{MassLinePart, ReferencePoint};
 use crate::document::{FrequencyResponsesRead, MassLine, Refusal, Solution, Unseen};
 use crate::identification::Identification;
+use crate::judgement::{Evidence, Judgement, verdict_line, verdict_reasons};
 use crate::report::{
     self, Truth, comparison_json, comparison_text, global_fit_json, global_fit_text, hammer_text,
     message_in, modes_json, modes_text,
 };
 use crate::single_fault::Examination;
 use crate::suspension::{Comparison, SuspensionModes, warn_of_flexible_mode};
-use crate::verdict::{Evidence, Judgement, Verdict};
+use crate::verdict::Verdict;
 
 /// Most answers that are printed whole.
 const SHOWN_WHOLE: usize = 2;
@@ -146,6 +147,7 @@ impl FrfSolution {
                 .flat_map(|(method, reasons)| reasons.iter().map(|reason| (*method, *reason)))
                 .collect(),
             diagnostics: [priors.as_slice(), &self.diagnostics].concat(),
+            unit_suspicions: self.suspicions.iter().filter_map(Suspicion::warning).collect(),
             ..Evidence::of(self.answer()?)
         };
         Some(evidence.judge())
@@ -154,7 +156,7 @@ impl FrfSolution {
     /// The verdict, and the first line of the text that states it; `None` without an answer.
     pub fn verdict(&self) -> Option<(Verdict, String)> {
         let judgement = self.judgement()?;
-        Some((judgement.verdict(), report::verdict_line(&judgement, &self.layout)))
+        Some((judgement.verdict(), verdict_line(&judgement, &self.layout)))
     }
 
     /// The solution as JSON, in the form of all results.
@@ -175,7 +177,7 @@ impl FrfSolution {
         };
         let judgement = self.judgement();
         let reasons_of = |judgement| {
-            report::verdict_reasons(judgement, layout, |diagnostic| message_in(diagnostic, layout))
+            verdict_reasons(judgement, layout, |diagnostic| message_in(diagnostic, layout))
         };
         Solution {
             verdict: judgement.as_ref().map(Judgement::verdict),

@@ -9,8 +9,9 @@ use massline_shared::mass_line::{
 };
 use nalgebra::Complex;
 
-use super::reading::Reading;
-use super::selection::{Pair, Selection};
+use super::pair::Pair;
+use super::reading::{Reading, Response};
+use super::selection::Selection;
 use crate::identification::MeasuredLines;
 use crate::uff::{Frf, NodeDirection, Quantity, UffFile};
 use crate::{Error, Result};
@@ -63,14 +64,6 @@ pub(super) fn stated_band(test: &TestSettings<f64>) -> Option<[f64; 2]> {
         TestProfile::MassLine => test.band_hz,
         TestProfile::Suspension => Some(TestSettings::<f64>::default_band()),
     }
-}
-
-/// One frequency response, with its sign corrected to the layout's directions.
-pub(super) struct Response {
-    pub(super) name: String,
-    pub(super) dataset: usize,
-    /// Frequencies in Hz, ascending, and accelerances.
-    pub(super) points: Vec<(f64, Complex<f64>)>,
 }
 
 impl LayoutResponses {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::selection::{Pair, key_of};
+use super::pair::{Pair, key_of};
 use crate::Error;
 use crate::uff::{Function, NodeDirection, UffFile};
 

@@ -89,6 +89,12 @@ impl Suspicion {
         Self { doubt, message }
     }
 
+    /// The stable name and the sentence of what is more than a note.
+    pub(super) fn warning(&self) -> Option<(&'static str, String)> {
+        let is_grave = self.doubt.severity() > Severity::Note;
+        is_grave.then(|| (self.doubt.code(), self.message.clone()))
+    }
+
     pub(super) fn to_json(&self) -> Finding {
         let Self { doubt, message } = self;
         Finding {

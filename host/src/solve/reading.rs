@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::frfs::Response;
+use nalgebra::Complex;
+
 use super::plausibility::{Doubt, Suspicion};
 use super::selection::Selection;
 use crate::document::{FrequencyResponsesRead, UnitsRead};
@@ -22,6 +23,14 @@ pub(super) struct Reading {
     with_zero_frequency: usize,
     /// All functions with values.
     in_file: usize,
+}
+
+/// One frequency response, with its sign corrected to the layout's directions.
+pub(super) struct Response {
+    pub(super) name: String,
+    pub(super) dataset: usize,
+    /// Frequencies in Hz, ascending, and accelerances.
+    pub(super) points: Vec<(f64, Complex<f64>)>,
 }
 
 impl Reading {

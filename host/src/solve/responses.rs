@@ -5,7 +5,8 @@ use nalgebra::Complex;
 
 use super::SUSPENSION_BAND_HZ;
 use super::frfs::LayoutResponses;
-use super::selection::{Pair, Selection};
+use super::pair::Pair;
+use super::selection::Selection;
 use crate::Result;
 use crate::uff::{Quantity, UffFile};
 

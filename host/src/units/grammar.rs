@@ -1,7 +1,7 @@
 //! The grammar of unit labels: `m/s^2`, `m.s-2`, `(mm/s²)/N`, `m/(N s^2)`, `g rms`.
 
 use super::UnitFault;
-use super::symbols::{Meaning, meaning};
+use super::symbols::{Meaning, Unit, meaning};
 
 /// The longest label that is read, bytes.
 const LONGEST: usize = 64;
@@ -13,29 +13,6 @@ const AMPLITUDES: [&str; 6] = ["0-peak", "0-pk", "0-p", "peak", "pk", "rms"];
 /// Words after a unit that say that a value is twice the amplitude.
 const PEAK_TO_PEAK: [&str; 7] =
     ["peak-to-peak", "peak-peak", "peak to peak", "pk-pk", "pkpk", "p-p", "pp"];
-
-/// A unit: its size in SI, and the powers of mass, length and time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Unit {
-    pub(super) size: f64,
-    pub(super) dimensions: [i32; 3],
-}
-
-impl Unit {
-    const ONE: Self = Self { size: 1.0, dimensions: [0; 3] };
-
-    fn times(self, other: Self, power: i32) -> Self {
-        let size = match power {
-            0.. => self.size * other.size.powi(power),
-            // Exact for a unit whose size is a whole number.
-            _ => self.size / other.size.powi(-power),
-        };
-        let pairs = std::iter::zip(self.dimensions, other.dimensions);
-        let mut dimensions = [0; 3];
-        dimensions.iter_mut().zip(pairs).for_each(|(to, (a, b))| *to = a + power * b);
-        Self { size, dimensions }
-    }
-}
 
 /// What a label may mean: nothing where it is not understood, more than one unit where products and powers can be read
 /// in more than one way.

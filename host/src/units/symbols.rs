@@ -2,8 +2,32 @@
 
 use massline_shared::STANDARD_GRAVITY;
 
-use super::grammar::Unit;
 use super::{FOOT, INCH, KILOGRAM_FORCE, POUND, POUND_FORCE, POUNDAL};
+
+/// A unit: its size in SI, and the powers of mass, length and time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Unit {
+    pub(super) size: f64,
+    pub(super) dimensions: [i32; 3],
+}
+
+impl Unit {
+    /// A number.
+    pub(super) const ONE: Self = Self { size: 1.0, dimensions: [0; 3] };
+
+    /// The product with a power of another unit.
+    pub(super) fn times(self, other: Self, power: i32) -> Self {
+        let size = match power {
+            0.. => self.size * other.size.powi(power),
+            // Exact for a unit whose size is a whole number.
+            _ => self.size / other.size.powi(-power),
+        };
+        let pairs = std::iter::zip(self.dimensions, other.dimensions);
+        let mut dimensions = [0; 3];
+        dimensions.iter_mut().zip(pairs).for_each(|(to, (a, b))| *to = a + power * b);
+        Self { size, dimensions }
+    }
+}
 
 /// Prefixes: spelling, symbol, name and factor. The two letters of `da` come before `d`.
 const PREFIXES: [(&str, &str, &str, f64); 11] = [

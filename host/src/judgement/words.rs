@@ -3,9 +3,10 @@
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::HostLayout;
 
+use super::{Concern, Judgement};
 use crate::document::VerdictReason;
 use crate::single_fault::{chi_squared_text, suspect_clause};
-use crate::verdict::{Concern, Judgement, Verdict};
+use crate::verdict::Verdict;
 
 /// The first line of a result: the verdict, its gravest reason, and how many more there are.
 pub fn verdict_line(judgement: &Judgement, layout: &HostLayout) -> String {
@@ -82,6 +83,7 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
         }
         Concern::UncertaintyUnknown => "its standard deviations are not known".into(),
         Concern::Warning(diagnostic) => say(diagnostic),
+        Concern::UnitSuspected(_, message) => message.clone(),
     }
 }
 
