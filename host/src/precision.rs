@@ -232,6 +232,8 @@ mod tests {
                 rig.accelerance(&body, index).unwrap(),
             );
             (lines.hits, lines.noise) = (5, lines.noise.map(|_| 0.002));
+            // Hits that scatter by noise alone.
+            (0..9).for_each(|k| lines.scatter[(k, k)] = 5.0 * 0.002 * 0.002);
             let details =
                 MeasuredDof { dof: rig.hits[index].dof, band_hz: [10.0, 120.0], coherence: None };
             DofResult::of(&details, &(index, lines))

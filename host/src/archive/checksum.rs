@@ -22,6 +22,11 @@ pub(super) fn is_intact(bytes: &[u8], stated: Option<u32>) -> bool {
     let Some(start) = bytes.windows(KEY.len()).rposition(|bytes| bytes == KEY.as_bytes()) else {
         return false;
     };
+    let after = bytes[start + KEY.len()..].iter().filter(|byte| !byte.is_ascii_whitespace());
+    // The checksum is the last key.
+    if !after.copied().eq(format!(":{stated}}}").bytes()) {
+        return false;
+    }
     let before = bytes[..start].trim_ascii_end();
     let Some(before) = before.strip_suffix(b",") else { return false };
     checksum(&[before, b"}"].concat()) == stated

@@ -258,10 +258,10 @@ fn points_that_contradict_each_other_are_named() {
     assert!(axes.contains("layout.resolved.sensors[0].axes is"), "{axes}");
     let text = said(&|layout| {
         let toml = layout["toml"].as_str().unwrap();
-        assert!(toml.contains("0.2079"), "{toml}");
-        layout["toml"] = json!(toml.replace("0.2079", "0.2179"));
+        assert!(toml.contains("0.20785"), "{toml}");
+        layout["toml"] = json!(toml.replace("0.20785", "0.21785"));
     });
-    assert!(text.contains("layout.toml says [0.2179, "), "{text}");
+    assert!(text.contains("layout.toml says [0.21785"), "{text}");
 }
 
 #[test]

@@ -31,7 +31,8 @@ Examples:
   massline hits impact.lvm
   massline hits taps.csv --force Hammer --rate-hz 4000 --force-range-n 120
   massline hits old.csv --unit Hammer=lbf --unit "*=g" --leave-out Temperature
-  massline hits volts.csv --sensitivity "Hammer=2.3 mV/N" --sensitivity "2=100 mV/g" --reverse 1
+  massline hits volts.csv --sensitivity "1=2.3 mV/N" --sensitivity "2=100 mV/g"
+  massline hits pulls.csv --reverse Hammer
   massline hits ticks.csv --unit "time_us=us"
   massline hits taps.npy --unit 1=N --unit "*=m/s^2" --rate-hz 51200 --json"#
 )]

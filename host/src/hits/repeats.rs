@@ -140,7 +140,7 @@ mod tests {
         let distance = |hit| repeats.beside_the_others(hit).distance().unwrap();
         assert!(distance(2) > 0.8);
         assert!([0, 1, 3, 4].iter().all(|&hit| distance(hit) < 0.05));
-        assert!(matches!(repeats.beside_the_others(2).standing(), HitAgreement::Outlier(_)));
+        assert!(matches!(repeats.beside_the_others(2).standing(), HitAgreement::Elsewhere(_)));
     }
 
     #[test]

@@ -167,14 +167,18 @@ fn mass_lines_of_another_quantity_or_hammer_are_named_before_they_are_solved() {
     for (uff, quantity, code, words) in [
         (&mobility, None, "looks_like_mobility", "--quantity mobility"),
         (&reversed, None, "all_points_reversed", "reversed polarity"),
-        // An option that contradicts the file is not answered with itself.
-        (&accelerance, Some(Quantity::Velocity), "looks_like_mobility", "leave the option out"),
-        (&accelerance, Some(Quantity::Displacement), "all_points_reversed", "leave the option out"),
     ] {
         let options = Options { quantity, ..Options::default() };
         let error = solved(LAYOUT, uff, &options).unwrap_err();
         assert_eq!((error.exit_code(), error.code()), (3, code), "{error}");
         assert!(error.to_string().contains(words), "{error}");
+    }
+    // An option that contradicts the units of the file is refused.
+    for quantity in [Quantity::Velocity, Quantity::Displacement] {
+        let options = Options { quantity: Some(quantity), ..Options::default() };
+        let error = solved(LAYOUT, &accelerance, &options).unwrap_err();
+        assert_eq!((error.exit_code(), error.code()), (2, "uff_wrong_units"), "{error}");
+        assert!(error.to_string().contains("\"m/s^2\" is not a known unit"), "{error}");
     }
     // A lightly damped elastic mode has nearly all of the squares in one line, and is no velocity.
     let peak = file(&lines, NOTHING, |f, _, _, h| {
