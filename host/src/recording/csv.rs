@@ -160,10 +160,10 @@ impl Table {
         }
         let first_clock = clocks.first().copied();
         recording.take_time(times, |row| lines.of(row))?;
-        if let (Some(time), true) = (&mut recording.time, first_clock.is_some()) {
-            if matches!(&time.unit, TimeUnit::Known { label, .. } if label == "s") {
-                time.unit = TimeUnit::Clock;
-            }
+        if let (Some(time), true) = (&mut recording.time, first_clock.is_some())
+            && matches!(&time.unit, TimeUnit::Known { label, .. } if label == "s")
+        {
+            time.unit = TimeUnit::Clock;
         }
         Ok(recording)
     }

@@ -256,7 +256,7 @@ impl Signs {
     /// A field whose sign may separate thousands: all of them have three digits behind it, and in the same column there
     /// are numbers without.
     fn thousands(&self) -> Option<(usize, usize, String)> {
-        let mixed = self.columns.iter().any(|seen| *seen == [true, true]);
+        let mixed = self.columns.contains(&[true, true]);
         self.first.clone().filter(|_| mixed && !self.decimal && self.commas > 0)
     }
 }

@@ -363,7 +363,8 @@ mod tests {
 
     #[test]
     fn steps_that_differ_are_uneven() {
-        let jitter = |k: usize| k as f64 * STEP + if k % 3 == 0 { 0.2 * STEP } else { 0.0 };
+        let jitter =
+            |k: usize| k as f64 * STEP + if k.is_multiple_of(3) { 0.2 * STEP } else { 0.0 };
         let times = Times::exact((0..512).map(jitter).collect());
         let Steps::Uneven { range: [least, most], .. } = times.steps() else {
             panic!("{:?}", times.steps())

@@ -264,9 +264,12 @@ fn hits_of_unequal_force_count_the_same_where_noise_is_small() {
 const OF_REPEATS: [Code; 4] =
     [Code::HitInconsistent, Code::HitElsewhere, Code::HitsInDoubt, Code::HitsDisagree];
 
-/// What became of hits with these factors on their accelerances, three of which a DOF needs: the codes of the findings of
-/// each and whether it counts, the codes of the campaign, and the mean factor that the averages have.
-fn repeat_hits(factors: &[f32]) -> (std::vec::Vec<(bool, Option<Code>)>, std::vec::Vec<Code>, f64) {
+/// Whether a hit counts, and the code of the finding about it.
+type JudgedHit = (bool, Option<Code>);
+
+/// What became of hits with these factors on their accelerances, three of which a DOF needs: each hit, the codes of the
+/// campaign, and the mean factor that the averages have.
+fn repeat_hits(factors: &[f32]) -> (std::vec::Vec<JudgedHit>, std::vec::Vec<Code>, f64) {
     let mut memory = memory();
     let mut rig = measurement(&mut memory);
     let mut layout: TestLayout<f64> = bar_layout().cast().unwrap();
