@@ -153,9 +153,9 @@ impl<'a> Evidence<'a> {
             let reason = self.refusals.first().map(|(_, reason)| *reason);
             concerns.push(Concern::Unconfirmed(reason));
         }
+        concerns.extend(self.preferred_method());
         concerns.extend(self.examination.and_then(examined));
         concerns.extend(self.contradiction());
-        concerns.extend(self.preferred_method());
         concerns.extend(self.comparison.and_then(|comparison| self.disagreement(comparison)));
         if self.answer.covariance.is_none() {
             concerns.push(Concern::UncertaintyUnknown);

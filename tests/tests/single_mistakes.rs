@@ -315,7 +315,7 @@ fn the_culprit_is_named() {
     let mistakes = if long() { 200 } else { 8 };
     let bench = steady_hand("default");
     for (name, layouts, least) in
-        [("tests 1 to 4", &THREE_BAR_TESTS[..], 0.8), ("five hits", &[FIVE_HITS][..], 0.9)]
+        [("tests 1 to 4", &THREE_BAR_TESTS[..], 0.8), ("five hits", &[FIVE_HITS][..], 0.8)]
     {
         let tests = healthy(&bench, layouts, runs, SEED + 1);
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
@@ -342,6 +342,7 @@ fn the_culprit_is_named() {
             all_named += named;
             all_noticed += noticed;
         }
+        // Nine of ten are named; a hundred draws scatter by 3 %, and the limit is three times that below.
         let share = all_named as f64 / all_noticed as f64;
         println!("{name}: named {share:.3} of those that are noticed");
         assert!(share > least, "{name}: {share}");

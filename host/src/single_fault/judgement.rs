@@ -27,21 +27,21 @@ pub(super) struct Fitted {
 
 impl Fitted {
     /// Sorts the mistakes, the best first: by χ² and ln(readings) for each unknown (Schwarz 1978), so that a size that
-    /// follows the noise is no advantage. A mistake without a size replaces the same with one.
+    /// follows the noise is no advantage. A mistake without a size replaces the same with one, unless that is decisively
+    /// better.
     pub(super) fn sort(&mut self) {
         let readings = self.readings;
         self.suspects.sort_by(|a, b| cost(a, readings).total_cmp(&cost(b, readings)));
-        let mut place = 0;
-        while place < self.suspects.len() {
-            let (better, rest) = self.suspects.split_at(place);
-            let is_repetition =
-                better.iter().any(|other| contains(&rest[0].mistake, &other.mistake));
-            if is_repetition {
-                self.suspects.remove(place);
-            } else {
-                place += 1;
-            }
-        }
+        // A size that is hardly better than the usual one is that one.
+        let repeats = |sized: &Suspect, all: &[Suspect]| {
+            let limit = cost(sized, readings) + DECISIVE_CHI_SQUARED;
+            let is_same = |other: &Suspect| contains(&sized.mistake, &other.mistake);
+            all.iter().any(|other| is_same(other) && cost(other, readings) < limit)
+        };
+        let is_repetition: Vec<bool> =
+            self.suspects.iter().map(|suspect| repeats(suspect, &self.suspects)).collect();
+        let mut repetitions = is_repetition.into_iter();
+        self.suspects.retain(|_| !repetitions.next().unwrap_or(false));
     }
 
     /// The sum of χ² by which the best mistake has to improve the nominal fit.
