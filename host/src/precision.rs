@@ -232,8 +232,8 @@ mod tests {
                 rig.accelerance(&body, index).unwrap(),
             );
             (lines.hits, lines.noise) = (5, lines.noise.map(|_| 0.002));
-            // Hits that scatter by noise alone.
-            (0..9).for_each(|k| lines.scatter[(k, k)] = 5.0 * 0.002 * 0.002);
+            // Hits that scatter by a twentieth, as with directions of 50 mrad.
+            (0..9).for_each(|k| lines.scatter[(k, k)] = 0.05 * 0.05);
             let details =
                 MeasuredDof { dof: rig.hits[index].dof, band_hz: [10.0, 120.0], coherence: None };
             DofResult::of(&details, &(index, lines))

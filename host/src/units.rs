@@ -1,8 +1,8 @@
 //! Units of force, motion, time and frequency, as people and programs write them.
 //!
-//! [`unit_size`] reads a label by a small grammar: symbols with prefixes, powers, products and quotients
+//! `unit_size` reads a label by a small grammar: symbols with prefixes, powers, products and quotients
 //! (`units/grammar.rs`), and the symbols of a table (`units/symbols.rs`). A label is read or refused with a
-//! [`UnitFault`]; what an empty label means is the reader's decision.
+//! `UnitFault`; what an empty label means is the reader's decision.
 
 mod grammar;
 mod symbols;
