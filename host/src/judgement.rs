@@ -145,7 +145,13 @@ impl<'a> Evidence<'a> {
 
     /// Everything that puts the answer in doubt, the gravest first.
     pub fn judge(&self) -> Judgement {
-        let mut concerns = Vec::new();
+        // What explains the others stands before them.
+        let (mistake, contradiction): (Vec<_>, Vec<_>) = self
+            .examination
+            .and_then(examined)
+            .into_iter()
+            .partition(|concern| matches!(concern, Concern::SingleMistake { .. }));
+        let mut concerns = mistake;
         if !self.answer.body.is_physically_consistent() {
             concerns.push(Concern::Unphysical);
         }
@@ -154,7 +160,7 @@ impl<'a> Evidence<'a> {
             concerns.push(Concern::Unconfirmed(reason));
         }
         concerns.extend(self.preferred_method());
-        concerns.extend(self.examination.and_then(examined));
+        concerns.extend(contradiction);
         concerns.extend(self.contradiction());
         concerns.extend(self.comparison.and_then(|comparison| self.disagreement(comparison)));
         if self.answer.covariance.is_none() {
