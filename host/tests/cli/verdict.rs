@@ -3,7 +3,7 @@
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::program::{LAYOUT, Run, run, run_json};
+use crate::program::{LAYOUT, Run, answer, run, run_json};
 
 /// What the commands print of a test: with a mistake in it, or without.
 struct Simulated {
@@ -97,4 +97,25 @@ fn a_contradicted_answer_is_exported_only_despite_its_verdict() {
     assert_eq!(forced.exit, 0, "{}", forced.stderr);
     assert!(forced.stdout.contains("verdict: DO NOT USE"), "{}", forced.stdout);
     assert!(forced.says("verdict: do not use: "), "{}", forced.stderr);
+}
+
+/// The rig measures, stores and archives it all the same; only what states an answer ends with the verdict.
+#[cfg(unix)]
+#[test]
+fn a_contradicted_measurement_is_kept_and_every_command_says_so() {
+    let rig = crate::rig::Rig::start(&["--fast", "--fault", "flip:2y"]);
+    let folder = tempfile::tempdir().unwrap();
+    let archive = folder.path().join("test.massline").display().to_string();
+    let layout = rig.layout(3);
+    let is_not_to_be_used = |(exit, value): (i32, Value), expected: i32| {
+        assert_eq!((exit, &value["verdict"]), (expected, &"do_not_use".into()), "{value}");
+        let reason = value["verdict_reasons"][0]["message"].as_str().unwrap();
+        assert!(reason.contains("has its y axis reversed"), "{reason}");
+    };
+    is_not_to_be_used(rig.run(&["measure", &layout, "-o", &archive]), 3);
+    is_not_to_be_used(rig.run(&["results", "get", "1"]), 0);
+    is_not_to_be_used(answer(&["solve", &archive]), 3);
+    assert_eq!(run(&["export", &archive, "--format", "urdf"]).exit, 3);
+    let history = folder.path().display().to_string();
+    assert_eq!(run(&["history", &history]).exit, 0);
 }
