@@ -213,13 +213,10 @@ impl<'a> HostSolution<'a> {
         let Identification { estimates, not_applicable, priors, .. } = &self.identification;
         let of_rig = estimates_of(self.result);
         let answer = estimates.first().or(of_rig.first())?;
-        let refusals = not_applicable.iter();
         let evidence = Evidence {
             examination: self.examination.as_ref(),
             comparison: Some(&self.comparison),
-            refusals: refusals
-                .flat_map(|(method, reasons)| reasons.iter().map(|reason| (*method, *reason)))
-                .collect(),
+            refusals: self.identification.refusals(),
             diagnostics: [priors.as_slice(), &self.found, &self.result.diagnostics].concat(),
             is_unconfirmed: estimates.is_empty() && !not_applicable.is_empty(),
             ..Evidence::of(answer)

@@ -91,6 +91,14 @@ impl Identification {
             .collect()
     }
 
+    /// The methods without an answer, each with every reason.
+    pub fn refusals(&self) -> Vec<(Method, Diagnostic)> {
+        let refused = self.not_applicable.iter();
+        refused
+            .flat_map(|(method, reasons)| reasons.iter().map(|reason| (*method, *reason)))
+            .collect()
+    }
+
     /// Puts the best methods first.
     pub fn sort(&mut self) {
         let place = |method: Method| Method::ALL.iter().position(|other| *other == method);

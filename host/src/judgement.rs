@@ -19,7 +19,7 @@ use massline_shared::identify::agreement::Outcome as Agreed;
 use massline_shared::identify::maximum_likelihood::BudgetScales;
 use massline_shared::identify::{Consistency, Estimate, Method};
 pub use rig::{state_verdict_of_rig, verdict_on_rig};
-pub use words::{verdict_line, verdict_reasons};
+pub use words::{NO_ANSWER_HERE, verdict_line, verdict_reasons};
 
 /// χ² of the stated budget over its degrees of freedom from which an answer is not to be used: errors of three times their
 /// stated standard deviations. A bench that is twice as rough as stated has 4, on which the learning of the budget is

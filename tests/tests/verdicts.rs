@@ -38,13 +38,11 @@ fn judge(test: &SimulatedTest, layout: &HostLayout, nodes: &[(u16, [f64; 3])]) -
         estimates: &found.estimates,
     };
     let comparison = compare(&answers, |_, _| ());
-    let reasons = found.not_applicable.iter();
-    let reasons = reasons.flat_map(|(method, all)| all.iter().map(|reason| (*method, *reason)));
     let reciprocity = reciprocity_of_mass_lines(layout, &lines).to_vec();
     let evidence = Evidence {
         examination: Some(&examination),
         comparison: Some(&comparison),
-        refusals: reasons.collect(),
+        refusals: found.refusals(),
         diagnostics: [found.priors.as_slice(), &reciprocity, &test.diagnostics].concat(),
         ..Evidence::of(found.estimates.first().expect("healthy tests have an answer"))
     };

@@ -124,7 +124,8 @@ impl Sources {
     }
 }
 
-/// The sources of the standard library, when the toolchain has them: the compiler then names their files by where they lie.
+/// The sources of the standard library, when the toolchain has them: the compiler then names their files by where they
+/// lie.
 fn library(root: &Path) -> Result<Option<(PathBuf, String)>, Error> {
     let sysroot = output(root, "rustc", &["--print", "sysroot"])?;
     let path = Path::new(sysroot.trim()).join("lib/rustlib/src/rust");

@@ -1,6 +1,6 @@
 //! `massline simulate`: simulates a measurement with a layout on the bench.
 
-mod object;
+pub(super) mod object;
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};

@@ -77,7 +77,7 @@ impl MassRange {
     pub fn warning(&self, mass: f64) -> Option<String> {
         let Self { lightest, lightest_everywhere, heaviest, weakest_n } = *self;
         let range = Calibration::ADXL326_RANGE_G;
-        let what = |hits: &str| {
+        let too_light = |hits: &str| {
             format!(
                 "{hits} of {weakest_n:.0} N, the weakest that is accepted, exceeds ±{range:.0} g of a sensor on an object of {} kg \
                  and is rejected: use a softer tip with a smaller test.min_peak_force_n and test.trigger_n, sensors of a larger \
@@ -86,8 +86,8 @@ impl MassRange {
             )
         };
         match () {
-            () if mass < lightest => Some(what("every hit")),
-            () if mass < lightest_everywhere => Some(what("at some of the hit points a hit")),
+            () if mass < lightest => Some(too_light("every hit")),
+            () if mass < lightest_everywhere => Some(too_light("at some of the hit points a hit")),
             () if heaviest.is_some_and(|heaviest| mass > heaviest) => Some(format!(
                 "an object of {} kg answers the hardest hit that the hammer's channel shows with little more than noise: average \
                  more hits (test.hits_per_dof), or use a heavier hammer and more sensitive sensors",
@@ -153,13 +153,17 @@ mass_kg = 0.12
     #[test]
     fn an_object_outside_of_the_range_is_warned_of() {
         let (masses, _) = range(BRACKET);
-        let said = |mass: f64| masses.warning(mass).unwrap_or_default();
-        assert!(said(masses.lightest * 0.99).starts_with("every hit of 8 N"), "{}", said(0.01));
-        assert!(said(masses.lightest_everywhere * 0.999).contains("hit of 8 N"));
-        assert_eq!(said(masses.lightest_everywhere * 1.01), "");
+        let warning = |mass: f64| masses.warning(mass).unwrap_or_default();
+        assert!(
+            warning(masses.lightest * 0.99).starts_with("every hit of 8 N"),
+            "{}",
+            warning(0.01)
+        );
+        assert!(warning(masses.lightest_everywhere * 0.999).contains("hit of 8 N"));
+        assert_eq!(warning(masses.lightest_everywhere * 1.01), "");
         let heaviest = masses.heaviest.unwrap();
         assert!((20.0..200.0).contains(&heaviest), "{heaviest}");
-        assert!(said(heaviest * 1.01).contains("little more than noise"));
-        assert_eq!(said(heaviest * 0.99), "");
+        assert!(warning(heaviest * 1.01).contains("little more than noise"));
+        assert_eq!(warning(heaviest * 0.99), "");
     }
 }

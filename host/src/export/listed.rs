@@ -16,10 +16,6 @@ pub fn best_entry(value: &Value) -> &Value {
     best.unwrap_or(&Value::Null)
 }
 
-/// What stands before each of the reasons of [`refused_by_host`].
-pub const NO_ANSWER_HERE: &str =
-    "solved again in double precision, the same data give no answer by any method";
-
 /// Why the host has refused every method while the rig has an answer: the reasons, each once. Empty where the host has an
 /// answer, or has not solved the test again.
 pub fn refused_by_host(value: &Value) -> Vec<&str> {

@@ -40,7 +40,7 @@ pub use document::{
     MAX_BYTES, answers_of_value, of_document, of_value, read_document, read_subject,
 };
 pub use frame::{Frame, Placement};
-pub use listed::{NO_ANSWER_HERE, best_entry, refused_by_host};
+pub use listed::{best_entry, refused_by_host};
 pub use measured::{document_of_archive, of_archive, of_measurement, test_of_archive};
 pub use subject::{Exported, Matrix10, Vector10};
 pub(crate) use test_data::one_line;

@@ -8,6 +8,10 @@ use crate::document::VerdictReason;
 use crate::single_fault::{chi_squared_text, suspect_clause};
 use crate::verdict::Verdict;
 
+/// What is said of an answer of the rig that the program does not confirm, before the reason.
+pub const NO_ANSWER_HERE: &str =
+    "solved again in double precision, the same data give no answer by any method";
+
 /// The first line of a result: the verdict, its gravest reason, and how many more there are.
 pub fn verdict_line(judgement: &Judgement, layout: &HostLayout) -> String {
     let head = match judgement.verdict() {
@@ -48,9 +52,7 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
         ),
         Concern::Unconfirmed(reason) => {
             let reason = reason.map_or_else(String::new, |reason| format!(": {}", say(&reason)));
-            format!(
-                "solved again in double precision, the same data give no answer by any method{reason}"
-            )
+            format!("{NO_ANSWER_HERE}{reason}")
         }
         Concern::Contradicted(consistency) => format!(
             "the data contradict the layout and its error budget ({})",

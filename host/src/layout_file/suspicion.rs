@@ -29,7 +29,7 @@ impl LayoutFile {
                 *value = Some(known.value);
             }
         }
-        let reference = self.reference.as_ref().map_or([None; 10], |of| of.properties());
+        let reference = self.reference.as_ref().map_or([None; 10], |body| body.properties());
         let bodies = [("[reference]", reference), ("[prior]", prior)];
         let of_bodies =
             bodies.iter().flat_map(|(name, properties)| self.size_suspicions(name, properties));
@@ -91,12 +91,12 @@ impl LayoutFile {
 
     /// What looks like degrees or millimetres among the uncertainties.
     fn uncertainty_suspicions(&self) -> Vec<String> {
-        let of = &self.uncertainty;
+        let stated = &self.uncertainty;
         let angles = [
-            ("hit_direction_rad", of.hit.direction),
-            ("node_direction_rad", of.hit.node_direction),
-            ("sensor_rotation_rad", of.sensor.rotation),
-            ("gravity_direction_rad", of.gravity_direction),
+            ("hit_direction_rad", stated.hit.direction),
+            ("node_direction_rad", stated.hit.node_direction),
+            ("sensor_rotation_rad", stated.sensor.rotation),
+            ("gravity_direction_rad", stated.gravity_direction),
         ];
         let angles = angles.iter().filter(|(_, value)| *value > LARGEST_ANGLE).map(|(key, value)| {
             format!(
@@ -106,9 +106,9 @@ impl LayoutFile {
             )
         });
         let lengths = [
-            ("hit_position_m", of.hit.position),
-            ("node_position_m", of.hit.node_position),
-            ("sensor_position_m", of.sensor.position),
+            ("hit_position_m", stated.hit.position),
+            ("node_position_m", stated.hit.node_position),
+            ("sensor_position_m", stated.sensor.position),
         ];
         let extent = extent(&self.nodes);
         let lengths = lengths.iter().filter(|(_, value)| extent > 0.0 && *value > extent).map(|(key, value)| {

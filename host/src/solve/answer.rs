@@ -138,15 +138,11 @@ impl FrfSolution {
 
     /// The verdict on the best method's answer; `None` without one.
     pub fn judgement(&self) -> Option<Judgement> {
-        let Identification { priors, not_applicable, .. } = &self.identification;
-        let refusals = not_applicable.iter();
         let evidence = Evidence {
             examination: self.examination.as_ref(),
             comparison: Some(&self.comparison),
-            refusals: refusals
-                .flat_map(|(method, reasons)| reasons.iter().map(|reason| (*method, *reason)))
-                .collect(),
-            diagnostics: [priors.as_slice(), &self.diagnostics].concat(),
+            refusals: self.identification.refusals(),
+            diagnostics: [self.identification.priors.as_slice(), &self.diagnostics].concat(),
             unit_suspicions: self.suspicions.iter().filter_map(Suspicion::warning).collect(),
             ..Evidence::of(self.answer()?)
         };

@@ -92,8 +92,8 @@ use settings::{
 use sprung_part::SprungPart;
 use suspension::{Suspension, SuspensionError};
 
-/// Frequencies of the suspension of a rigid object over the highest: three translations, three rotations. No two are equal, as on
-/// cords.
+/// Frequencies of the suspension of a rigid object over the highest: three translations, three rotations. No two are
+/// equal, as on cords.
 const RELATIVE_FREQUENCIES: [f64; 6] = [0.38, 0.45, 0.9, 0.55, 0.72, 1.0];
 /// Its fraction of critical damping, that of the default bench.
 const RIGID_DAMPING_RATIO: f64 = 0.01;

@@ -41,22 +41,28 @@ impl SimulatedObject {
             Some(name) => (args.open()?, format!(", bench {name}")),
             None => (args.with_faults(stated(file, suspension_hz)?), String::new()),
         };
-        // Three digits.
-        let mass = as_exact_as(bench.body.mass, Some(bench.body.mass * 1e-1));
-        let elastic = match bench.elastic.len() {
-            0 => "no elastic modes".into(),
-            count => counted(count, "elastic mode"),
-        };
-        let suspension = match &bench.suspension {
-            Suspension::Frequencies { hz, .. } => {
-                format!("suspension {} Hz", hz.iter().fold(0.0_f64, |most, f| most.max(*f)))
-            }
-            Suspension::Cords { cords, .. } => counted(cords.len(), "cord"),
-        };
-        let kind = if bench.elastic.is_empty() { "rigid body" } else { "body" };
-        let description = format!("simulated: {kind} of {mass} kg, {elastic}, {suspension}{place}");
+        let description = describe(&bench, &place);
         Ok(Self { bench, description })
     }
+}
+
+/// What a bench simulates, in a line; `place` follows.
+pub(in crate::commands) fn describe(bench: &Bench, place: &str) -> String {
+    // Three digits.
+    let mass = as_exact_as(bench.body.mass, Some(bench.body.mass * 1e-1));
+    let elastic = match bench.elastic.len() {
+        0 => "no elastic modes".into(),
+        count => counted(count, "elastic mode"),
+    };
+    let suspension = match &bench.suspension {
+        Suspension::Frequencies { hz, .. } => {
+            format!("suspension {} Hz", hz.iter().fold(0.0_f64, |most, f| most.max(*f)))
+        }
+        Suspension::Cords { cords, .. } => counted(cords.len(), "cord"),
+    };
+    let is_rigid = bench.elastic.is_empty() && bench.sprung_part.is_none();
+    let kind = if is_rigid { "rigid body" } else { "body" };
+    format!("simulated: {kind} of {mass} kg, {elastic}, {suspension}{place}")
 }
 
 /// The bench with the object that a layout states.

@@ -5,6 +5,7 @@ use massline_virtual::bench::Bench;
 use super::{Args, LAYOUT};
 use crate::commands::bench_test::{BenchTest, nominal_calibration};
 use crate::commands::beside_truth::ShownTest;
+use crate::commands::simulate::object::describe;
 use crate::error::Result;
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
@@ -15,7 +16,8 @@ pub(super) fn run(args: &Args, rig: RigKind, output: &mut Output) -> Result<()> 
     let existing = args.replace.existing();
     args.report.check(existing)?;
     let file = LayoutFile::parse(LAYOUT, "wheel.toml")?;
-    let bench = Bench::named(if args.tyre { "wheel-with-tyre" } else { "wheel" })?;
+    let name = if args.tyre { "wheel-with-tyre" } else { "wheel" };
+    let bench = Bench::named(name)?;
     let firmware = rig.firmware(args.firmware.as_deref())?;
     let test = BenchTest {
         label: "wheel",
@@ -25,7 +27,7 @@ pub(super) fn run(args: &Args, rig: RigKind, output: &mut Output) -> Result<()> 
         rig,
         firmware: firmware.as_deref(),
     };
-    let description = "simulated: the wheel of the literature on its springs";
+    let description = &describe(&bench, &format!(", bench {name}"));
     let shown = ShownTest { test, file: &file, report: &args.report, existing, description };
     let measured = shown.measure(&nominal_calibration(&bench).into(), output, |source| source)?;
     shown.print(measured, None, output)
