@@ -13,6 +13,9 @@ use thiserror::Error;
 /// Bytes at the beginning of a text from which UTF-16 without a byte order mark is recognised.
 const UTF16_SAMPLE: usize = 512;
 
+/// Byte order marks of UTF-32, of either order.
+const UTF32_MARKS: [&[u8]; 2] = [b"\xff\xfe\0\0", b"\0\0\xfe\xff"];
+
 /// The character that ended a text file under DOS.
 const CONTROL_Z: u8 = 0x1a;
 
@@ -36,6 +39,9 @@ pub enum NotText {
         /// Its value.
         byte: u8,
     },
+    /// The byte order mark of an encoding that is not read.
+    #[error("the file is UTF-32; export it as UTF-8")]
+    Utf32,
     /// A byte order mark with other bytes behind it.
     #[error(
         "the file has the byte order mark of {encoding}, but is not {encoding}; export it again"
@@ -53,6 +59,10 @@ impl<'b> Text<'b> {
     /// # Errors
     /// When the bytes are no text.
     pub fn decode(bytes: &'b [u8]) -> Result<Self, NotText> {
+        // The mark of UTF-32 begins like that of UTF-16.
+        if UTF32_MARKS.iter().any(|mark| bytes.starts_with(mark)) {
+            return Err(NotText::Utf32);
+        }
         if let Some((encoding, mark)) = Encoding::for_bom(bytes) {
             let marked = bytes.get(mark..).unwrap_or_default();
             return Self::strict(marked, encoding, true)

@@ -359,7 +359,7 @@ mod tests {
         let estimate = estimate();
         let consistency = Consistency { chi_squared: 17.0, degrees_of_freedom: 17 };
         let mistake = Mistake::Listed(SingleFault::HitReversed { hit: 1 });
-        let suspect = Suspect { mistake, consistency, scale: None, corrected: None };
+        let suspect = Suspect { mistake, consistency, corrected: None };
         // The limit of chance, 40.8, and three times that.
         for (chi_squared, expected) in [(42.0, Verdict::UseWithCare), (120.0, Verdict::DoNotUse)] {
             let suspected = Outcome::Suspected(vec![suspect.clone()]);

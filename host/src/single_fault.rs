@@ -3,7 +3,7 @@
 //!
 //! | χ² of the nominal layout | action |
 //! | --- | --- |
-//! | agrees with the budget | nothing is suspected; with a known mass a common scale is tried |
+//! | agrees with the budget | nothing is suspected; with a known mass a common gain is tried |
 //! | contradicts the budget | every mistake is fitted, the one with the least χ² is named |
 //! | contradicts the stated budget, and no mistake explains it, but the learned budget does | the errors are larger than stated, and by how much is said |
 //!
@@ -99,8 +99,6 @@ pub struct Suspect {
     pub mistake: Mistake,
     /// χ² of the fit with this mistake.
     pub consistency: Consistency<f64>,
-    /// For a common scale only: the ratio of the accelerances to their correct values.
-    pub scale: Option<Estimated<f64>>,
     /// The ten properties as they would be without the mistake, which is fitted along: never the answer. `None` for a
     /// mistake that is not suspected, and when that fit has no answer.
     pub corrected: Option<Estimate<f64>>,

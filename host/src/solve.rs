@@ -148,12 +148,21 @@ impl Problem {
 
     /// What is understood of the frequency responses, in one line; none where they are refused.
     pub fn understood(&self, options: &Options) -> Option<String> {
-        let band = options.suspension_band();
-        let responses =
-            LayoutResponses::of(&self.layout.layout, &self.uff, options.quantity, band).ok()?;
         let [_, frfs] = &self.paths;
-        Some(format!("{}: {}", frfs.display(), responses.reading.document().to_text()))
+        understood(&self.layout.layout, (&self.uff, frfs), options)
     }
+}
+
+/// What is understood of the frequency responses of a layout in a universal file, in one line that names the file; none where
+/// they are refused.
+pub fn understood(
+    layout: &HostLayout,
+    (uff, path): (&UffFile, &Path),
+    options: &Options,
+) -> Option<String> {
+    let band = options.suspension_band();
+    let responses = LayoutResponses::of(layout, uff, options.quantity, band).ok()?;
+    Some(format!("{}: {}", path.display(), responses.reading.document().to_text()))
 }
 
 /// Solves a problem. `progress` is told how many of all perturbations are done.
@@ -320,20 +329,18 @@ pub struct FoundModes {
     pub band_hz: [f64; 2],
 }
 
-/// The suspension modes of a universal file.
+/// The suspension modes of a problem.
 ///
 /// # Errors
 /// As [`solve_problem`].
-pub fn modes_of_files(
-    layout: &Path,
-    frfs: &Path,
-    hits: &[Dof],
+pub fn modes_of_problem(
+    problem: &Problem,
     options: &Options,
     progress: impl FnMut(u32, u32) + Send,
 ) -> Result<FoundModes> {
-    let layout = layout_with_hits(layout, hits)?.layout;
-    let uff = UffFile::read(frfs)?;
-    modes_of(layout, &uff, options, progress).map_err(|error| error.within(frfs.display()))
+    let [_, frfs] = &problem.paths;
+    let modes = modes_of(problem.layout.layout.clone(), &problem.uff, options, progress);
+    modes.map_err(|error| error.within(frfs.display()))
 }
 
 /// The suspension modes of an archive whose spectra were kept, with its layout or a corrected one; `path` is that of the

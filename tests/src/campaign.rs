@@ -37,6 +37,20 @@ pub const THREE_BAR_TESTS: [&str; 4] = [
     include_str!("../../host/examples/three-bar-test-4.toml"),
 ];
 
+/// The frame with five hit DOFs.
+pub const FIVE_HITS: &str = r#"
+title = "three-bar frame, five hits"
+gravity = [0.0, 0.0, -9.80665]
+sensors = [1, 2, 4]
+hits = ["1:+Y", "2:+Z", "4:+X", "1:+Z", "3:+X"]
+node = [
+    { id = 1, position_m = [0.0, 0.0, 0.0] },
+    { id = 2, position_m = [0.20785, -0.19902, 0.0] },
+    { id = 3, position_m = [0.20785, 0.0, 0.0] },
+    { id = 4, position_m = [0.20785, -0.19902, 0.14913] },
+]
+"#;
+
 /// Reads the text of a layout file.
 #[track_caller]
 pub fn layout_file(text: &str) -> LayoutFile {
@@ -87,6 +101,13 @@ pub fn steady_hand(name: &str) -> Bench {
     bench.operator.too_weak_rate = 0.0;
     bench.operator.too_hard_rate = 0.0;
     bench.operator.double_rate = 0.0;
+    bench
+}
+
+/// The bench of a person who hits half as well as on this one.
+pub fn half_as_well(mut bench: Bench) -> Bench {
+    bench.tap.point_sigma_m *= 2.0;
+    bench.tap.direction_sigma_rad *= 2.0;
     bench
 }
 

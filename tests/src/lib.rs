@@ -4,6 +4,7 @@ pub mod campaign;
 pub mod faulty_sampler;
 pub mod garbage;
 pub mod held_scans;
+pub mod mistakes;
 pub mod person;
 pub mod pooled;
 pub mod taped_hits;

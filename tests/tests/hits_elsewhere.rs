@@ -2,13 +2,10 @@
 //!
 //! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test hits_elsewhere -- --nocapture` counts more of them.
 
-use massline::commands::bench_test::nominal_calibration;
-use massline::interrupt::Interrupt;
-use massline::monte_carlo::MonteCarlo;
-use massline::monte_carlo::measurement::TestLayout;
 use massline_shared::diagnosis::Code;
-use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, steady_hand};
+use massline_tests::campaign::{THREE_BAR_TESTS, half_as_well, steady_hand};
 use massline_tests::long;
+use massline_tests::mistakes::measured_tests;
 use massline_virtual::bench::Bench;
 
 /// Chosen before the first run.
@@ -16,26 +13,13 @@ const SEED: u64 = 20_261_128;
 
 /// Healthy hits, and those of them that are rejected as having landed elsewhere, or dropped as the first two of a DOF.
 fn healthy_hits(bench: &Bench, runs: u64) -> (usize, usize) {
-    let calibration = nominal_calibration(bench);
     let (mut hits, mut rejected) = (0, 0);
-    for text in THREE_BAR_TESTS {
-        let layout: TestLayout = layout_file(text).layout.cast().expect("fits the rig");
-        let study = MonteCarlo {
-            bench,
-            layout: &layout,
-            calibration: &calibration,
-            seed: SEED,
-            runs,
-            threads: None,
-        };
-        for run in study.runs(&Interrupt::new(), |_| ()).expect("the bench takes the layout") {
-            for (_, hit) in run.expect("has mass lines").hits {
-                let has = |code: Code| hit.findings.iter().any(|found| found.code == code);
-                hits += usize::from(hit.good);
-                rejected += usize::from(has(Code::HitElsewhere) && !hit.good);
-                rejected += 2 * usize::from(has(Code::HitsDisagree));
-            }
-        }
+    let tests = THREE_BAR_TESTS.iter().flat_map(|text| measured_tests(bench, text, runs, SEED));
+    for (_, hit) in tests.flat_map(|measured| measured.test.hits) {
+        let has = |code: Code| hit.findings.iter().any(|found| found.code == code);
+        hits += usize::from(hit.good);
+        rejected += usize::from(has(Code::HitElsewhere) && !hit.good);
+        rejected += 2 * usize::from(has(Code::HitsDisagree));
     }
     (hits, rejected)
 }
@@ -46,9 +30,7 @@ fn healthy_hits(bench: &Bench, runs: u64) -> (usize, usize) {
 fn fewer_than_one_healthy_hit_in_a_thousand_is_rejected() {
     let runs = if long() { 500 } else { 12 };
     let usual = steady_hand("default");
-    let mut sloppy = usual.clone();
-    sloppy.tap.point_sigma_m *= 2.0;
-    sloppy.tap.direction_sigma_rad *= 2.0;
+    let sloppy = half_as_well(usual.clone());
     for (name, bench, of) in [("default bench", usual, 1000), ("twice the scatter", sloppy, 100)] {
         let (hits, rejected) = healthy_hits(&bench, runs);
         println!("{name}: {rejected} of {hits} healthy hits rejected");

@@ -4,24 +4,11 @@ use massline::commands::bench_test::nominal_calibration;
 use massline::layout_file::LayoutFile;
 use massline::monte_carlo::measurement::measure;
 use massline::single_fault::{Examination, Outcome, examine};
-use massline_tests::campaign::scans;
+use massline_tests::campaign::{FIVE_HITS, scans};
 use massline_tests::long;
 use massline_virtual::bench::Bench;
 use serde_json::json;
 
-/// The frame with five hit DOFs.
-const FIVE_HITS: &str = r#"
-title = "three-bar frame, five hits"
-gravity = [0.0, 0.0, -9.80665]
-sensors = [1, 2, 4]
-hits = ["1:+Y", "2:+Z", "4:+X", "1:+Z", "3:+X"]
-node = [
-    { id = 1, position_m = [0.0, 0.0, 0.0] },
-    { id = 2, position_m = [0.20785, -0.19902, 0.0] },
-    { id = 3, position_m = [0.20785, 0.0, 0.0] },
-    { id = 4, position_m = [0.20785, -0.19902, 0.14913] },
-]
-"#;
 const KNOWN_MASS: &str = "[prior]\nmass_kg = { value = 1.23, sigma = 0.001 }\n";
 
 /// The examination after a campaign on a bench with these faults.
@@ -118,7 +105,7 @@ fn a_common_scale_is_named_when_a_mass_is_known() {
     let [only] = &json["suspects"].as_array().expect("a list")[..] else { panic!("{json}") };
     assert_eq!(only["code"], "common_scale");
     // The gains of nine channels, 0.5 % each on the bench, and noise: 0.3 %; four times that is allowed.
-    let scale = only["scale"]["value"].as_f64().expect("a number");
+    let scale = only["gain"]["value"].as_f64().expect("a number");
     assert!((scale - 1.1).abs() < 0.012, "{json}");
     let said = json!(found.diagnostics_json(&file.layout));
     assert_eq!(

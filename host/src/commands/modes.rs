@@ -1,8 +1,8 @@
 //! `massline modes`: the suspension modes of an object, from the frequency responses in a universal file.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use massline_shared::layout::Dof;
+use massline_shared::layout::{Dof, HostLayout};
 
 use super::responses::{PERTURBATIONS, ResponseArgs};
 use super::solve::{archive::with_layout, swapped};
@@ -14,7 +14,7 @@ use crate::report::{
     assurance_text, diagnostics_json, message_in, modes_json, modes_text, orders_text, sentences,
     shapes_text,
 };
-use crate::solve::{FoundModes, modes_of_archive, modes_of_files};
+use crate::solve::{FoundModes, Problem, modes_of_archive, modes_of_problem};
 
 /// Arguments of `massline modes`.
 #[derive(Debug, clap::Args)]
@@ -51,36 +51,26 @@ pub struct Args {
 /// When a file is bad, or its responses show no modes.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let options = args.responses.options();
-    let (archive, layout) = match &args.frfs {
-        None => (Some(&args.layout), None),
-        Some(_) if is_archive(&args.layout) => return Err(swapped("modes", &args.layout)),
-        Some(path) if is_archive(path) => (Some(path), Some(args.layout.as_path())),
-        Some(_) => (None, None),
-    };
-    let archive = match archive {
-        Some(path) => {
-            let archive = Archive::read(path)?;
-            let layout = match layout {
-                Some(layout) => with_layout(layout, path, &archive, output)?.layout,
-                None => archive.layout.resolved.clone(),
-            };
-            Some((archive, path, layout))
-        }
-        None => None,
-    };
+    let source = Source::read(args, output)?;
+    if let Source::Files(problem) = &source
+        && let Some(understood) = problem.understood(&options).filter(|_| !output.json())
+    {
+        output.note(understood);
+    }
     let bar = output.bar(PERTURBATIONS, "uncertainty");
     let progress = |done: u32, all: u32| {
         bar.set_length(all.into());
         bar.set_position(done.into());
     };
-    let found = match (&archive, &args.frfs) {
-        (Some((archive, path, layout)), _) => {
-            modes_of_archive((archive, path), layout.clone(), &args.hits, &options, progress)
-        }
-        (None, frfs) => {
-            let frfs = frfs.as_ref().unwrap_or(&args.layout);
-            modes_of_files(&args.layout, frfs, &args.hits, &options, progress)
-        }
+    let found = match &source {
+        Source::Archive { archive, path, layout } => modes_of_archive(
+            (archive, path),
+            HostLayout::clone(layout),
+            &args.hits,
+            &options,
+            progress,
+        ),
+        Source::Files(problem) => modes_of_problem(problem, &options, progress),
     };
     bar.finish_and_clear();
     let FoundModes { modes, layout, band_hz: band } = found?;
@@ -99,4 +89,32 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         .trim_end()
         .to_owned()
     })
+}
+
+/// Where the responses are.
+enum Source<'a> {
+    /// In an archive, for its layout or another one.
+    Archive { archive: Box<Archive>, path: &'a Path, layout: Box<HostLayout> },
+    /// In a universal file.
+    Files(Box<Problem>),
+}
+
+impl<'a> Source<'a> {
+    fn read(args: &'a Args, output: &mut Output) -> Result<Self> {
+        let (path, layout) = match &args.frfs {
+            None => (&args.layout, None),
+            Some(_) if is_archive(&args.layout) => return Err(swapped("modes", &args.layout)),
+            Some(path) if is_archive(path) => (path, Some(args.layout.as_path())),
+            Some(path) => {
+                let problem = Problem::read(&args.layout, path, &args.hits)?;
+                return Ok(Self::Files(Box::new(problem)));
+            }
+        };
+        let archive = Box::new(Archive::read(path)?);
+        let layout = match layout {
+            Some(layout) => with_layout(layout, path, &archive, output)?.layout,
+            None => archive.layout.resolved.clone(),
+        };
+        Ok(Self::Archive { archive, path, layout: Box::new(layout) })
+    }
 }

@@ -8,6 +8,7 @@ use crate::embedded;
 use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::result_file::ResultFile;
+use crate::solve::{Options, understood};
 use crate::uff::{Quantity, UffFile};
 
 /// Results, and files that belong to them.
@@ -40,9 +41,15 @@ impl SourceArgs {
                 let text = "--responses belongs to one result; give them one by one";
                 return Err(Error::input("usage", text));
             };
-            let added =
-                source.add_responses(&UffFile::read(path)?, self.quantity.map(Quantity::from));
+            let uff = UffFile::read(path)?;
+            let options =
+                Options { quantity: self.quantity.map(Quantity::from), ..Options::default() };
+            let added = source.add_responses(&uff, options.quantity);
             added.map_err(|error| error.within(path.display()))?;
+            let layout = source.layout().filter(|_| !output.json());
+            if let Some(line) = layout.and_then(|of| understood(of, (&uff, path), &options)) {
+                output.note(line);
+            }
         }
         Ok(sources)
     }

@@ -79,9 +79,6 @@ pub struct Suspect {
     pub chi_squared: f64,
     /// Its degrees of freedom.
     pub degrees_of_freedom: u16,
-    /// The scale of all readings, where that is the mistake.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scale: Option<Spread<f64>>,
     /// For a gain: the readings over their true values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gain: Option<Spread<f64>>,

@@ -161,7 +161,7 @@ impl RecordingError {
     pub fn code(&self) -> &'static str {
         match self {
             Self::Empty => "recording_empty",
-            Self::UnknownFormat | Self::NotText(NotText::Binary { .. }) => {
+            Self::UnknownFormat | Self::NotText(NotText::Binary { .. } | NotText::Utf32) => {
                 "recording_unknown_format"
             }
             Self::Truncated { .. } => "recording_truncated",

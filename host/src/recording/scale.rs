@@ -9,10 +9,60 @@ use crate::units::{Measure, Quantity, UnitFault, force_unit, is_unscaled, is_uns
 /// The column of `--unit` that means all responses without a unit.
 pub const EVERY_RESPONSE: &str = "*";
 
-/// Units of other quantities, which a row of units may have.
-const OTHER_UNITS: [&str; 20] = [
-    "°C", "degC", "C", "K", "°F", "degF", "Pa", "kPa", "MPa", "bar", "mbar", "hPa", "psi", "Nm",
-    "deg", "°", "%", "W", "Ω", "ohm",
+/// Units of other quantities, which a header or a row of units may have.
+const OTHER_UNITS: [&str; 52] = [
+    "°C",
+    "degC",
+    "C",
+    "K",
+    "°F",
+    "degF",
+    "Pa",
+    "kPa",
+    "MPa",
+    "bar",
+    "mbar",
+    "hPa",
+    "psi",
+    "Nm",
+    "N·m",
+    "N.m",
+    "N m",
+    "deg",
+    "°",
+    "rad",
+    "%",
+    "W",
+    "A",
+    "mA",
+    "Ω",
+    "ohm",
+    "kg",
+    "rpm",
+    "1/min",
+    "rad/s",
+    "deg/s",
+    "°/s",
+    "dps",
+    "rad/s^2",
+    "rad/s2",
+    "rad/s²",
+    "deg/s^2",
+    "deg/s2",
+    "deg/s²",
+    "°/s^2",
+    "°/s²",
+    "dB",
+    "ue",
+    "ustrain",
+    "microstrain",
+    "µε",
+    "um/m",
+    "µm/m",
+    "mm/m",
+    "m/m",
+    "strain",
+    "ppm",
 ];
 
 /// The unit of a column as stated by the user, `COLUMN=UNIT`.
@@ -197,24 +247,27 @@ impl Recording {
     /// Asks for the units of these channels, with the options that state them.
     fn ask_for_units(&self, unstated: &[usize], force: Option<usize>) -> Option<Error> {
         unstated.first()?;
-        let mut options = Vec::new();
-        let mut names = Vec::new();
-        let responses = unstated.iter().filter(|&&k| Some(k) != force).count();
-        for &k in unstated {
-            let channel = self.channels.get(k)?;
-            names.push(called(k, channel));
-            if Some(k) == force {
-                options.push(format!("--unit \"{}=N\"", column(k, channel)));
-            } else if responses == 1 {
-                options.push(format!("--unit \"{}=m/s^2\"", column(k, channel)));
-            }
-        }
-        if responses > 1 {
+        let named = |k: usize| Some((k, self.channels.get(k)?));
+        let channels: Vec<_> = unstated.iter().filter_map(|&k| named(k)).collect();
+        // What stands in brackets may be a unit that is not known here: none is proposed in its place.
+        let is_open = |channel: &Channel| channel.name.contains(['(', '[']);
+        let option = |k: usize, channel: &Channel, usual: &str| {
+            let unit = if is_open(channel) { "UNIT" } else { usual };
+            format!("--unit \"{}={unit}\"", column(k, channel))
+        };
+        let (forces, responses): (Vec<_>, Vec<_>) =
+            channels.iter().partition(|(k, _)| Some(*k) == force);
+        let mut options: Vec<String> =
+            forces.iter().map(|(k, channel)| option(*k, channel, "N")).collect();
+        if responses.len() > 1 && !responses.iter().any(|(_, channel)| is_open(channel)) {
             options.push(format!("--unit \"{EVERY_RESPONSE}=m/s^2\""));
+        } else {
+            options.extend(responses.iter().map(|(k, channel)| option(*k, channel, "m/s^2")));
         }
+        let names: Vec<String> = channels.iter().map(|(k, channel)| called(*k, channel)).collect();
         let message = format!(
-            "no unit is stated for {}; state the units in which the file is, for example {}, or export the recording with its \
-             units (a signal in mV, pC or counts also needs --sensitivity)",
+            "no unit of a force or an acceleration is stated for {}; state the units in which the file is, for example {}, \
+             or export the recording with its units (a signal in mV, pC or counts also needs --sensitivity)",
             names.join(", "),
             options.join(" ")
         );

@@ -136,12 +136,22 @@ pub(super) fn find(channels: &[Channel], columns: &[(usize, Times)]) -> TimeColu
 /// The segments of a recording with this time column, and what the column says.
 ///
 /// # Errors
-/// When two segments have different steps. `line` gives the line of a row.
+/// When two segments have different steps, or the time never rises. `line` gives the line of a row.
 pub(super) fn time_column(
     channel: &Channel,
     times: &Times,
     line: impl Fn(usize) -> usize,
 ) -> Result<(TimeColumn, Vec<Range<usize>>), RecordingError> {
+    if let [first, .., last] = times.values[..]
+        && !times.values.windows(2).any(|pair| pair[0] < pair[1])
+    {
+        let fault = format!(
+            "the time column \"{}\" goes from {first} to {last} and never rises; export the samples in the order of their \
+             time",
+            channel.name
+        );
+        return Err(RecordingError::Header { line: line(0), fault });
+    }
     let mut runs = times.runs();
     if runs.len() == 1 {
         let blocks = times.blocks();

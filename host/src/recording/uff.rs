@@ -5,6 +5,8 @@
 use std::collections::HashSet;
 
 use super::lvm::EQUAL_RATES;
+use super::steps::{Steps, Times};
+use super::time::{TimeColumn, TimeUnit};
 use super::{Channel, DeclaredRate, MOST_CHANNELS, Recording, RecordingError, Segment, Source};
 use crate::uff::{Function, UffFile};
 use crate::units::{Measure, is_unstated, unit_size};
@@ -46,7 +48,32 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
     let declared =
         rate_of_first.map(|hz| DeclaredRate { hz, uncertainty: 0.0, entry: "the abscissa" });
     let source = Source { format: "universal file", ..Source::default() };
-    Ok(Recording { source, declared, channels, segments, ..Recording::default() })
+    let time = records.iter().find_map(|record| uneven(record));
+    Ok(Recording { source, declared, time, channels, segments, ..Recording::default() })
+}
+
+/// The abscissa of a record that states each time and is not even, from which no rate is taken.
+fn uneven(record: &Function) -> Option<TimeColumn> {
+    let first = *record.abscissa.first()?;
+    let mut times = Times::default();
+    record.abscissa.iter().for_each(|&time| times.push(time, digit(time)));
+    let steps = match times.steps() {
+        Steps::Even { .. } => return None,
+        Steps::Lost { gaps, samples, after, .. } => {
+            Steps::Lost { gaps, samples, row: record.line, after }
+        }
+        Steps::Uneven { range, .. } => Steps::Uneven { range, row: record.line },
+    };
+    let name = format!("abscissa of {}", record.time_channel().name);
+    let unit = TimeUnit::Known { label: "s".into(), seconds: 1.0 };
+    let is_told = record.abscissa.len() > 2;
+    is_told.then_some(TimeColumn { name, unit, steps, first, is_index: false })
+}
+
+/// The last digit of a time as the format writes it, with six of them (`E13.5`).
+fn digit(time: f64) -> f64 {
+    const DECIMALS: i32 = 5;
+    if time == 0.0 { 0.0 } else { 10_f64.powi(time.abs().log10().floor() as i32 - DECIMALS) }
 }
 
 /// The number of channels: that of the shortest beginning whose DOFs and quantities the records repeat to their end.

@@ -195,7 +195,6 @@ fn suspect_json(suspect: &Suspect, layout: &HostLayout) -> document::Suspect {
         fault: Fault { message: words::suspect_clause(suspect, layout), ..fault },
         chi_squared: suspect.consistency.chi_squared,
         degrees_of_freedom: suspect.consistency.degrees_of_freedom,
-        scale: suspect.scale.map(Spread::from),
         gain: match size {
             Some(FaultSize::Gain(gain)) => Some(gain.into()),
             _ => None,
@@ -221,6 +220,7 @@ fn sized_json(fault: SizedFault, code: Code) -> Fault {
         SizedFault::ChannelGain { sensor, axis } => {
             Fault { sensor: Some(sensor + 1), axis: Some(letter(axis)), ..plain }
         }
+        SizedFault::CommonGain => plain,
         SizedFault::SensorGain { sensor } => Fault { sensor: Some(sensor + 1), ..plain },
         SizedFault::HitGain { hit } | SizedFault::HitDisplaced { hit } => {
             Fault { hit: Some(hit + 1), ..plain }
@@ -248,6 +248,5 @@ fn fault_json(fault: &SingleFault<f64>, layout: &HostLayout) -> Fault {
             Fault { hit: Some(hit + 1), node: Some(*node), ..plain }
         }
         SingleFault::HitReversed { hit } => Fault { hit: Some(hit + 1), ..plain },
-        SingleFault::CommonScale => plain,
     }
 }

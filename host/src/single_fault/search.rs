@@ -4,14 +4,14 @@ use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::identify::maximum_likelihood::{
     self, BudgetScales, ErrorBudget, Start, workspace,
 };
-use massline_shared::identify::single_fault::{SingleFault, SingleFaultFit};
+use massline_shared::identify::single_fault::SingleFault;
 use massline_shared::identify::{Consistency, DofMassLines, Estimate};
 use massline_shared::layout::Layout;
 use nalgebra::SVector;
 use rayon::prelude::*;
 
 use super::judgement::{Fitted, unknowns};
-use super::sized::{Size, SizedFault, SizedMistake, TestUnder, used_nodes};
+use super::sized::{Size, SizedFault, SizedMistake, TestUnder, known_scale, used_nodes};
 use super::sized_fit::{self, SizedFit};
 use super::{Examination, Mistake, Outcome, Suspect};
 
@@ -56,8 +56,8 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         let consistency = plain.as_ref().and_then(|estimate| estimate.consistency);
         let agrees = consistency.is_some_and(|c| !c.rejects_budget());
         let mut fitted = if agrees {
-            // Any other mistake would show in χ²; a common scale shows only against a known mass.
-            self.common_scale()
+            // Any other mistake would show in χ²; a common gain shows only against a known mass.
+            self.common_gain()
         } else {
             self.fit_all(consistency.as_ref())
         };
@@ -86,7 +86,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         let faults: Vec<_> = self.listed().collect();
         self.in_parallel(&faults, |fault, room| {
             let shown = fault.shows(self.layout, &answer.body, self.lines, room);
-            shown.is_some_and(|c| !is_shown(fault, &c)).then_some(*fault)
+            shown.is_some_and(|consistency| !consistency.rejects_budget()).then_some(*fault)
         })
     }
 
@@ -124,12 +124,14 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         })
     }
 
-    /// The fit of a common scale, where prior knowledge of the object can reveal it.
-    fn common_scale(&self) -> Fitted {
-        let scale = self.listed().find(|fault| *fault == SingleFault::CommonScale);
-        let mut room = self.room();
-        let suspects: Vec<_> =
-            scale.into_iter().filter_map(|fault| self.fit_listed(&fault, &mut room)).collect();
+    /// The fit of a common gain, where prior knowledge of the object can reveal it.
+    fn common_gain(&self) -> Fitted {
+        let is_revealed = known_scale(self.layout).is_some();
+        let suspects: Vec<_> = is_revealed
+            .then(|| self.fit_sized(SizedFault::CommonGain, None, &mut self.room()))
+            .into_iter()
+            .flatten()
+            .collect();
         Fitted { tried: suspects.len(), suspects, readings: self.readings() }
     }
 
@@ -153,19 +155,18 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
             listed.into_iter().filter(|fault| is_open(subject_of_listed(fault))).collect();
         let mut suspects = self.in_parallel(&open, |fault, room| self.fit_listed(fault, room));
         let open: Vec<_> =
-            sized.into_iter().filter(|fault| is_open(Some(subject_of_sized(*fault)))).collect();
+            sized.into_iter().filter(|fault| is_open(subject_of_sized(*fault))).collect();
         suspects.extend(self.in_parallel(&open, |fault, room| {
             let subject = subject_of_sized(*fault);
-            let answer = without.iter().find(|without| without.subject == subject);
+            let answer = without.iter().find(|without| Some(without.subject) == subject);
             self.fit_sized(*fault, answer.and_then(|w| w.answer.as_ref()), room)
         }));
         Fitted { suspects, tried, readings: self.readings() }
     }
 
     fn fit_listed(&self, fault: &SingleFault<f64>, room: &mut [f64]) -> Option<Suspect> {
-        let fit = fault.test(self.layout, self.lines, room)?;
-        let SingleFaultFit { consistency, scale } = fit;
-        Some(Suspect { mistake: Mistake::Listed(*fault), consistency, scale, corrected: None })
+        let consistency = fault.test(self.layout, self.lines, room)?;
+        Some(Suspect { mistake: Mistake::Listed(*fault), consistency, corrected: None })
     }
 
     fn fit_sized(
@@ -189,7 +190,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         let freedom = &mut consistency.degrees_of_freedom;
         *freedom = freedom.saturating_sub(fault.unknowns() as u16);
         let mistake = Mistake::Sized(mistake);
-        Some(Suspect { mistake, consistency, scale: None, corrected: None })
+        Some(Suspect { mistake, consistency, corrected: None })
     }
 
     /// The answer without a subject; its χ² is that of the other readings.
@@ -311,27 +312,17 @@ fn subject_of_listed(fault: &SingleFault<f64>) -> Option<Subject> {
         SingleFault::HitAtNode { hit, .. } | SingleFault::HitReversed { hit } => {
             Some(Subject::Hit(*hit))
         }
-        SingleFault::CablesSwapped { .. }
-        | SingleFault::NodesSwapped { .. }
-        | SingleFault::CommonScale => None,
+        SingleFault::CablesSwapped { .. } | SingleFault::NodesSwapped { .. } => None,
     }
 }
 
-fn subject_of_sized(fault: SizedFault) -> Subject {
+fn subject_of_sized(fault: SizedFault) -> Option<Subject> {
     match fault {
         SizedFault::ChannelGain { sensor, .. } | SizedFault::SensorGain { sensor } => {
-            Subject::Sensor(sensor)
+            Some(Subject::Sensor(sensor))
         }
-        SizedFault::HitGain { hit } | SizedFault::HitDisplaced { hit } => Subject::Hit(hit),
-        SizedFault::NodeCoordinate { node, .. } => Subject::Node(node),
+        SizedFault::HitGain { hit } | SizedFault::HitDisplaced { hit } => Some(Subject::Hit(hit)),
+        SizedFault::NodeCoordinate { node, .. } => Some(Subject::Node(node)),
+        SizedFault::CommonGain => None,
     }
-}
-
-/// True when the data would reveal a mistake: always for a common scale, which a known mass reveals; else
-/// when χ² contradicts the budget.
-fn is_shown(fault: &SingleFault<f64>, consistency: &Consistency<f64>) -> bool {
-    if *fault == SingleFault::CommonScale {
-        return true;
-    }
-    consistency.rejects_budget()
 }

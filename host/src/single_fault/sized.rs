@@ -6,7 +6,7 @@
 use massline_shared::Estimated;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::{DofMassLines, ForceTrend, MassLines};
-use massline_shared::layout::{Axis, Layout};
+use massline_shared::layout::{Axis, Layout, Prior};
 use massline_shared::responses::{ResponseSquare, Responses};
 use nalgebra::{Matrix2, Vector2, Vector3};
 
@@ -32,6 +32,9 @@ pub enum SizedFault {
         /// The DOF.
         hit: usize,
     },
+    /// The gain of everything is wrong. Hammer and sensors cannot be distinguished, and only prior knowledge of the object
+    /// reveals the mistake.
+    CommonGain,
     /// A coordinate of a node is wrong, for everything on it.
     NodeCoordinate {
         /// The node.
@@ -77,6 +80,7 @@ impl SizedFault {
         for node in used_nodes(layout, lines) {
             all.extend(Axis::ALL.map(|axis| Self::NodeCoordinate { node, axis }));
         }
+        all.extend(known_scale(layout).map(|_| Self::CommonGain));
         all
     }
 
@@ -87,7 +91,7 @@ impl SizedFault {
 
     /// True for a gain.
     pub(super) fn is_gain(self) -> bool {
-        matches!(self, Self::ChannelGain { .. } | Self::SensorGain { .. } | Self::HitGain { .. })
+        !matches!(self, Self::NodeCoordinate { .. } | Self::HitDisplaced { .. })
     }
 
     /// The size of no mistake.
@@ -105,6 +109,7 @@ impl SizedFault {
             Self::ChannelGain { sensor, axis } => response == 3 * sensor + axis.index(),
             Self::SensorGain { sensor } => response / 3 == sensor,
             Self::HitGain { hit: own } | Self::HitDisplaced { hit: own } => hit == own,
+            Self::CommonGain => true,
             Self::NodeCoordinate { node, .. } => {
                 layout.sensors.get(response / 3).is_some_and(|sensor| sensor.node == node)
                     || layout.hits.get(hit).is_some_and(|hit| hit.dof.node == node)
@@ -133,7 +138,10 @@ impl SizedFault {
                 let moved = across(&hit.direction) * size + Vector3::from(hit.position);
                 hit.position = moved.into();
             }
-            Self::ChannelGain { .. } | Self::SensorGain { .. } | Self::HitGain { .. } => {
+            Self::ChannelGain { .. }
+            | Self::SensorGain { .. }
+            | Self::HitGain { .. }
+            | Self::CommonGain => {
                 let gain = size.x;
                 if gain == 0.0 || !gain.is_finite() {
                     return None;
@@ -212,7 +220,10 @@ impl SizedFault {
             Self::NodeCoordinate { .. } => {
                 FaultSize::Displacement(Estimated { value: numbers.x, sigma: first })
             }
-            Self::ChannelGain { .. } | Self::SensorGain { .. } | Self::HitGain { .. } => {
+            Self::ChannelGain { .. }
+            | Self::SensorGain { .. }
+            | Self::HitGain { .. }
+            | Self::CommonGain => {
                 spread *= numbers.x.abs();
                 FaultSize::Gain(Estimated { value: numbers.x, sigma: spread[(0, 0)] })
             }
@@ -232,6 +243,15 @@ pub struct SizedMistake {
     pub(super) numbers: Size,
     /// A square root of its covariance: each column is a change by one standard deviation.
     pub(super) spread: Matrix2<f64>,
+}
+
+/// What is best known of the properties that a common gain changes, mass and inertia; `None` when nothing is.
+pub(super) fn known_scale<const S: usize, const H: usize>(
+    layout: &Layout<f64, S, H>,
+) -> Option<&Prior<f64>> {
+    let relative = |prior: &Prior<f64>| (prior.sigma / prior.value).abs();
+    let priors = layout.priors.iter().filter(|prior| !(1..4).contains(&prior.property));
+    priors.min_by(|a, b| relative(a).total_cmp(&relative(b)))
 }
 
 /// The nodes with a sensor or a measured hit.

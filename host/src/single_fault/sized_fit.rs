@@ -9,7 +9,7 @@ use massline_shared::layout::Layout;
 use nalgebra::{Matrix2, SVector, Vector2};
 
 use super::linear_start;
-use super::sized::{Size, SizedFault};
+use super::sized::{Size, SizedFault, known_scale};
 
 /// Largest number of steps; three are usual.
 const MOST_STEPS: usize = 12;
@@ -52,7 +52,7 @@ pub(super) fn fit<const S: usize, const H: usize>(
     let starts = match linear_start::start(fault, layout, lines) {
         // The equations are linear in the motions, whose errors they do not weigh.
         Some((_, size)) => vec![size, fault.none()],
-        None => starts(fault, layout, lines, without),
+        None => starts(fault, layout, lines, without, room),
     };
     let starts = match starts.len() {
         0..=MOST_STARTS => starts,
@@ -92,6 +92,7 @@ fn starts<const S: usize, const H: usize>(
     layout: &Layout<f64, S, H>,
     lines: &[DofMassLines<f64, S>],
     without: Option<&Estimate<f64>>,
+    room: &mut [f64],
 ) -> Vec<Size> {
     if let Some(size) = without.and_then(|answer| predicted(fault, layout, lines, answer)) {
         return vec![size];
@@ -109,8 +110,24 @@ fn starts<const S: usize, const H: usize>(
             all.map(|displacement| Vector2::new(displacement, 0.0)).collect()
         }
         SizedFault::HitDisplaced { .. } => vec![fault.none()],
+        SizedFault::CommonGain => common_gain(layout, lines, room).into_iter().collect(),
         _ => STARTING_GAINS.map(|gain| Vector2::new(gain, 0.0)).to_vec(),
     }
+}
+
+/// The gain of all readings by what is known of the object, beside what the readings alone say of it: masses and moments of
+/// inertia are inversely proportional to the gain.
+fn common_gain<const S: usize, const H: usize>(
+    layout: &Layout<f64, S, H>,
+    lines: &[DofMassLines<f64, S>],
+    room: &mut [f64],
+) -> Option<Size> {
+    let known = known_scale(layout)?;
+    let without_priors = Layout { priors: Default::default(), ..layout.clone() };
+    let (estimate, _) = solve(&without_priors, lines, None, room)?;
+    let found = estimate.theta()[usize::from(known.property)];
+    let gain = known.value / found;
+    (gain.is_finite() && gain != 0.0).then(|| Vector2::new(gain, 0.0))
 }
 
 /// The size for which the readings that the mistake changes are nearest to those of an answer without them.

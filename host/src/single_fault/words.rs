@@ -15,6 +15,7 @@ pub(super) fn code(mistake: &Mistake) -> Code {
             SizedFault::ChannelGain { .. }
             | SizedFault::SensorGain { .. }
             | SizedFault::HitGain { .. } => Code::GainSuspect,
+            SizedFault::CommonGain => Code::CommonScale,
             SizedFault::NodeCoordinate { .. } => Code::CoordinateSuspect,
             SizedFault::HitDisplaced { .. } => Code::HitBesideNode,
         },
@@ -29,7 +30,6 @@ pub(super) fn code_of_listed(fault: &SingleFault<f64>) -> Code {
         SingleFault::NodesSwapped { .. } => Code::NodesSwapped,
         SingleFault::HitAtNode { .. } => Code::HitAtWrongNode,
         SingleFault::HitReversed { .. } => Code::HitReversed,
-        SingleFault::CommonScale => Code::CommonScale,
     }
 }
 
@@ -51,18 +51,11 @@ pub(super) fn clause(fault: &SingleFault<f64>, layout: &HostLayout) -> String {
         SingleFault::HitReversed { hit } => {
             format!("{} came from the other side", hit_name(*hit, layout))
         }
-        SingleFault::CommonScale => "all accelerances are wrong by one factor".into(),
     }
 }
 
 /// Describes the mistake in a clause, with the fitted value.
 pub(crate) fn suspect_clause(suspect: &Suspect, layout: &HostLayout) -> String {
-    if let Some(scale) = suspect.scale {
-        return format!(
-            "all accelerances are {} times what they should be; hammer and sensors cannot be distinguished",
-            with_sigma(scale.value, scale.sigma)
-        );
-    }
     match &suspect.mistake {
         Mistake::Listed(fault) => clause(fault, layout),
         Mistake::Sized(sized) => sized_clause(sized, layout),
@@ -110,6 +103,10 @@ fn sized_clause(sized: &SizedMistake, layout: &HostLayout) -> String {
                 .collect();
             format!("{} landed beside its node: {}", hit_name(hit, layout), parts.join(", "))
         }
+        (SizedFault::CommonGain, FaultSize::Gain(gain)) => format!(
+            "all accelerances are {} times what they should be{meaning}; hammer and sensors cannot be distinguished",
+            with_sigma(gain.value, gain.sigma)
+        ),
         (fault, FaultSize::Gain(gain)) => {
             let subject = match fault {
                 SizedFault::ChannelGain { sensor, axis } => {
@@ -118,9 +115,9 @@ fn sized_clause(sized: &SizedMistake, layout: &HostLayout) -> String {
                 }
                 SizedFault::SensorGain { sensor } => sensor_name(sensor, layout),
                 SizedFault::HitGain { hit } => hit_name(hit, layout),
-                SizedFault::NodeCoordinate { .. } | SizedFault::HitDisplaced { .. } => {
-                    String::new()
-                }
+                SizedFault::CommonGain
+                | SizedFault::NodeCoordinate { .. }
+                | SizedFault::HitDisplaced { .. } => String::new(),
             };
             let value = with_sigma(gain.value, gain.sigma);
             format!("{subject} reads {value} times what it should{meaning}")
@@ -176,9 +173,6 @@ fn axes_clause(reads: &AxisMap) -> String {
 
 #[cfg(test)]
 mod tests {
-    use massline_shared::Estimated;
-    use massline_shared::identify::Consistency;
-
     use super::*;
 
     #[test]
@@ -197,21 +191,6 @@ mod tests {
         ] {
             assert_eq!(axes_clause(&AxisMap(reads)), expected);
         }
-    }
-
-    #[test]
-    fn a_common_scale_is_described_with_its_value_and_uncertainty() {
-        let suspect = Suspect {
-            mistake: Mistake::Listed(SingleFault::CommonScale),
-            consistency: Consistency { chi_squared: 20.0, degrees_of_freedom: 17 },
-            scale: Some(Estimated { value: 0.0254, sigma: 0.0003 }),
-            corrected: None,
-        };
-        assert_eq!(
-            suspect_clause(&suspect, &HostLayout::default()),
-            "all accelerances are 0.02540 ± 0.00030 times what they should be; hammer and sensors \
-             cannot be distinguished"
-        );
     }
 
     #[test]

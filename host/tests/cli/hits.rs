@@ -98,25 +98,30 @@ pub fn time_record_in(
     channel: usize,
     (data_type, unit): (i32, &str),
 ) -> String {
-    let mut text = format!("    -1\n    58\n{}", "NONE\n".repeat(5));
-    text += &format!(
-        "    1         0    0         0 {:10} {:9}   3 {:10} {:9}   3\n",
-        "NONE",
-        channel + 1,
-        "NONE",
-        1
-    );
-    let points = segment.len();
-    text +=
-        &format!("{:10}{points:10}{:10}{:13.5e}{:13.5e}{:13.5e}\n", 4, 1, 0.0, RATE.recip(), 0.0);
-    let axis =
-        |kind: i32, unit: &str| format!("{kind:10}    0    0    0 {:20} {unit:20}\n", "NONE");
-    text += &(axis(17, "NONE") + &axis(data_type, unit) + &axis(0, "NONE") + &axis(0, "NONE"));
+    let mut text = time_header(channel, (segment.len(), Some(RATE.recip())), (data_type, unit));
     for row in segment.chunks(4) {
         row.iter().for_each(|values| text += &format!("{:20.11e}", values[channel]));
         text.push('\n');
     }
     text + "    -1\n"
+}
+
+/// What stands before the values of a time record in double precision: of so many points, and with this step of an even
+/// abscissa.
+pub fn time_header(
+    channel: usize,
+    (points, step): (usize, Option<f64>),
+    (data_type, unit): (i32, &str),
+) -> String {
+    let mut text = format!("    -1\n    58\n{}", "NONE\n".repeat(5));
+    let nodes = format!("{:10} {:9}   3 {:10} {:9}   3", "NONE", channel + 1, "NONE", 1);
+    text += &format!("    1         0    0         0 {nodes}\n");
+    let (spacing, step) = (u8::from(step.is_some()), step.unwrap_or_default());
+    text += &format!("{:10}{points:10}{spacing:10}{:13.5e}{step:13.5e}{:13.5e}\n", 4, 0.0, 0.0);
+    for (kind, unit) in [(17, "NONE"), (data_type, unit), (0, "NONE"), (0, "NONE")] {
+        text += &format!("{kind:10}    0    0    0 {:20} {unit:20}\n", "NONE");
+    }
+    text
 }
 
 #[test]

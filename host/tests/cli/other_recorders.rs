@@ -7,7 +7,7 @@ use std::fmt::Write;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::hits::run;
+use crate::hits::{run, time_header};
 use crate::program;
 
 const RATE: f64 = 5120.0;
@@ -159,6 +159,41 @@ fn times_of_a_clock_and_since_1970_are_read() {
 }
 
 #[test]
+fn what_stands_in_brackets_is_not_taken_for_newtons() {
+    let folder = Folder::new();
+    let file = |header: &str| folder.write("brackets.csv", scaled(header, 1.0));
+    for (header, words) in [
+        ("Time (s),Force (kg),Acc (m/s^2)\n", ["\"Force\"", "\"kg\""]),
+        ("Time (s),Force (furlong),Acc (m/s^2)\n", ["\"Force (furlong)=UNIT\"", "no unit"]),
+        ("Time (s),Force (N),Acc (dB re 1 um/s^2)\n", ["re 1 um/s^2)=UNIT\"", "no unit"]),
+        ("Time (s),Force (N),Acc (deg/s^2)\n", ["\"Acc\"", "\"deg/s^2\" is no unit"]),
+        ("Time (s),Force (N),Strain (ue)\n", ["\"Strain\"", "\"ue\" is no unit"]),
+    ] {
+        let (exit, value, _) = run(&[&file(header)]);
+        assert_eq!(exit, 2, "{value}");
+        let message = value["error"]["message"].as_str().unwrap();
+        assert!(words.iter().all(|word| message.contains(word)), "{header}: {message}");
+        assert!(!message.contains("=N\"") && !message.contains("=m/s^2\""), "{message}");
+    }
+    // Without brackets nothing contradicts the usual unit.
+    refused(&[&file("Time (s),Force,Acc (m/s^2)\n")], "recording_no_unit", &["\"Force=N\""]);
+}
+
+#[test]
+fn a_time_that_falls_and_an_encoding_that_is_not_read_are_named() {
+    let folder = Folder::new();
+    let header = "Time (s),Force (N),Acc (m/s^2)\n";
+    let falling = folder.write("falling.csv", scaled(header, -1.0));
+    refused(&[&falling], "recording_malformed", &["\"Time\" goes from", "never rises"]);
+    let still = folder.write("still.csv", scaled(header, 0.0));
+    refused(&[&still], "recording_malformed", &["goes from 0 to 0", "never rises"]);
+    let wide: Vec<u8> =
+        scaled(header, 1.0).chars().flat_map(|c| u32::from(c).to_le_bytes()).collect();
+    let wide = folder.write("wide.csv", [&b"\xff\xfe\0\0"[..], &wide].concat());
+    refused(&[&wide], "recording_unknown_format", &["UTF-32", "UTF-8"]);
+}
+
+#[test]
 fn a_time_that_is_not_understood_is_refused_with_what_to_do() {
     let folder = Folder::new();
     let file = |name: &str, factor: f64| {
@@ -186,6 +221,41 @@ fn a_time_that_is_not_understood_is_refused_with_what_to_do() {
     let value = graded(&[&file("Time", 1.0)]);
     assert_eq!(value["recording"]["time_unit_assumed"], true);
     assert!(value["notes"][0].as_str().unwrap().contains("is read in s"), "{value}");
+}
+
+/// A universal file of force and acceleration that states each time; `time` says when a row was sampled, or that it is
+/// missing.
+fn timed_universal_file(time: impl Fn(usize, f64) -> Option<f64>) -> String {
+    let mut file = String::new();
+    for (channel, quantity) in [(13, "N"), (12, "m/s^2")].into_iter().enumerate() {
+        let rows: Vec<(f64, f64)> = (0..SAMPLES)
+            .filter_map(|k| Some((time(k, k as f64 / RATE)?, sample(k)[channel])))
+            .collect();
+        file += &time_header(channel, (rows.len(), None), quantity);
+        for pair in rows.chunks(2) {
+            pair.iter().for_each(|(t, value)| write!(file, "{t:13.5e}{value:20.11e}").unwrap());
+            file.push('\n');
+        }
+        file += "    -1\n";
+    }
+    file
+}
+
+#[test]
+fn a_universal_file_that_states_each_time_is_read_or_refused_like_a_table() {
+    let folder = Folder::new();
+    // Six digits: after a second the last one is a twentieth of a step.
+    graded(&[&folder.write("even.uff", timed_universal_file(|_, t| Some(t)))]);
+    let lossy = timed_universal_file(|k, t| (!(2300..2340).contains(&k)).then_some(t));
+    let lossy = folder.write("lost.uff", lossy);
+    for options in [&[][..], &["--rate-hz", "5120"]] {
+        let words = ["40 samples are missing", "0.449023"];
+        refused(&[&[lossy.as_str()], options].concat(), "samples_lost", &words);
+    }
+    let jitter = timed_universal_file(|_, t| Some(t + 5e-5 * (t * RATE * 0.7).sin()));
+    let jitter = folder.write("jitter.uff", jitter);
+    refused(&[&jitter], "time_uneven", &["abscissa of force 1:3", "--rate-hz"]);
+    graded(&[&jitter, "--rate-hz", "5120"]);
 }
 
 #[test]

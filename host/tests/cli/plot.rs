@@ -202,6 +202,17 @@ fn responses_that_a_result_was_solved_from_are_drawn_with_their_coherence() {
     }
     let frf = fs::read_to_string(folder.path().join("pictures/wheel-frf-101+X.svg")).unwrap();
     assert!(frf.contains("phase, °") && !frf.contains("coherence"), "{frf:.900}");
+    // What was understood of the file is said by every command that reads it.
+    let page = text(&folder.path().join("wheel.html"));
+    let report = ["report", &solved, "--layout", &layout, "--responses", &uff, "-o", &page];
+    for arguments in [&[&plot[..], &["--force"]].concat(), &report[..], &["modes", &layout, &uff]] {
+        let shown = run(arguments);
+        assert!(
+            shown.exit == 0 && shown.says("frequency responses: accelerance in"),
+            "{}",
+            shown.stderr
+        );
+    }
     // Beside each response its coherence, as analysers write it.
     let functions = fs::read(&uff).unwrap();
     let coherence = coherence_of(&functions);

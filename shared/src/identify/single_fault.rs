@@ -10,7 +10,6 @@ use nalgebra::SVector;
 
 use super::maximum_likelihood::{self, ErrorBudget, Start};
 use super::{Consistency, DofMassLines, MassLines};
-use crate::Estimated;
 use crate::Real;
 use crate::body::RigidBody;
 use crate::layout::{Axis, Layout, Sign};
@@ -18,8 +17,6 @@ use crate::layout::{Axis, Layout, Sign};
 /// χ² must fall by this much for a mistake to be accepted, and to exclude another one: the value that chance
 /// exceeds for one unknown in one of a thousand tests.
 pub const DECISIVE_CHI_SQUARED: f64 = 10.83;
-/// Standard deviation of the hammer's gain that leaves a common scale free, relative.
-const ANY_SCALE: f64 = 1.0;
 
 /// The axis that each axis of a sensor actually reads: a signed permutation of the axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,18 +58,6 @@ pub enum SingleFault<R> {
         /// The DOF.
         hit: usize,
     },
-    /// All accelerances are too large or too small by one factor. Hammer and sensors cannot be distinguished,
-    /// and only prior knowledge of the object reveals the mistake.
-    CommonScale,
-}
-
-/// How well a mistake explains the data.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SingleFaultFit<R> {
-    /// χ² of the fit under the mistake.
-    pub consistency: Consistency<R>,
-    /// For a common scale: the accelerances over their true values.
-    pub scale: Option<Estimated<R>>,
 }
 
 impl AxisMap {
@@ -133,7 +118,6 @@ impl AxisMap {
 
 impl<R: Real> SingleFault<R> {
     /// Every mistake that could have been made in a test; `nodes` are the points that could have been hit.
-    /// [`SingleFault::CommonScale`] is included when prior knowledge of the object can reveal it.
     pub fn all<'a, const S: usize, const H: usize>(
         layout: &'a Layout<R, S, H>,
         nodes: &'a [(u16, [R; 3])],
@@ -160,8 +144,7 @@ impl<R: Real> SingleFault<R> {
             let others = later.filter(move |b| is_used(a.0) && is_used(b.0) && a.1 != b.1);
             others.map(|b| Self::NodesSwapped { nodes: [a.0, b.0], positions: [a.1, b.1] })
         });
-        let scale = has_scale(layout).then_some(Self::CommonScale);
-        axes.chain(cables).chain(hits).chain(swapped).chain(scale)
+        axes.chain(cables).chain(hits).chain(swapped)
     }
 
     /// The nominal layout with this mistake; `None` when it does not have the sensor or hit.
@@ -201,12 +184,11 @@ impl<R: Real> SingleFault<R> {
                 let hit = layout.hits.get_mut(hit)?;
                 hit.direction = hit.direction.map(|v| -v);
             }
-            Self::CommonScale => layout.hammer_gain = R::of(ANY_SCALE),
         }
         Some(layout)
     }
 
-    /// Fits the layout with this mistake to the data. `workspace` as for [`maximum_likelihood::solve`].
+    /// χ² of the layout with this mistake. `workspace` as for [`maximum_likelihood::solve`].
     /// `None` when that fit has no answer.
     ///
     /// The mistake is accepted when χ² falls by more than [`DECISIVE_CHI_SQUARED`].
@@ -221,7 +203,7 @@ impl<R: Real> SingleFault<R> {
     /// let dofs = frame::mass_lines(&mistake.applied(&nominal).unwrap());
     /// let mut memory = vec![0.0; workspace(nominal.sensors.len())];
     /// let nominal_fit = solve(&nominal, &dofs, Start::Crude, ErrorBudget::Stated, &mut memory);
-    /// let explained = mistake.test(&nominal, &dofs, &mut memory).unwrap().consistency.chi_squared;
+    /// let explained = mistake.test(&nominal, &dofs, &mut memory).unwrap().chi_squared;
     /// assert!(explained < 0.1);
     /// assert!(nominal_fit.is_err() || nominal_fit.unwrap().estimate.consistency.unwrap().chi_squared > DECISIVE_CHI_SQUARED);
     /// ```
@@ -230,15 +212,8 @@ impl<R: Real> SingleFault<R> {
         layout: &Layout<R, S, H>,
         dofs: &[DofMassLines<R, S>],
         workspace: &mut [R],
-    ) -> Option<SingleFaultFit<R>> {
-        let layout = self.applied(layout)?;
-        let solution = fit(&layout, dofs, workspace)?;
-        let gain = solution.nuisances.hammer_gain;
-        let scale = Estimated { value: R::one() - gain.value, sigma: gain.sigma };
-        Some(SingleFaultFit {
-            consistency: solution.estimate.consistency?,
-            scale: (*self == Self::CommonScale).then_some(scale),
-        })
+    ) -> Option<Consistency<R>> {
+        fit(&self.applied(layout)?, dofs, workspace)
     }
 
     /// Expected χ² of the nominal layout if this mistake had been made with `body`, the object alone: near
@@ -260,28 +235,23 @@ impl<R: Real> SingleFault<R> {
             let accelerance = truth.accelerance(&whole, *index)?;
             readings.push((*index, MassLines { accelerance, ..lines.clone() })).ok()?;
         }
-        let solution = fit(layout, &readings, workspace)?;
-        let Consistency { chi_squared, degrees_of_freedom } = solution.estimate.consistency?;
+        let Consistency { chi_squared, degrees_of_freedom } = fit(layout, &readings, workspace)?;
         // Noise adds its expected value.
         let chi_squared = chi_squared + R::of(f64::from(degrees_of_freedom));
         Some(Consistency { chi_squared, degrees_of_freedom })
     }
 }
 
-/// The maximum likelihood fit, started from the linear method or, where that has no answer, from a crude
+/// χ² of the maximum likelihood fit, started from the linear method or, where that has no answer, from a crude
 /// start.
 fn fit<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],
     workspace: &mut [R],
-) -> Option<maximum_likelihood::MaximumLikelihoodSolution<R, S, H>> {
-    maximum_likelihood::solve(layout, dofs, Start::InertiaRestraint, ErrorBudget::Stated, workspace)
-        .ok()
-}
-
-/// True when there is prior knowledge that a common scale would contradict: mass or inertia.
-fn has_scale<R: Real, const S: usize, const H: usize>(layout: &Layout<R, S, H>) -> bool {
-    layout.priors.iter().any(|prior| !(1..4).contains(&prior.property))
+) -> Option<Consistency<R>> {
+    let start = Start::InertiaRestraint;
+    let solution = maximum_likelihood::solve(layout, dofs, start, ErrorBudget::Stated, workspace);
+    solution.ok()?.estimate.consistency
 }
 
 #[cfg(test)]

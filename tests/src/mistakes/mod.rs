@@ -1,0 +1,119 @@
+//! Mistakes in simulated tests: healthy ones are measured, and then something is written, wired, glued or hit otherwise
+//! than the layout says, by an amount drawn at random.
+//!
+//! | module | the mistake is made |
+//! | --- | --- |
+//! | [`written`] | in the layout, the cables or the readings of a test that was measured without it |
+//! | [`set_up`] | on the bench, before the test is measured |
+
+pub mod set_up;
+pub mod written;
+
+use massline::commands::bench_test::nominal_calibration;
+use massline::identification::{Identification, Selection, identify};
+use massline::interrupt::Interrupt;
+use massline::judgement::{Concern, Evidence, Judgement};
+use massline::monte_carlo::MonteCarlo;
+use massline::monte_carlo::measurement::{SimulatedTest, TestLayout};
+use massline::single_fault::{Examination, Mistake, examine};
+use massline::suspension::{MassLineAnswers, compare, reciprocity_of_mass_lines};
+use massline_shared::identify::{DofMassLines, IdentifySettings, Observations};
+use massline_shared::layout::{HOST_SENSORS, HostLayout};
+use massline_virtual::bench::Bench;
+
+use crate::campaign::layout_file;
+
+/// A test that was measured, and what is written of it.
+#[derive(Clone)]
+pub struct MeasuredTest {
+    /// The layout as it is written.
+    pub layout: TestLayout,
+    /// Numbers and positions of the nodes as they are written, body frame, m.
+    pub nodes: Vec<(u16, [f64; 3])>,
+    /// What was measured.
+    pub test: SimulatedTest,
+}
+
+impl MeasuredTest {
+    /// Looks for single mistakes, as the program does.
+    pub fn examine(&self) -> Examination {
+        examine(&self.host_layout(), &self.nodes, &self.test.dofs)
+    }
+
+    /// The answers of all methods to the mass lines, and the verdict on the best one, as the program comes to it; no verdict
+    /// without an answer.
+    pub fn judge(&self) -> (Identification, Option<Judgement>) {
+        let layout = self.host_layout();
+        let dofs = self.test.dofs.iter();
+        let lines: Vec<DofMassLines<f64, HOST_SENSORS>> =
+            dofs.map(|(index, lines)| (*index, lines.resized())).collect();
+        let observed = Observations::of_mass_lines(&layout, &lines);
+        let settings = IdentifySettings::default();
+        let found = identify(&observed, Selection::All, &settings);
+        let judgement = found.estimates.first().map(|answer| {
+            let examination = examine(&layout, &self.nodes, &lines);
+            let answers = MassLineAnswers {
+                budget: layout.clone(),
+                lines: &lines,
+                settings: settings.inertia_restraint,
+                estimates: &found.estimates,
+            };
+            let comparison = compare(&answers, |_, _| ());
+            let reciprocity = reciprocity_of_mass_lines(&layout, &lines).to_vec();
+            let evidence = Evidence {
+                examination: Some(&examination),
+                comparison: Some(&comparison),
+                refusals: found.refusals(),
+                diagnostics: [found.priors.as_slice(), &reciprocity, &self.test.diagnostics]
+                    .concat(),
+                ..Evidence::of(answer)
+            };
+            evidence.judge()
+        });
+        (found, judgement)
+    }
+
+    fn host_layout(&self) -> HostLayout {
+        self.layout.cast().expect("fits the host")
+    }
+}
+
+/// `runs` tests on a bench, from ADC codes to mass lines, with the layout of this text; without those in which no hit
+/// passes.
+pub fn measured_tests(bench: &Bench, text: &str, runs: u64, seed: u64) -> Vec<MeasuredTest> {
+    let calibration = nominal_calibration(bench);
+    let file = layout_file(text);
+    let layout: TestLayout = file.layout.cast().expect("fits the rig");
+    let nodes: Vec<_> = file.nodes.iter().map(|node| (node.id, node.position)).collect();
+    let study =
+        MonteCarlo { bench, layout: &layout, calibration: &calibration, seed, runs, threads: None };
+    let runs = study.runs(&Interrupt::new(), |_| ()).expect("the bench takes the layout");
+    let with = |test| MeasuredTest { layout: layout.clone(), nodes: nodes.clone(), test };
+    runs.into_iter().flatten().map(with).collect()
+}
+
+/// What names a mistake.
+pub enum Culprit {
+    /// A suspect for which this is true.
+    Suspect(Box<dyn Fn(&Mistake) -> bool>),
+    /// Errors of the stated kinds that are larger than stated.
+    LargerErrors,
+    /// A finding with this code.
+    Code(&'static str),
+    /// Nothing: the mistake is on no list of the program.
+    OnNoList,
+}
+
+impl Culprit {
+    /// True when one of the concerns names it.
+    pub fn is_named_in(&self, judgement: &Judgement) -> bool {
+        judgement.concerns.iter().any(|concern| match (self, concern) {
+            (Self::Suspect(is), Concern::SingleMistake { suspects, .. }) => {
+                suspects.iter().any(|suspect| is(&suspect.mistake))
+            }
+            (Self::LargerErrors, Concern::LargerErrors(_)) => true,
+            (Self::Code(code), concern) => concern.code() == *code,
+            _ => false,
+        })
+    }
+}
