@@ -239,7 +239,7 @@ mod tests {
         assert_eq!(fault(b"Force,a\n1\0,2\n"), NotText::Binary { at: 9, byte: 0 });
         assert_eq!(fault(b"\xff\xfe1"), NotText::Malformed { encoding: "UTF-16LE" });
         assert_eq!(fault(b"\xef\xbb\xbfm/s\xb2"), NotText::Malformed { encoding: "UTF-8" });
-        assert_eq!(fault(b"\xff\xfe\0\0F\0\0\0"), NotText::Malformed { encoding: "UTF-16LE" });
+        assert_eq!(fault(b"\xff\xfe\0\0F\0\0\0"), NotText::Utf32);
     }
 
     #[test]

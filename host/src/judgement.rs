@@ -181,7 +181,19 @@ impl<'a> Evidence<'a> {
     /// Data that contradict the error budget beyond the limit, by the stated budget of the nominal layout or, where that was
     /// not examined, by what the answer itself leaves.
     fn contradiction(&self) -> Option<Concern> {
-        let of_answer = || self.answer.consistency;
+        let of_answer = || {
+            // A rig that has learned the budget keeps the χ² of the stated one in a finding.
+            let mut all = self.answer.diagnostics.iter().chain(&self.diagnostics);
+            let stated = all.find(|found| found.code == Code::DataInconsistentWithBudget);
+            let of_stated = |consistency: Consistency<f64>| match stated {
+                Some(found) => Consistency {
+                    chi_squared: f64::from(found.value) * f64::from(consistency.degrees_of_freedom),
+                    ..consistency
+                },
+                None => consistency,
+            };
+            self.answer.consistency.map(of_stated)
+        };
         let consistency =
             self.examination.map_or_else(of_answer, |examination| examination.plain)?;
         let exceeds = consistency.reduced() > MOST_CONTRADICTION
@@ -352,6 +364,18 @@ mod tests {
             let evidence = Evidence { examination: Some(&examination), ..Evidence::of(&estimate) };
             assert_eq!(evidence.judge().verdict(), expected, "{chi_squared}");
         }
+    }
+
+    #[test]
+    fn what_a_rig_found_counts_where_its_layout_is_not_known() {
+        let consistency = Some(Consistency { chi_squared: 17.0, degrees_of_freedom: 17 });
+        let estimate = Estimate { consistency, ..estimate() };
+        let verdict = |times| {
+            let found =
+                Diagnostic::whole(Code::DataInconsistentWithBudget, Severity::Warning, times);
+            Evidence { diagnostics: vec![found], ..Evidence::of(&estimate) }.judge().verdict()
+        };
+        assert_eq!((verdict(4.0), verdict(22.1)), (Verdict::UseWithCare, Verdict::DoNotUse));
     }
 
     #[test]

@@ -213,10 +213,18 @@ impl Recording {
     ) -> Result<(), RecordingError> {
         let time::TimeColumns { time, others } = time::find(&self.channels, &columns);
         let place_of_time = time;
-        if let Some((place, times)) = columns.into_iter().find(|(place, _)| Some(*place) == time)
-            && let Some(channel) = self.channels.get(place)
-        {
-            let (column, runs) = time::time_column(channel, &times, line)?;
+        let mut reasons = vec![];
+        let of = |place: usize| {
+            let times = columns.iter().find(|(other, _)| *other == place);
+            Some((self.channels.get(place)?, &times?.1))
+        };
+        for &place in &others {
+            let beside = time.and_then(of).zip(of(place));
+            let reason = beside.map(|(time, other)| time::beside_the_time(time, other, &line));
+            reasons.push((place, reason.transpose()?.unwrap_or("it counts the samples")));
+        }
+        if let Some((channel, times)) = time.and_then(of) {
+            let (column, runs) = time::time_column(channel, times, &line)?;
             self.time = Some(column);
             if let ([whole], [_, _, ..]) = (self.segments.as_slice(), runs.as_slice()) {
                 Self::plausible(runs.len() as u64, 1)?;
@@ -237,7 +245,8 @@ impl Recording {
         for place in places.into_iter().rev() {
             let channel = self.remove(place);
             if Some(place) != place_of_time {
-                let reason = "it counts the samples or repeats the time".to_owned();
+                let reason = reasons.iter().find(|(other, _)| *other == place);
+                let reason = reason.map_or("", |(_, reason)| *reason).to_owned();
                 self.left_out.push(LeftOut { name: column(place, &channel), reason });
             }
         }

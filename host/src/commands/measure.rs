@@ -38,6 +38,7 @@ use crate::precision::PrecisionMonitor;
 use crate::report;
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::single_fault::NominalTest;
+use crate::verdict::Verdict;
 
 pub use full_screen::ScreenArgs;
 pub(super) use full_screen::Shown;
@@ -191,7 +192,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         shown.value.after_each_dof = Some(monitor.into_reports());
         shown.value.hit_log = archive.map(|_| collected.hit_log_of(&result, &layout));
     }
-    output.conclude(shown.as_ref().ok().and_then(|shown| shown.value.verdict));
+    let verdict = shown.as_ref().ok().and_then(|shown| shown.value.verdict);
+    output.conclude(verdict);
     let answers = serde_json::json!(shown.as_ref().ok().map(|shown| &shown.value));
     // The answer is printed first: a disk that is full must not cost it.
     let printed = shown.and_then(|shown| shown.print(output));
@@ -201,11 +203,16 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         archive.lines = lines.into_dofs();
         let archive = collected.added_to(archive, &layout, args.records, output);
         args.archive.write_anywhere(&archive, output)?;
-        output.note(format!(
-            "next: `massline report {0}` makes a page with pictures; `massline export {0} --format csv` writes the result for \
-             other programs, and --help lists the formats",
-            path.display()
-        ));
+        let path_of = path.display();
+        let page = format!("next: `massline report {path_of}` makes a page with pictures");
+        // Without an answer that can be used there is nothing for other programs.
+        output.note(match verdict {
+            None | Some(Verdict::DoNotUse) => page,
+            Some(_) => format!(
+                "{page}; `massline export {path_of} --format csv` writes the result for other programs, and --help lists the \
+                 formats"
+            ),
+        });
         Part::delete(path);
     }
     printed

@@ -72,7 +72,7 @@ Examples:
   massline measure frame.toml        measure with the rig that is connected
 
 Exit codes:
-  0 done                       3 the data cannot determine the answer
+  0 done                       3 the data give no answer that can be used
   1 internal fault             4 device or link failure
   2 bad input or usage         130 Ctrl-C"
 )]

@@ -28,7 +28,7 @@ use object::SimulatedObject;
 The object is the one that the layout's [reference] states, as a rigid body on a soft suspension, or that
 of --bench. The sensors and marks are where the layout says, up to the errors of the bench. The result is
 printed beside the truth. A layout with profile = 'suspension' in its [test] has records of 40 s taken.
-The exit code is 3 when the verdict is not to use the answer.
+A single run has a verdict; the exit code is 3 when it is not to use the answer.
 
 With --runs the test is repeated with other errors each time, on all cores, from ADC codes to the
 ten properties by every method: bias, rms error, rms error over the Cramér-Rao bound, and how

@@ -113,7 +113,7 @@ fn no_other_force(
         recording.channels.get(other).map_or_else(String::new, |channel| column(other, channel));
     let message = format!(
         "channel {} is a force as well by its name or unit, and the responses are accelerations: leave it out with \
-         --leave-out \"{column}\", or state its unit with --unit \"{column}=g\"",
+         --leave-out \"{column}\", or, if it is an acceleration, state its unit with --unit \"{column}=UNIT\"",
         other + 1
     );
     Err(Error::input("several_forces", message))
@@ -183,10 +183,16 @@ pub(super) fn hits(
         }
     };
     if hits.is_empty() {
+        let force = order.first().copied().unwrap_or_default();
+        let samples =
+            recording.segments.iter().filter_map(|segment| segment.0.get(force)).flatten();
+        let largest = samples.fold(0.0_f64, |most, sample| most.max(*sample));
         let message = format!(
-            "no hit of {} N or more after {} s of quiet was found; lower --trigger-n or \
-             --pre-trigger-s, or say with --force which channel is the force",
-            options.test.trigger_n, options.pre_trigger_s
+            "no hit of {} N or more after {} s of quiet was found, and the largest force is {} N; check the unit of the force, \
+             lower --trigger-n or --pre-trigger-s, or say with --force which channel is the force",
+            options.test.trigger_n,
+            options.pre_trigger_s,
+            six_digits(largest)
         );
         return Err(Error::input("no_hit", message));
     }

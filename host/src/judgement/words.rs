@@ -70,6 +70,12 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
                 suspects.iter().map(|suspect| suspect_clause(suspect, layout)).collect();
             match clauses.as_slice() {
                 [one] => format!("one mistake explains the data: {one}"),
+                [first, second, third, rest @ ..] if !rest.is_empty() => format!(
+                    "one of {} mistakes that the data cannot tell apart explains them: {first}; or {second}; or {third}; or {} \
+                     more",
+                    clauses.len(),
+                    rest.len()
+                ),
                 several => {
                     format!("one of these mistakes explains the data: {}", several.join("; or "))
                 }

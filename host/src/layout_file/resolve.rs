@@ -376,7 +376,8 @@ fn reference(raw: &RawReference, source: &Source<'_>) -> Result<Reference, Layou
         let key = "reference.inertia_kg_m2";
         source.finite(j.span(), key, j.get_ref().as_flattened())?;
         let tensor = Matrix3::from(*j.get_ref()).transpose();
-        if let Some(fault) = tensor_fault(&tensor) {
+        // That no body has it is a suspicion: what is expected does not decide whether there is an answer.
+        if let Some(fault @ Fault::NotSymmetric) = tensor_fault(&tensor) {
             return Err(source.fault(j.span(), key, fault));
         }
     }

@@ -1,7 +1,8 @@
 //! Values that are possible but look like those of another unit.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
+use super::tensor::tensor_fault;
 use super::{LayoutFile, Node};
 
 /// Objects on cords are not larger, m.
@@ -40,7 +41,15 @@ impl LayoutFile {
                 extent(&self.nodes)
             )
         });
-        of_nodes.into_iter().chain(of_bodies).chain(self.uncertainty_suspicions()).collect()
+        let expected = self.reference.as_ref().and_then(|reference| reference.inertia_kg_m2);
+        let impossible = expected.and_then(|inertia| tensor_fault(&Matrix3::from(inertia)));
+        let impossible = impossible.map(|fault| format!("[reference]: {fault}"));
+        of_nodes
+            .into_iter()
+            .chain(impossible)
+            .chain(of_bodies)
+            .chain(self.uncertainty_suspicions())
+            .collect()
     }
 
     /// What looks like another unit in these properties of the object, which `name` states, beside its nodes.

@@ -359,12 +359,13 @@ fn numbers_that_cannot_be_are_named() {
 }
 
 #[test]
-fn a_reference_that_is_no_body_is_refused() {
+fn a_reference_that_is_no_body_is_a_suspicion_and_one_that_is_not_symmetric_is_refused() {
     // The six equal values of the paper's Table 1 (theory, section 11).
     let row = "[0.023029, 0.023029, 0.023029]";
     let text = GOOD.split("inertia_kg_m2").next().unwrap().to_owned()
         + &format!("inertia_kg_m2 = [{row}, {row}, {row}]\n");
-    assert!(message(&text, 32).contains("no body"));
+    let suspicions = parse(&text).unwrap().suspicions();
+    assert!(suspicions.iter().any(|of| of.starts_with("[reference]: no body")), "{suspicions:?}");
     let text = with("[0.0042529759241209525, 0.006", "[0.0, 0.006");
     assert!(message(&text, 32).contains("not symmetric"));
 }

@@ -125,7 +125,19 @@ impl Table {
             Recording { segments: vec![Segment::default()], ..Recording::default() };
         let mut times = Vec::new();
         let mut clocks = Vec::new();
+        let mut broken_time = None;
         for (place, (column, mut channel)) in columns.into_iter().zip(channels).enumerate() {
+            let is_whole = column.numbers + column.stamps == rows;
+            if !is_whole && column.digits.is_some() && !channel.name.is_empty() {
+                // A time with holes or text is none, and no reading of a sensor either.
+                let fault = column.text.clone().or_else(|| column.empty.clone());
+                if super::time::is_time(&channel) && column.numbers + column.stamps > 0 {
+                    broken_time = broken_time.or(fault);
+                }
+                let name = super::column(place, &channel);
+                recording.left_out.push(LeftOut { name, reason: column.not_whole() });
+                continue;
+            }
             if let Some(reason) = column.no_channel(rows) {
                 if !channel.name.is_empty() || column.text.is_some() {
                     recording
@@ -134,10 +146,10 @@ impl Table {
                 }
                 continue;
             }
-            channel.fault = if column.numbers > 0 { column.text.clone() } else { None };
+            let is_read = column.numbers > 0 || column.kind == Some(Kind::Number);
+            channel.fault = column.text.clone().filter(|_| is_read);
             channel.fault = channel.fault.or(column.empty);
             let here = recording.channels.len();
-            let is_whole = column.numbers + column.stamps == rows;
             if column.stamps > 0 {
                 clocks.push(here);
             }
@@ -160,6 +172,9 @@ impl Table {
         }
         let first_clock = clocks.first().copied();
         recording.take_time(times, |row| lines.of(row))?;
+        if let (None, Some(fault)) = (&recording.time, broken_time) {
+            return Err(fault);
+        }
         if let (Some(time), true) = (&mut recording.time, first_clock.is_some())
             && matches!(&time.unit, TimeUnit::Known { label, .. } if label == "s")
         {
@@ -203,6 +218,16 @@ impl Column {
         self.values.push(value);
         if let Some(digits) = &mut self.digits {
             digits.push(digit);
+        }
+    }
+
+    /// Why a column that may be a time is none.
+    fn not_whole(&self) -> String {
+        match &self.text {
+            Some(RecordingError::NotANumber { text, .. }) => {
+                format!("it has text, such as \"{text}\"")
+            }
+            _ => "it has empty cells".into(),
         }
     }
 

@@ -185,7 +185,7 @@ impl Dialect {
     /// # Errors
     /// When the signs may as well separate thousands.
     pub fn decimal(&self, text: &str) -> Result<Decimal, RecordingError> {
-        if self.separator == Separator::Comma || !text.contains(',') {
+        if self.separator == Separator::Comma {
             return Ok(Decimal::Point);
         }
         let mut signs = Signs::default();
@@ -257,7 +257,7 @@ impl Signs {
     /// are numbers without.
     fn thousands(&self) -> Option<(usize, usize, String)> {
         let mixed = self.columns.contains(&[true, true]);
-        self.first.clone().filter(|_| mixed && !self.decimal && self.commas > 0)
+        self.first.clone().filter(|_| mixed && !self.decimal)
     }
 }
 

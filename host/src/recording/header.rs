@@ -75,6 +75,10 @@ pub(super) fn channels(
         .map(|k| {
             let named = names.get(k).cloned().unwrap_or_default();
             match unit(k) {
+                // Both are kept where they differ.
+                Some(unit) if !is_unstated(&named.unit) && named.unit != unit => {
+                    Channel { name: whole(&named), unit, ..named }
+                }
                 Some(unit) => Channel { unit, ..named },
                 None => named,
             }

@@ -20,6 +20,8 @@ const EPOCH_UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), (
 const EQUAL_RATES: f64 = 1e-4;
 /// Relative uncertainty of a rate that is worth a note.
 const COARSE: f64 = 1e-3;
+/// Relative uncertainty of a rate from which on it is none.
+const UNUSABLE: f64 = 1e-2;
 /// Relative difference up to which the rate of --rate-hz is that of the file.
 const SAME_RATE: f64 = 1e-5;
 
@@ -156,6 +158,15 @@ impl TimeColumn {
     fn rate(&self, stated_unit: Option<&str>) -> Result<(Rate, f64)> {
         let name = self.called();
         let (step, uncertainty, rounded_to) = match self.steps {
+            Steps::Even { uncertainty, rounded_to: Some(digit), .. } if uncertainty > UNUSABLE => {
+                let message = format!(
+                    "the times of {name} are rounded to {}, by which the rate is known to {:.0} % only; give it with \
+                     --rate-hz, or export more digits",
+                    six_digits(digit),
+                    100.0 * uncertainty
+                );
+                return Err(Error::input("time_too_coarse", message));
+            }
             Steps::Even { step, uncertainty, rounded_to } => (step, uncertainty, rounded_to),
             Steps::Uneven { range: [least, most], row } => {
                 let message = format!(

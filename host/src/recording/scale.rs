@@ -4,7 +4,9 @@
 use super::sensitivity::{Sensitivity, is_electrical};
 use super::{Channel, LeftOut, Recording, RecordingError, is_named_force};
 use crate::error::{Error, Result};
-use crate::units::{Measure, Quantity, UnitFault, force_unit, is_unscaled, is_unstated, unit_size};
+use crate::units::{
+    Measure, Quantity, UnitFault, force_unit, is_unscaled, is_unstated, motion_unit, unit_size,
+};
 
 /// The column of `--unit` that means all responses without a unit.
 pub const EVERY_RESPONSE: &str = "*";
@@ -252,14 +254,17 @@ impl Recording {
         // What stands in brackets may be a unit that is not known here: none is proposed in its place.
         let is_open = |channel: &Channel| channel.name.contains(['(', '[']);
         let option = |k: usize, channel: &Channel, usual: &str| {
-            let unit = if is_open(channel) { "UNIT" } else { usual };
+            let of_name = unit_in_name(&channel.name);
+            let unit = of_name.as_deref().unwrap_or(if is_open(channel) { "UNIT" } else { usual });
             format!("--unit \"{}={unit}\"", column(k, channel))
         };
         let (forces, responses): (Vec<_>, Vec<_>) =
             channels.iter().partition(|(k, _)| Some(*k) == force);
         let mut options: Vec<String> =
             forces.iter().map(|(k, channel)| option(*k, channel, "N")).collect();
-        if responses.len() > 1 && !responses.iter().any(|(_, channel)| is_open(channel)) {
+        let is_plain =
+            |channel: &Channel| !is_open(channel) && unit_in_name(&channel.name).is_none();
+        if responses.len() > 1 && responses.iter().all(|(_, channel)| is_plain(channel)) {
             options.push(format!("--unit \"{EVERY_RESPONSE}=m/s^2\""));
         } else {
             options.extend(responses.iter().map(|(k, channel)| option(*k, channel, "m/s^2")));
@@ -318,6 +323,17 @@ impl Recording {
     }
 }
 
+/// The last word of a name such as `Acc_g` or `Force: kN`, where it is a unit of force or acceleration: the name may state it.
+fn unit_in_name(name: &str) -> Option<String> {
+    let last = name.trim_end_matches(['}', ')', ']', ' ']);
+    // Brackets hold a unit or none.
+    let bracket = last.rfind(['{', '(', '[']);
+    let at = bracket.or_else(|| last.rfind(['_', ' ', ':', '-']))?;
+    let word = last.get(at + 1..)?;
+    let is_unit = force_unit(word).is_some() || motion_unit(word, Quantity::Acceleration).is_some();
+    is_unit.then(|| word.to_owned())
+}
+
 /// The scale of one channel, which has a unit.
 fn scale(
     k: usize,
@@ -359,6 +375,16 @@ fn scale(
     }
     let source = if stated.unit.is_some() { UnitSource::Option } else { UnitSource::File };
     let factor = size_of(k, channel, unit, is_force)?;
+    let in_brackets = unit_in_name(&channel.name).filter(|_| channel.name.ends_with([')', ']']));
+    if let Some(other) = in_brackets.filter(|_| stated.unit.is_none())
+        && size_of(k, channel, &other, is_force).ok() != Some(factor)
+    {
+        let message = format!(
+            "{name}: its name states {other}, and its unit is stated as {unit}; say which holds with --unit \
+             \"{column}={unit}\" or --unit \"{column}={other}\""
+        );
+        return Err(Error::input("recording_unit_contradicted", message));
+    }
     Ok(Scale { unit: unit.to_owned(), source, factor: sign * factor })
 }
 

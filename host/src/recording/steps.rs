@@ -9,6 +9,10 @@ use std::ops::Range;
 const EVEN: f64 = 1e-2;
 /// A step longer than this many steps is a gap.
 const GAP: f64 = 1.5;
+/// Number of stamps below which the rate is that between the first and the last of them.
+const FEW_STAMPS: usize = 20;
+/// Rows by which one stamp may have fewer than the others without a loss.
+const MISSING_OF_STAMP: f64 = 1.75;
 /// How many last digits a rounded or truncated time may be away from its line.
 const DIGITS: f64 = 1.05;
 /// Relative resolution of a number of 32 bits, in which many programs hold times.
@@ -102,6 +106,31 @@ impl Times {
             && runs.iter().all(rises)
     }
 
+    /// The first row at which other times are more than half a step from these times `ratio`, or from a straight line
+    /// through them where the ratio is not known. Times that begin further apart than the recording is long have another
+    /// origin.
+    pub fn departs(&self, other: &Self, ratio: Option<f64>) -> Option<usize> {
+        let (own, others) = (&self.values, &other.values);
+        let rows = own.len().min(others.len());
+        let ends = |values: &[f64]| Some([*values.first()?, *values.get(rows.checked_sub(1)?)?]);
+        let ([a, b], [c, d]) = (ends(own)?, ends(others)?);
+        let slope = ratio.unwrap_or((d - c) / (b - a));
+        let origin = c - slope * a;
+        let origin = if ratio.is_some() && origin.abs() < (d - c).abs() { 0.0 } else { origin };
+        let step = (slope * (b - a) / rows as f64).abs();
+        let digits = [self.resolution(), other.resolution()];
+        let digit = |k: usize| {
+            let of = |digits: &[f64]| digits.get(k).copied().unwrap_or_default();
+            slope.abs() * of(&digits[0]) + of(&digits[1])
+        };
+        (0..rows).find(|&k| {
+            let at = |values: &[f64]| values.get(k).copied().unwrap_or(f64::NAN);
+            let expected = origin + slope * at(own);
+            let is_near = (at(others) - expected).abs() <= 0.5 * step + 2.0 * digit(k);
+            !is_near
+        })
+    }
+
     /// The coarsest resolution of the times, relative to their range.
     pub fn coarseness(&self) -> f64 {
         let (first, last) = (self.values.first(), self.values.last());
@@ -130,6 +159,9 @@ impl Times {
         }
         if mean > 0.0 && line.fits(&self.values, &digits) {
             let digit = (0..self.values.len()).map(|k| self.digit(k)).fold(0.0, f64::max);
+            if digit > mean {
+                return self.stamped(mean, digit);
+            }
             return Steps::Even {
                 step: mean,
                 uncertainty: line.uncertainty,
@@ -138,6 +170,37 @@ impl Times {
         }
         let uneven = Steps::Uneven { range: [least, most], row: longest };
         self.lost(&digits).unwrap_or(uneven)
+    }
+
+    /// Times whose last digit is longer than a step: several rows have the same stamp, and equally many between any two.
+    fn stamped(&self, step: f64, digit: f64) -> Steps {
+        // The rows at which another stamp begins. Between the first and the last of them, all rows of a stamp are there.
+        let begins: Vec<usize> =
+            (1..self.values.len()).filter(|&k| self.values[k - 1] != self.values[k]).collect();
+        // A line through few stamps leans on the parts of stamps at its ends.
+        let whole = begins.first().filter(|_| begins.len() < FEW_STAMPS).zip(begins.last()).map(
+            |(&first, &last)| {
+                let at = |row: usize| self.values.get(row).copied().unwrap_or(f64::NAN);
+                (at(last) - at(first)) / (last - first).max(1) as f64
+            },
+        );
+        let step = whole.filter(|step| *step > 0.0).unwrap_or(step);
+        let per_stamp = digit / step;
+        for pair in begins.windows(2) {
+            let &[from, to] = pair else { continue };
+            let missing = (self.values[to] - self.values[from]) / step - (to - from) as f64;
+            // Where another digit is the last one, a stamp is rounded on its two sides differently.
+            let is_even = [from - 1, to].iter().all(|&k| self.digit(k) == self.digit(from));
+            if is_even && missing > MISSING_OF_STAMP {
+                let samples = missing.round();
+                let after = self.values[to - 1];
+                return Steps::Lost { gaps: 1, samples, row: to - 1, after };
+            }
+        }
+        let stamps = begins.len().saturating_sub(1).max(1) as f64;
+        // The first and the last stamp begin up to a row beside their time, or, seldom, up to a digit.
+        let uncertainty = (per_stamp * stamps).recip().max(if stamps < 3.0 { 0.5 } else { 0.0 });
+        Steps::Even { step, uncertainty, rounded_to: Some(digit) }
     }
 
     /// The first gap, when the parts between the gaps have one step.

@@ -7,9 +7,16 @@ use super::{Channel, RecordingError};
 use crate::units::{is_unstated, time_unit};
 
 /// Words of a name that say that a column is a time.
-const TIME: [&str; 14] = [
+const TIME: [&str; 21] = [
     "time",
     "times",
+    "millis",
+    "micros",
+    "ticks",
+    "clock",
+    "zeitpunkt",
+    "sekunden",
+    "seconds",
     "timestamp",
     "timestamps",
     "datetime",
@@ -24,9 +31,9 @@ const TIME: [&str; 14] = [
     "時間",
 ];
 /// Names of a column that counts the samples.
-const INDEX: [&str; 14] = [
-    "index", "idx", "sample", "samples", "no", "nr", "n", "i", "k", "point", "row", "scan",
-    "number", "count",
+const INDEX: [&str; 18] = [
+    "counter", "cnt", "frame", "zähler", "index", "idx", "sample", "samples", "no", "nr", "n", "i",
+    "k", "point", "row", "scan", "number", "count",
 ];
 
 /// Relative difference up to which the steps of two segments are the same.
@@ -71,10 +78,16 @@ impl TimeUnit {
     /// The unit by the name and the label of a column: the last word of the name may be a unit, as in `time_us`.
     fn of(channel: &Channel) -> Self {
         let words = words(&channel.name);
-        let word = words.last().filter(|word| {
-            words.len() > 1 || is_unstated(&channel.unit) && time_unit(word).is_some()
-        });
-        let known = |label: &str| time_unit(label).map(|seconds| (label.to_owned(), seconds));
+        let word = words.last().filter(|_| words.len() > 1 || is_unstated(&channel.unit));
+        let known = |label: &str| {
+            // The names of the clocks of an Arduino.
+            let label = match label {
+                "millis" => "ms",
+                "micros" => "us",
+                label => label,
+            };
+            time_unit(label).map(|seconds| (label.to_owned(), seconds))
+        };
         let of_name = word.and_then(|word| known(word)).filter(|(word, _)| word != "t");
         let label = channel.unit.trim();
         match (of_name, known(label)) {
@@ -92,7 +105,7 @@ impl TimeUnit {
 pub(super) struct TimeColumns {
     /// The time.
     pub time: Option<usize>,
-    /// Columns that count the samples, and further times.
+    /// Columns that count the samples, further times, and other columns with the name of a time or a count.
     pub others: Vec<usize>,
 }
 
@@ -111,6 +124,7 @@ pub(super) fn find(channels: &[Channel], columns: &[(usize, Times)]) -> TimeColu
         is_index(&name) && times.count() || name.is_empty() && *place == 0 && times.count()
     });
     let indices: Vec<usize> = indices.map(|(place, _)| *place).collect();
+    let names_index = columns.iter().filter(|(place, _)| is_index(&channel(*place).name));
     // A clock may have fewer digits than a time beside it.
     let rising = by_name.iter().filter(|(_, times)| times.rise());
     let rising = rising.min_by(|(_, a), (_, b)| a.coarseness().total_cmp(&b.coarseness()));
@@ -125,9 +139,13 @@ pub(super) fn find(channels: &[Channel], columns: &[(usize, Times)]) -> TimeColu
     };
     let time =
         named.map(|(place, _)| *place).or_else(nameless).or_else(|| indices.first().copied());
-    let other_times = by_name.iter().filter(|(_, times)| times.rise()).map(|(place, _)| *place);
+    // One letter may be anything.
+    let is_meant =
+        |(place, times): &&(usize, Times)| times.rise() || channel(*place).name.chars().count() > 1;
+    let named = by_name.iter().copied().chain(names_index).filter(is_meant);
+    let named = named.map(|(place, _)| *place);
     let mut others: Vec<usize> =
-        indices.into_iter().chain(other_times).filter(|&place| Some(place) != time).collect();
+        indices.into_iter().chain(named).filter(|&place| Some(place) != time).collect();
     others.sort_unstable();
     others.dedup();
     TimeColumns { time, others }
@@ -199,6 +217,44 @@ pub(super) fn time_column(
     Ok((column, runs))
 }
 
+/// Why a further column with the name or the values of a time or a count is left out.
+///
+/// # Errors
+/// When it is a time that does not run as the time of the recording does, row by row.
+pub(super) fn beside_the_time(
+    (channel, times): (&Channel, &Times),
+    (other, own): (&Channel, &Times),
+    line: impl Fn(usize) -> usize,
+) -> Result<&'static str, RecordingError> {
+    if own.count() {
+        return Ok("it counts the samples");
+    }
+    if !is_time(other) || !own.rise() || !times.rise() {
+        return Ok("its name is that of a time or a count");
+    }
+    let known = |channel: &Channel| match TimeUnit::of(channel) {
+        TimeUnit::Known { seconds, .. } => Some(seconds),
+        _ => None,
+    };
+    // Without two units, only that both run alike can be told.
+    let ratio = match (known(channel), known(other)) {
+        (Some(of_time), Some(of_other)) => Some(of_time / of_other),
+        (None, None) => Some(1.0),
+        _ => None,
+    };
+    match times.departs(own, ratio) {
+        None => Ok("it repeats the time"),
+        Some(row) => {
+            let fault = format!(
+                "the columns \"{}\" and \"{}\" state different times; export channels that were sampled together, with one \
+                 time",
+                channel.name, other.name
+            );
+            Err(RecordingError::Header { line: line(row), fault })
+        }
+    }
+}
+
 /// True for a column with the name or the unit of a time.
 pub(super) fn is_time(channel: &Channel) -> bool {
     if super::is_named_force(&channel.name) {
@@ -212,7 +268,12 @@ pub(super) fn is_time(channel: &Channel) -> bool {
     let is_known_otherwise = super::scale::is_unit(&channel.unit);
     match words.first().map(String::as_str) {
         Some("t") if words.len() <= 2 => !is_known_otherwise,
-        Some("x") if words.len() == 2 && words.last().is_some_and(|word| word == "value") => true,
+        Some("x")
+            if words.len() == 2
+                && words.last().is_some_and(|word| word == "value" || word == "axis") =>
+        {
+            !is_known_otherwise
+        }
         Some(word) if words.len() == 1 && time_unit(word).is_some() => is_unstated(&channel.unit),
         _ => has_word && !is_known_otherwise,
     }

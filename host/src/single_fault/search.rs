@@ -1,5 +1,6 @@
 //! Fits the mistakes to a test.
 
+use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::identify::maximum_likelihood::{
     self, BudgetScales, ErrorBudget, Start, workspace,
@@ -69,8 +70,12 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         let tied = if explains { fitted.tied() } else { 0 };
         let mut named = fitted.suspects;
         let runner_up = named.drain(tied..).next();
-        let outcome = if explains {
-            named.par_iter_mut().for_each(|suspect| suspect.corrected = self.corrected(suspect));
+        named.par_iter_mut().for_each(|suspect| suspect.corrected = self.corrected(suspect));
+        // A mistake without which no body is left explains nothing.
+        named.retain(|suspect| {
+            suspect.corrected.as_ref().is_none_or(|answer| is_body(&answer.body))
+        });
+        let outcome = if !named.is_empty() {
             Outcome::Suspected(named)
         } else if agrees {
             Outcome::NothingSuspicious
@@ -289,6 +294,11 @@ fn solve<const S: usize, const H: usize>(
 ) -> Option<Estimate<f64>> {
     let solution = maximum_likelihood::solve(layout, lines, start, budget, room);
     solution.ok().map(|solution| solution.estimate)
+}
+
+/// True for a positive mass and positive moments of inertia.
+fn is_body(body: &RigidBody<f64>) -> bool {
+    body.mass > 0.0 && body.inertia.symmetric_eigenvalues().min() > 0.0
 }
 
 /// True when the learned budget explains the data.

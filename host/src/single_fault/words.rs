@@ -104,7 +104,7 @@ fn sized_clause(sized: &SizedMistake, layout: &HostLayout) -> String {
             format!("{} landed beside its node: {}", hit_name(hit, layout), parts.join(", "))
         }
         (SizedFault::CommonGain, FaultSize::Gain(gain)) => format!(
-            "all accelerances are {} times what they should be{meaning}; hammer and sensors cannot be distinguished",
+            "all accelerances are {} times what [prior] expects{meaning}: by hammer, sensors or [prior]",
             with_sigma(gain.value, gain.sigma)
         ),
         (fault, FaultSize::Gain(gain)) => {

@@ -42,7 +42,9 @@ const FACTORS: [(f64, &str); 20] = [
 pub enum Doubt {
     /// The file states no unit; SI is assumed.
     UnitAssumed,
-    /// The labels of the file contradict its dataset 164.
+    /// The file states the unit of some responses only; SI is assumed for the others.
+    UnitOfSomeResponses,
+    /// Two statements of the file about its units contradict each other.
     UnitContradicted,
     /// The responses differ from what is expected by the factor between two units.
     UnitOfResponses,
@@ -57,6 +59,7 @@ impl Doubt {
     pub fn code(self) -> &'static str {
         match self {
             Self::UnitAssumed => "unit_assumed",
+            Self::UnitOfSomeResponses => "unit_of_some_responses",
             Self::UnitContradicted => "unit_contradicted",
             Self::UnitOfResponses => "unit_of_responses_suspected",
             Self::UnitOfLayout => "unit_of_layout_suspected",
@@ -68,9 +71,10 @@ impl Doubt {
     pub fn severity(self) -> Severity {
         match self {
             Self::UnitAssumed | Self::SignsOfProducts => Severity::Note,
-            Self::UnitContradicted | Self::UnitOfResponses | Self::UnitOfLayout => {
-                Severity::Warning
-            }
+            Self::UnitOfSomeResponses
+            | Self::UnitContradicted
+            | Self::UnitOfResponses
+            | Self::UnitOfLayout => Severity::Warning,
         }
     }
 }

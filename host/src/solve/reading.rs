@@ -105,10 +105,14 @@ impl Reading {
                 .left_out
                 .push(format!("{unused} functions that the layout does not need"));
         }
-        let points = responses.first().map_or(&[][..], |response| &response.points);
-        self.document.bins = points.len();
-        let end = |point: Option<&(f64, _)>| point.map_or(0.0, |(f, _)| *f);
-        self.document.range_hz = [end(points.first()), end(points.last())];
+        // What all responses have.
+        let lengths = responses.iter().map(|response| response.points.len());
+        self.document.bins = lengths.min().unwrap_or(0);
+        let ends =
+            |response: &Response| Some([response.points.first()?.0, response.points.last()?.0]);
+        let common =
+            responses.iter().filter_map(ends).reduce(|a, b| [a[0].max(b[0]), a[1].min(b[1])]);
+        self.document.range_hz = common.unwrap_or_default();
         Ok(())
     }
 
@@ -126,6 +130,15 @@ impl Reading {
     pub(super) fn suspicions(&self) -> impl Iterator<Item = Suspicion> + '_ {
         self.understood.iter().filter_map(|Understood { unit, source, contradiction, .. }| {
             match (contradiction, source) {
+                (Some(contradiction), _) if contradiction.is_of_factors => {
+                    let message = format!(
+                        "the units code of dataset {} (164) and its factors belong to different units: the code is used, \
+                         which is {unit}; by the factors the accelerances would be {} times as large",
+                        contradiction.dataset,
+                        number(contradiction.factor)
+                    );
+                    Some(Suspicion::new(Doubt::UnitContradicted, message))
+                }
                 (Some(contradiction), _) => {
                     let message = format!(
                         "the labels of the file state {unit} and its dataset {} (164) states other units: the labels are \
@@ -140,11 +153,20 @@ impl Reading {
                         UnitSource::Assumed => "no unit",
                         _ => "only a part of the unit",
                     };
+                    // A unit that some functions state makes the silence of the others suspicious.
+                    let doubt = match self.understood.len() {
+                        1 => Doubt::UnitAssumed,
+                        _ => Doubt::UnitOfSomeResponses,
+                    };
+                    let of = match doubt {
+                        Doubt::UnitAssumed => "its",
+                        _ => "some",
+                    };
                     let message = format!(
-                        "the file states {stated} of its responses, neither by a label nor by dataset 164: they are taken \
+                        "the file states {stated} of {of} responses, neither by a label nor by dataset 164: they are taken \
                          to be in {unit}"
                     );
-                    Some(Suspicion::new(Doubt::UnitAssumed, message))
+                    Some(Suspicion::new(doubt, message))
                 }
                 (None, _) => None,
             }

@@ -70,13 +70,30 @@ pub(super) fn unit_label(record: &[u8]) -> String {
         [] => {
             let in_doubt = || label(record.get(NAME..).unwrap_or_default().trim_ascii());
             let text = fields.first().map_or_else(in_doubt, |field| label(field));
-            if is_unstated(&text) { String::new() } else { text.into_owned() }
+            if is_unstated(&text) {
+                unit_in_name(record).unwrap_or_default()
+            } else {
+                text.into_owned()
+            }
         }
         several => {
             let texts: Vec<&str> = several.iter().map(|(text, _)| text.as_ref()).collect();
             texts.join(" or ")
         }
     }
+}
+
+/// The unit in the name of an axis whose field of the unit states none: in brackets, or the last word of a line that ends
+/// before that field.
+fn unit_in_name(record: &[u8]) -> Option<String> {
+    let name = label(record.get(NAME..)?.get(..WIDTH.min(record.len() - NAME))?.trim_ascii());
+    let inner = ["()", "[]"].iter().find_map(|pair| {
+        let (open, close) = pair.split_at(1);
+        Some(name.strip_suffix(close)?.rsplit_once(open)?.1.to_owned())
+    });
+    let is_short = record.trim_ascii_end().len() < UNIT;
+    let last = || name.rsplit_once(' ').filter(|_| is_short).map(|(_, last)| last.to_owned());
+    inner.or_else(last).filter(|unit| label_meaning(unit).is_some())
 }
 
 /// The field of the unit; none where the record cannot have these columns.
@@ -128,6 +145,18 @@ mod tests {
                 assert_eq!(unit_label(&line), expected, "{name} by characters");
             }
         }
+    }
+
+    #[test]
+    fn a_unit_in_the_name_counts_where_its_own_field_states_none() {
+        let full = |name: &str, unit: &str| unit_label(&record(&by_bytes(name), &by_bytes(unit)));
+        assert_eq!(full("Accel. (g)", "NONE"), "g");
+        assert_eq!(full("Accel. [mm/s^2]", ""), "mm/s^2");
+        assert_eq!(full("Accel. (g)", "m/s^2"), "m/s^2");
+        assert_eq!(full("Force (top)", "NONE"), "");
+        assert_eq!(full("Position g", "NONE"), "");
+        assert_eq!(unit_label(b"        12    0    0    0 Acceleration mm/s^2"), "mm/s^2");
+        assert_eq!(unit_label(b"        12    0    0    0 Acceleration"), "");
     }
 
     #[test]

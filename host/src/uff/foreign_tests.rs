@@ -151,6 +151,19 @@ fn dataset_164_holds_wherever_it_stands_and_a_label_precedes_it() {
     let contradiction = understood(&bytes).contradiction.unwrap();
     assert_eq!(contradiction.dataset, 2);
     assert!((contradiction.factor / expected - 1.0).abs() < 1e-6, "{contradiction:?}");
+    // Code and factors of different units: the code holds. Reciprocals are the other custom.
+    for (length, force, factor) in
+        [(1.0, 1.0, Some(POUND_FORCE / 0.0254)), (39.37, 0.2248, None), (0.0254, 4.448, None)]
+    {
+        let bytes = [&unlabelled[..], &units_of(7, length, force)].concat();
+        check(&bytes, None, expected);
+        let found = understood(&bytes).contradiction;
+        assert_eq!(found.is_some(), factor.is_some(), "{length}");
+        if let Some((found, factor)) = found.zip(factor) {
+            assert!(found.is_of_factors && (found.factor / factor - 1.0).abs() < 1e-6, "{found:?}");
+        }
+    }
+    check(&[&unlabelled[..], &units_of(10, 1e3, 1.0)].concat(), None, 1e-3);
     // One part by its label, the other by the dataset.
     let half = [&dataset((12, "NONE", b"in/s^2"), (13, "NONE", b"NONE"))[..], &inches].concat();
     check(&half, None, expected);

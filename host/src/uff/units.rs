@@ -19,6 +19,8 @@ pub(super) struct UnitSystem {
     pub(super) dataset: usize,
     length: f64,
     force: f64,
+    /// Length and force by the factors of the dataset, where they belong to other units than its code.
+    by_factors: Option<[f64; 2]>,
 }
 
 impl UnitSystem {
@@ -58,17 +60,19 @@ pub(crate) struct Understood {
     pub(crate) unit: String,
     /// Where the unit was read.
     pub(crate) source: UnitSource,
-    /// The label and dataset 164 where they contradict each other: both units, and how many times as large the
-    /// accelerances would be by the dataset.
+    /// What contradicts that unit.
     pub(crate) contradiction: Option<Contradiction>,
 }
 
-/// A label that is not the unit of dataset 164.
+/// What contradicts the unit in use.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Contradiction {
-    /// The number of the dataset.
+    /// The number of dataset 164.
     pub(crate) dataset: usize,
-    /// By how many times the accelerances by the dataset are larger than by the label.
+    /// True where the unit is that of the dataset's code and its factors contradict it; else the unit is that of the labels
+    /// and the dataset contradicts it.
+    pub(crate) is_of_factors: bool,
+    /// By how many times the accelerances by what contradicts the unit are larger.
     pub(crate) factor: f64,
 }
 
@@ -100,22 +104,23 @@ impl UnitSource {
     }
 }
 
-/// The systems of dataset 164's unit codes from 1: the values of 1 m and 1 N.
-const SYSTEMS: [[f64; 2]; 8] = [
-    [1.0, 1.0],
-    [1.0 / FOOT, 1.0 / POUND_FORCE],
-    [1.0, 1.0 / KILOGRAM_FORCE],
-    [1.0 / FOOT, 1.0 / POUNDAL],
-    [1e3, 1e3],
-    [1e2, 1e2],
-    [1.0 / INCH, 1.0 / POUND_FORCE],
-    [1e3, 1.0 / KILOGRAM_FORCE],
+/// The systems of dataset 164's unit codes: the values of 1 m and 1 N.
+const SYSTEMS: [(i64, [f64; 2]); 9] = [
+    (1, [1.0, 1.0]),
+    (2, [1.0 / FOOT, 1.0 / POUND_FORCE]),
+    (3, [1.0, 1.0 / KILOGRAM_FORCE]),
+    (4, [1.0 / FOOT, 1.0 / POUNDAL]),
+    (5, [1e3, 1e3]),
+    (6, [1e2, 1e2]),
+    (7, [1.0 / INCH, 1.0 / POUND_FORCE]),
+    (8, [1e3, 1.0 / KILOGRAM_FORCE]),
+    (10, [1e3, 1.0]),
 ];
 
 /// Reads dataset 164 from after its first line to its end.
 ///
-/// Codes 1 to 8 define their units; for the others (9 is user defined) the factors are used. Writers disagree
-/// about the factors that belong to a code, so the code takes precedence.
+/// Codes 1 to 8 and 10 define their units; for the others (9 is user defined) the factors are used. Writers disagree
+/// about the factors that belong to a code, some write their reciprocals, so the code takes precedence.
 pub(super) fn read_units(
     lines: &mut Lines<'_>,
     notes: &mut Vec<String>,
@@ -132,17 +137,28 @@ pub(super) fn read_units(
         let text = text.chars().take(80).collect();
         return Err(lines.error(UffFault::NotANumber { field: "the unit factors", text }));
     };
-    let named = usize::try_from(code - 1).ok().and_then(|k| SYSTEMS.get(k));
+    let named = SYSTEMS.iter().find(|(other, _)| *other == code);
     let system = match named {
-        Some(&[named_length, named_force]) => {
-            if !are_close(length, named_length) || !are_close(force, named_force) {
+        Some(&(_, [named_length, named_force])) => {
+            let belong = |length: f64, force: f64| {
+                are_close(length, named_length) && are_close(force, named_force)
+            };
+            if !belong(length, force) {
                 notes.push(format!(
                     "dataset {}: the factors of the units do not belong to units code {code}; the \
                      code was taken (length {named_length:.6} per m, force {named_force:.6} per N)",
                     lines.dataset()
                 ));
             }
-            UnitSystem { dataset: lines.dataset(), length: named_length, force: named_force }
+            let are_others = !belong(length, force)
+                && !belong(1.0 / length, 1.0 / force)
+                && [length, force].iter().all(|factor| factor.is_finite() && *factor > 0.0);
+            UnitSystem {
+                dataset: lines.dataset(),
+                length: named_length,
+                force: named_force,
+                by_factors: are_others.then_some([length, force]),
+            }
         }
         None => {
             for value in [length, force] {
@@ -150,7 +166,7 @@ pub(super) fn read_units(
                     return Err(lines.error(UffFault::UnitFactor { value }));
                 }
             }
-            UnitSystem { dataset: lines.dataset(), length, force }
+            UnitSystem { dataset: lines.dataset(), length, force, by_factors: None }
         }
     };
     lines.skip_to_delimiter()?;
@@ -198,9 +214,21 @@ pub(super) fn conversion(
         (false, false, _) => UnitSource::Labels,
     };
     let by_dataset = size(of_motion) / size(of_force);
-    let contradiction = units
-        .filter(|_| !are_close(ordinate, by_dataset))
-        .map(|units| Contradiction { dataset: units.dataset, factor: by_dataset / ordinate });
+    let by_factors = units.and_then(|units| Some((units, units.by_factors?)));
+    let contradiction = match (units.filter(|_| !are_close(ordinate, by_dataset)), by_factors) {
+        (Some(units), _) => Some(Contradiction {
+            dataset: units.dataset,
+            is_of_factors: false,
+            factor: by_dataset / ordinate,
+        }),
+        (None, Some((units, [length, force])))
+            if matches!(source, UnitSource::Dataset164 | UnitSource::LabelAndDataset164) =>
+        {
+            let factor = (force / length) / (units.force / units.length);
+            Some(Contradiction { dataset: units.dataset, is_of_factors: true, factor })
+        }
+        _ => None,
+    };
     let unit = unit_text(function, quantity, &labels);
     Ok(Conversion {
         ordinate,

@@ -180,6 +180,98 @@ fn what_stands_in_brackets_is_not_taken_for_newtons() {
 }
 
 #[test]
+fn a_unit_in_a_name_is_proposed_and_one_that_its_row_contradicts_is_refused() {
+    let folder = Folder::new();
+    let file = |header: &str| folder.write("named.csv", scaled(header, 1.0));
+    for (name, unit) in [("Acc_g", "g"), ("Acc: mm/s^2", "mm/s^2"), ("Acc {g}", "g")] {
+        let header = format!("Time (s),Force (N),{name}\n");
+        let option = format!("\"{name}={unit}\"");
+        refused(&[&file(&header)], "recording_no_unit", &[&option]);
+    }
+    let header = "Time (s),Force (N),Acc (g)\ns,N,m/s^2\n";
+    let words = ["states g", "stated as m/s^2", "\"Acc (g)=g\""];
+    refused(&[&file(header)], "recording_unit_contradicted", &words);
+    graded(&[&file(header), "--unit", "Acc (g)=m/s^2"]);
+    // The factor of another column is no contradiction.
+    graded(&[&file("Time (s),Force (top) [N],Acc (m/s^2)\n")]);
+}
+
+#[test]
+fn a_column_with_the_other_decimal_sign_is_no_column_of_zeros() {
+    let folder = Folder::new();
+    let comma = |value: f64| format!("{value:.7}").replace('.', ",");
+    let file = text("Zeit (s);Kraft (N);a (m/s^2)\n", |_, t, [f, a]| {
+        format!("{};{};{a:.5}", comma(t), comma(f))
+    });
+    refused(
+        &[&folder.write("mixed.csv", file)],
+        "recording_malformed",
+        &["line 2", "decimal comma"],
+    );
+    // A point may separate thousands as a comma may.
+    let thousands = |value: f64| {
+        let value = (1000.0 * value).round() as i64;
+        let (sign, size) = (if value < 0 { "-" } else { "" }, value.abs());
+        match size / 1000 {
+            0 => format!("{sign}{size}"),
+            front => format!("{sign}{front}.{:03}", size % 1000),
+        }
+    };
+    let file = text("Kraft (N);a (mm/s^2)\n", |_, _, [f, a]| format!("{f:.0};{}", thousands(a)));
+    let file = folder.write("thousands.csv", file);
+    refused(&[&file, "--rate-hz", "5120"], "recording_malformed", &["thousands"]);
+}
+
+#[test]
+fn two_times_of_one_recording_have_to_run_alike() {
+    let folder = Folder::new();
+    let file = |other: &dyn Fn(usize, f64) -> String| {
+        let header = "Time (s),Force (N),Time (s),Acc (m/s^2)\n";
+        text(header, |k, t, [f, a]| format!("{t:.7},{f:.5},{},{a:.5}", other(k, t)))
+    };
+    let alike = folder.write("alike.csv", file(&|_, t| format!("{t:.7}")));
+    graded(&[&alike]);
+    let faster = |_, t: f64| format!("{:.7}", 2.0 * t);
+    let later = |_, t: f64| format!("{:.7}", t + 0.01);
+    let gap = |k, t: f64| format!("{:.7}", if k < 3000 { t } else { t + 40.0 / RATE });
+    let others: [&dyn Fn(usize, f64) -> String; 3] = [&faster, &later, &gap];
+    for other in others {
+        let file = folder.write("pair.csv", file(other));
+        refused(&[&file], "recording_malformed", &["state different times"]);
+    }
+}
+
+#[test]
+fn stamps_longer_than_a_step_show_losses_and_how_little_they_say() {
+    let folder = Folder::new();
+    let file = |decimals: usize, kept: &dyn Fn(usize) -> bool| {
+        let mut file = String::from("Time (s),Force (N),Acc (m/s^2)\n");
+        for k in (0..SAMPLES).filter(|&k| kept(k)) {
+            let [f, a] = sample(k);
+            writeln!(file, "{:.decimals$},{f:.5},{a:.5}", k as f64 / RATE).unwrap();
+        }
+        file
+    };
+    let whole = folder.write("whole.csv", file(2, &|_| true));
+    let value = graded(&[&whole]);
+    assert!(value["notes"][0].as_str().unwrap().contains("rounded to 0.01"), "{value}");
+    let lossy = folder.write("lossy.csv", file(2, &|k| !(3000..3040).contains(&k)));
+    let missing = ["samples are missing", "0.59"];
+    refused(&[&lossy], "samples_lost", &missing);
+    refused(&[&lossy, "--rate-hz", "5120"], "samples_lost", &missing);
+    let coarse = folder.write("coarse.csv", file(0, &|_| true));
+    refused(&[&coarse], "time_too_coarse", &["rounded to 1", "--rate-hz"]);
+    graded(&[&coarse, "--rate-hz", "5120"]);
+    // A line of text behind the numbers is no sample.
+    let footer = file(7, &|_| true) + "Max,60,24.7\n";
+    let footer = folder.write("footer.csv", footer);
+    for options in [&[][..], &["--rate-hz", "5120"]] {
+        let words = ["line 6146", "\"Max\""];
+        refused(&[&[footer.as_str()], options].concat(), "recording_malformed", &words);
+    }
+}
+
+#[test]
 fn a_time_that_falls_and_an_encoding_that_is_not_read_are_named() {
     let folder = Folder::new();
     let header = "Time (s),Force (N),Acc (m/s^2)\n";
