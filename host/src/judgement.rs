@@ -184,10 +184,11 @@ impl<'a> Evidence<'a> {
         let of_answer = || {
             // A rig that has learned the budget keeps the χ² of the stated one in a finding.
             let mut all = self.answer.diagnostics.iter().chain(&self.diagnostics);
-            let stated = all.find(|found| found.code == Code::DataInconsistentWithBudget);
+            let stated = all.find(|finding| finding.code == Code::DataInconsistentWithBudget);
             let of_stated = |consistency: Consistency<f64>| match stated {
-                Some(found) => Consistency {
-                    chi_squared: f64::from(found.value) * f64::from(consistency.degrees_of_freedom),
+                Some(finding) => Consistency {
+                    chi_squared: f64::from(finding.value)
+                        * f64::from(consistency.degrees_of_freedom),
                     ..consistency
                 },
                 None => consistency,

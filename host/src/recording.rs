@@ -212,18 +212,20 @@ impl Recording {
         line: impl Fn(usize) -> usize,
     ) -> Result<(), RecordingError> {
         let time::TimeColumns { time, others } = time::find(&self.channels, &columns);
-        let place_of_time = time;
-        let mut reasons = vec![];
-        let of = |place: usize| {
-            let times = columns.iter().find(|(other, _)| *other == place);
-            Some((self.channels.get(place)?, &times?.1))
+        let column_at = |place: usize| {
+            let (_, times) = columns.iter().find(|(other, _)| *other == place)?;
+            Some((self.channels.get(place)?, times))
         };
-        for &place in &others {
-            let beside = time.and_then(of).zip(of(place));
-            let reason = beside.map(|(time, other)| time::beside_the_time(time, other, &line));
-            reasons.push((place, reason.transpose()?.unwrap_or("it counts the samples")));
+        let time_column = time.and_then(column_at);
+        // The columns that are no channels, each but the time with the reason.
+        let mut taken: Vec<(usize, Option<&str>)> =
+            time.iter().map(|&place| (place, None)).collect();
+        for place in others {
+            if let Some(other) = column_at(place) {
+                taken.push((place, Some(time::beside_the_time(time_column, other, &line)?)));
+            }
         }
-        if let Some((channel, times)) = time.and_then(of) {
+        if let Some((channel, times)) = time_column {
             let (column, runs) = time::time_column(channel, times, &line)?;
             self.time = Some(column);
             if let ([whole], [_, _, ..]) = (self.segments.as_slice(), runs.as_slice()) {
@@ -240,14 +242,12 @@ impl Recording {
                 self.segments = runs.iter().map(|rows| Segment(part(rows))).collect();
             }
         }
-        let mut places: Vec<usize> = others.iter().copied().chain(place_of_time).collect();
-        places.sort_unstable();
-        for place in places.into_iter().rev() {
+        taken.sort_unstable();
+        for (place, reason) in taken.into_iter().rev() {
             let channel = self.remove(place);
-            if Some(place) != place_of_time {
-                let reason = reasons.iter().find(|(other, _)| *other == place);
-                let reason = reason.map_or("", |(_, reason)| *reason).to_owned();
-                self.left_out.push(LeftOut { name: column(place, &channel), reason });
+            if let Some(reason) = reason {
+                let (name, reason) = (column(place, &channel), reason.to_owned());
+                self.left_out.push(LeftOut { name, reason });
             }
         }
         Ok(())

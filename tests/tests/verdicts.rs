@@ -66,8 +66,8 @@ struct Row {
 impl Row {
     fn add(&mut self, measured: &MeasuredTest, culprit: &Culprit, truth: &[f64; 10]) {
         self.tests += 1;
-        let (found, judgement) = measured.judge();
-        let (Some(answer), Some(judgement)) = (found.estimates.first(), judgement) else {
+        let (identification, judgement) = measured.judge();
+        let (Some(answer), Some(judgement)) = (identification.estimates.first(), judgement) else {
             self.refused += 1;
             return;
         };

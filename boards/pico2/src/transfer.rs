@@ -11,9 +11,8 @@ pub const WRITERS: [usize; 2] = [0, 2];
 pub const HALF: u32 = RAW_LENGTH as u32 / 2;
 /// The interrupt line of the DMA that the sampler uses.
 pub const LINE: usize = 1;
-/// The register INTR that is read. It has the channels of every line. Only its first address, 0x400, is described by all
-/// sources:
-/// at 0x410 the register description has INTR1, and the headers of the manufacturer's SDK a reserved word.
+/// The register INTR that is read. It has the channels of every line. Only its first address, 0x400, is described
+/// by all sources: at 0x410 the register description has INTR1, and the headers of the manufacturer's SDK a reserved word.
 const RAISED: usize = 0;
 /// Number of polls for a busy channel. One is reset in a few cycles.
 const LOOKS: usize = 10_000;

@@ -203,14 +203,14 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         archive.lines = lines.into_dofs();
         let archive = collected.added_to(archive, &layout, args.records, output);
         args.archive.write_anywhere(&archive, output)?;
-        let path_of = path.display();
-        let page = format!("next: `massline report {path_of}` makes a page with pictures");
+        let archive = path.display();
+        let page = format!("next: `massline report {archive}` makes a page with pictures");
         // Without an answer that can be used there is nothing for other programs.
         output.note(match verdict {
             None | Some(Verdict::DoNotUse) => page,
             Some(_) => format!(
-                "{page}; `massline export {path_of} --format csv` writes the result for other programs, and --help lists the \
-                 formats"
+                "{page}; `massline export {archive} --format csv` writes the result for other programs, and --help \
+                 lists the formats"
             ),
         });
         Part::delete(path);

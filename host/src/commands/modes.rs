@@ -62,18 +62,14 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         bar.set_length(all.into());
         bar.set_position(done.into());
     };
-    let found = match &source {
-        Source::Archive { archive, path, layout } => modes_of_archive(
-            (archive, path),
-            HostLayout::clone(layout),
-            &args.hits,
-            &options,
-            progress,
-        ),
-        Source::Files(problem) => modes_of_problem(problem, &options, progress),
+    let modes = match source {
+        Source::Archive { archive, path, layout } => {
+            modes_of_archive((&archive, path), *layout, &args.hits, &options, progress)
+        }
+        Source::Files(problem) => modes_of_problem(&problem, &options, progress),
     };
     bar.finish_and_clear();
-    let FoundModes { modes, layout, band_hz: band } = found?;
+    let FoundModes { modes, layout, band_hz: band } = modes?;
     let message_of = |d: &massline_shared::diagnosis::Diagnostic| message_in(d, &layout);
     let diagnostics = Some(diagnostics_json(&modes.diagnostics, message_of));
     let document = document::Modes { diagnostics, ..modes_json(&modes, band, &layout) };

@@ -47,7 +47,8 @@ impl SourceArgs {
             let added = source.add_responses(&uff, options.quantity);
             added.map_err(|error| error.within(path.display()))?;
             let layout = source.layout().filter(|_| !output.json());
-            if let Some(line) = layout.and_then(|of| understood(of, (&uff, path), &options)) {
+            let line = layout.and_then(|layout| understood(layout, (&uff, path), &options));
+            if let Some(line) = line {
                 output.note(line);
             }
         }

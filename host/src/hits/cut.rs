@@ -188,8 +188,8 @@ pub(super) fn hits(
             recording.segments.iter().filter_map(|segment| segment.0.get(force)).flatten();
         let largest = samples.fold(0.0_f64, |most, sample| most.max(*sample));
         let message = format!(
-            "no hit of {} N or more after {} s of quiet was found, and the largest force is {} N; check the unit of the force, \
-             lower --trigger-n or --pre-trigger-s, or say with --force which channel is the force",
+            "no hit of {} N or more after {} s of quiet was found, and the largest force is {} N; check the unit of the \
+             force, lower --trigger-n or --pre-trigger-s, or say with --force which channel is the force",
             options.test.trigger_n,
             options.pre_trigger_s,
             six_digits(largest)

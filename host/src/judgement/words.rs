@@ -71,8 +71,8 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
             match clauses.as_slice() {
                 [one] => format!("one mistake explains the data: {one}"),
                 [first, second, third, rest @ ..] if !rest.is_empty() => format!(
-                    "one of {} mistakes that the data cannot tell apart explains them: {first}; or {second}; or {third}; or {} \
-                     more",
+                    "one of {} mistakes that the data cannot tell apart explains them: {first}; or {second}; or \
+                     {third}; or {} more",
                     clauses.len(),
                     rest.len()
                 ),

@@ -12,7 +12,7 @@ use crate::units::{
 pub const EVERY_RESPONSE: &str = "*";
 
 /// Units of other quantities, which a header or a row of units may have.
-const OTHER_UNITS: [&str; 52] = [
+const OTHER_UNITS: [&str; 51] = [
     "°C",
     "degC",
     "C",
@@ -35,7 +35,6 @@ const OTHER_UNITS: [&str; 52] = [
     "rad",
     "%",
     "W",
-    "A",
     "mA",
     "Ω",
     "ohm",
@@ -271,8 +270,8 @@ impl Recording {
         }
         let names: Vec<String> = channels.iter().map(|(k, channel)| called(*k, channel)).collect();
         let message = format!(
-            "no unit of a force or an acceleration is stated for {}; state the units in which the file is, for example {}, \
-             or export the recording with its units (a signal in mV, pC or counts also needs --sensitivity)",
+            "no unit of a force or an acceleration is stated for {}; state the units in which the file is, for example \
+             {}, or export the recording with its units (a signal in mV, pC or counts also needs --sensitivity)",
             names.join(", "),
             options.join(" ")
         );

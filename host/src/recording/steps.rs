@@ -118,16 +118,12 @@ impl Times {
         let origin = c - slope * a;
         let origin = if ratio.is_some() && origin.abs() < (d - c).abs() { 0.0 } else { origin };
         let step = (slope * (b - a) / rows as f64).abs();
-        let digits = [self.resolution(), other.resolution()];
-        let digit = |k: usize| {
-            let of = |digits: &[f64]| digits.get(k).copied().unwrap_or_default();
-            slope.abs() * of(&digits[0]) + of(&digits[1])
-        };
-        (0..rows).find(|&k| {
-            let at = |values: &[f64]| values.get(k).copied().unwrap_or(f64::NAN);
-            let expected = origin + slope * at(own);
-            let is_near = (at(others) - expected).abs() <= 0.5 * step + 2.0 * digit(k);
-            !is_near
+        let digits = self.resolution().into_iter().zip(other.resolution());
+        let mut pairs = own.iter().zip(others).zip(digits);
+        pairs.position(|((time, other), (digit, of_other))| {
+            let most = 0.5 * step + 2.0 * (slope.abs() * digit + of_other);
+            let departure = (other - origin - slope * time).abs();
+            departure > most || departure.is_nan()
         })
     }
 
@@ -185,7 +181,6 @@ impl Times {
             },
         );
         let step = whole.filter(|step| *step > 0.0).unwrap_or(step);
-        let per_stamp = digit / step;
         for pair in begins.windows(2) {
             let &[from, to] = pair else { continue };
             let missing = (self.values[to] - self.values[from]) / step - (to - from) as f64;
@@ -197,9 +192,9 @@ impl Times {
                 return Steps::Lost { gaps: 1, samples, row: to - 1, after };
             }
         }
-        let stamps = begins.len().saturating_sub(1).max(1) as f64;
-        // The first and the last stamp begin up to a row beside their time, or, seldom, up to a digit.
-        let uncertainty = (per_stamp * stamps).recip().max(if stamps < 3.0 { 0.5 } else { 0.0 });
+        // The stamps begin up to a row beside their times; three of them are too few to show that they do.
+        let stamps = begins.len().saturating_sub(1) as f64;
+        let uncertainty = if stamps < 3.0 { 0.5 } else { step / (digit * stamps) };
         Steps::Even { step, uncertainty, rounded_to: Some(digit) }
     }
 

@@ -124,7 +124,9 @@ pub(super) fn find(channels: &[Channel], columns: &[(usize, Times)]) -> TimeColu
         is_index(&name) && times.count() || name.is_empty() && *place == 0 && times.count()
     });
     let indices: Vec<usize> = indices.map(|(place, _)| *place).collect();
-    let names_index = columns.iter().filter(|(place, _)| is_index(&channel(*place).name));
+    let named_index = columns.iter().filter(|(place, _)| is_index(&channel(*place).name));
+    // A count with a gap shows the loss.
+    let counted = || named_index.clone().find(|(_, times)| times.rise()).map(|(place, _)| *place);
     // A clock may have fewer digits than a time beside it.
     let rising = by_name.iter().filter(|(_, times)| times.rise());
     let rising = rising.min_by(|(_, a), (_, b)| a.coarseness().total_cmp(&b.coarseness()));
@@ -139,10 +141,11 @@ pub(super) fn find(channels: &[Channel], columns: &[(usize, Times)]) -> TimeColu
     };
     let time =
         named.map(|(place, _)| *place).or_else(nameless).or_else(|| indices.first().copied());
+    let time = time.or_else(counted);
     // One letter may be anything.
     let is_meant =
         |(place, times): &&(usize, Times)| times.rise() || channel(*place).name.chars().count() > 1;
-    let named = by_name.iter().copied().chain(names_index).filter(is_meant);
+    let named = by_name.iter().copied().chain(named_index.clone()).filter(is_meant);
     let named = named.map(|(place, _)| *place);
     let mut others: Vec<usize> =
         indices.into_iter().chain(named).filter(|&place| Some(place) != time).collect();
@@ -217,20 +220,23 @@ pub(super) fn time_column(
     Ok((column, runs))
 }
 
-/// Why a further column with the name or the values of a time or a count is left out.
+/// Why a further column with the name or the values of a time or a count is left out; `time` is the time of the recording,
+/// where it has one.
 ///
 /// # Errors
 /// When it is a time that does not run as the time of the recording does, row by row.
 pub(super) fn beside_the_time(
-    (channel, times): (&Channel, &Times),
+    time: Option<(&Channel, &Times)>,
     (other, own): (&Channel, &Times),
     line: impl Fn(usize) -> usize,
 ) -> Result<&'static str, RecordingError> {
+    const BY_NAME: &str = "its name is that of a time or a count";
     if own.count() {
         return Ok("it counts the samples");
     }
-    if !is_time(other) || !own.rise() || !times.rise() {
-        return Ok("its name is that of a time or a count");
+    let Some((channel, times)) = time.filter(|_| is_time(other)) else { return Ok(BY_NAME) };
+    if !own.rise() || !times.rise() {
+        return Ok(BY_NAME);
     }
     let known = |channel: &Channel| match TimeUnit::of(channel) {
         TimeUnit::Known { seconds, .. } => Some(seconds),

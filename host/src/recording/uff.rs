@@ -54,7 +54,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
 
 /// The abscissa of a record that states each time and is not even, from which no rate is taken.
 fn uneven(record: &Function) -> Option<TimeColumn> {
-    let first = *record.abscissa.first()?;
+    let [first, _, _, ..] = record.abscissa[..] else { return None };
     let mut times = Times::default();
     record.abscissa.iter().for_each(|&time| times.push(time, digit(time)));
     let steps = match times.steps() {
@@ -66,8 +66,7 @@ fn uneven(record: &Function) -> Option<TimeColumn> {
     };
     let name = format!("abscissa of {}", record.time_channel().name);
     let unit = TimeUnit::Known { label: "s".into(), seconds: 1.0 };
-    let is_told = record.abscissa.len() > 2;
-    is_told.then_some(TimeColumn { name, unit, steps, first, is_index: false })
+    Some(TimeColumn { name, unit, steps, first, is_index: false })
 }
 
 /// The last digit of a time as the format writes it, with six of them (`E13.5`).

@@ -125,8 +125,7 @@ fn common_gain<const S: usize, const H: usize>(
     let known = known_scale(layout)?;
     let without_priors = Layout { priors: Default::default(), ..layout.clone() };
     let (estimate, _) = solve(&without_priors, lines, None, room)?;
-    let found = estimate.theta()[usize::from(known.property)];
-    let gain = known.value / found;
+    let gain = known.value / estimate.theta()[usize::from(known.property)];
     (gain.is_finite() && gain != 0.0).then(|| Vector2::new(gain, 0.0))
 }
 

@@ -104,7 +104,7 @@ fn sized_clause(sized: &SizedMistake, layout: &HostLayout) -> String {
             format!("{} landed beside its node: {}", hit_name(hit, layout), parts.join(", "))
         }
         (SizedFault::CommonGain, FaultSize::Gain(gain)) => format!(
-            "all accelerances are {} times what [prior] expects{meaning}: by hammer, sensors or [prior]",
+            "all accelerances are {} times what [prior] expects{meaning}: the hammer, the sensors or [prior] is wrong",
             with_sigma(gain.value, gain.sigma)
         ),
         (fault, FaultSize::Gain(gain)) => {

@@ -126,6 +126,13 @@ impl Reading {
         &self.notes
     }
 
+    /// True when the file states the whole unit of some response.
+    fn states_units(&self) -> bool {
+        let is_assumed =
+            |source| matches!(source, UnitSource::Assumed | UnitSource::LabelAndAssumed);
+        self.understood.iter().any(|of_response| !is_assumed(of_response.source))
+    }
+
     /// Units that are assumed, or that the file contradicts.
     pub(super) fn suspicions(&self) -> impl Iterator<Item = Suspicion> + '_ {
         self.understood.iter().filter_map(|Understood { unit, source, contradiction, .. }| {
@@ -154,16 +161,12 @@ impl Reading {
                         _ => "only a part of the unit",
                     };
                     // A unit that some functions state makes the silence of the others suspicious.
-                    let doubt = match self.understood.len() {
-                        1 => Doubt::UnitAssumed,
-                        _ => Doubt::UnitOfSomeResponses,
-                    };
-                    let of = match doubt {
-                        Doubt::UnitAssumed => "its",
-                        _ => "some",
+                    let (doubt, which) = match self.states_units() {
+                        false => (Doubt::UnitAssumed, "its"),
+                        true => (Doubt::UnitOfSomeResponses, "some"),
                     };
                     let message = format!(
-                        "the file states {stated} of {of} responses, neither by a label nor by dataset 164: they are taken \
+                        "the file states {stated} of {which} responses, neither by a label nor by dataset 164: they are taken \
                          to be in {unit}"
                     );
                     Some(Suspicion::new(doubt, message))

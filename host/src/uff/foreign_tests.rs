@@ -164,6 +164,11 @@ fn dataset_164_holds_wherever_it_stands_and_a_label_precedes_it() {
         }
     }
     check(&[&unlabelled[..], &units_of(10, 1e3, 1.0)].concat(), None, 1e-3);
+    // Of a function whose motion has a label only the force counts.
+    let motion = dataset((12, "NONE", b"in/s^2"), (13, "NONE", b"NONE"));
+    let found = understood(&[&motion[..], &units_of(7, 1.0, 1.0)].concat()).contradiction;
+    let factor = found.filter(|found| found.is_of_factors).unwrap().factor;
+    assert!((factor / POUND_FORCE - 1.0).abs() < 1e-6, "{factor}");
     // One part by its label, the other by the dataset.
     let half = [&dataset((12, "NONE", b"in/s^2"), (13, "NONE", b"NONE"))[..], &inches].concat();
     check(&half, None, expected);

@@ -197,15 +197,18 @@ pub(super) fn conversion(
     };
     let labels = Labels::of(function, quantity)?;
     let units = function.units;
-    let size = |measure| units.map_or(1.0, |units| units.size(measure));
     let [of_motion, of_force] = [Measure::Motion(quantity), Measure::Force];
-    let (ordinate, is_part) = match labels {
-        Labels::Ratio(ratio) => (ratio, false),
-        Labels::Parts(motion, force) => (
-            motion.unwrap_or(size(of_motion)) / force.unwrap_or(size(of_force)),
-            motion.is_none() || force.is_none(),
-        ),
+    let size = |units: Option<UnitSystem>, measure| units.map_or(1.0, |units| units.size(measure));
+    // Labels where they are stated, else these units.
+    let ordinate_by = |units| match labels {
+        Labels::Ratio(ratio) => ratio,
+        Labels::Parts(motion, force) => {
+            motion.unwrap_or(size(units, of_motion)) / force.unwrap_or(size(units, of_force))
+        }
     };
+    let ordinate = ordinate_by(units);
+    let is_part =
+        matches!(labels, Labels::Parts(motion, force) if motion.is_none() || force.is_none());
     let source = match (labels.are_missing(), is_part, units.is_some()) {
         (true, _, true) => UnitSource::Dataset164,
         (true, _, false) => UnitSource::Assumed,
@@ -213,22 +216,22 @@ pub(super) fn conversion(
         (false, true, false) => UnitSource::LabelAndAssumed,
         (false, false, _) => UnitSource::Labels,
     };
-    let by_dataset = size(of_motion) / size(of_force);
-    let by_factors = units.and_then(|units| Some((units, units.by_factors?)));
-    let contradiction = match (units.filter(|_| !are_close(ordinate, by_dataset)), by_factors) {
-        (Some(units), _) => Some(Contradiction {
-            dataset: units.dataset,
-            is_of_factors: false,
-            factor: by_dataset / ordinate,
-        }),
-        (None, Some((units, [length, force])))
-            if matches!(source, UnitSource::Dataset164 | UnitSource::LabelAndDataset164) =>
-        {
-            let factor = (force / length) / (units.force / units.length);
-            Some(Contradiction { dataset: units.dataset, is_of_factors: true, factor })
-        }
-        _ => None,
-    };
+    let contradiction = units.and_then(|units| {
+        let by_dataset = units.size(of_motion) / units.size(of_force);
+        let by_factors = units.by_factors.map(|[length, force]| {
+            ordinate_by(Some(UnitSystem { length, force, by_factors: None, ..units }))
+        });
+        let of = |other: f64, is_of_factors| {
+            let factor = other / ordinate;
+            let dataset = units.dataset;
+            (!are_close(other, ordinate)).then_some(Contradiction {
+                dataset,
+                is_of_factors,
+                factor,
+            })
+        };
+        of(by_dataset, false).or_else(|| of(by_factors?, true))
+    });
     let unit = unit_text(function, quantity, &labels);
     Ok(Conversion {
         ordinate,

@@ -262,6 +262,14 @@ fn stamps_longer_than_a_step_show_losses_and_how_little_they_say() {
     let coarse = folder.write("coarse.csv", file(0, &|_| true));
     refused(&[&coarse], "time_too_coarse", &["rounded to 1", "--rate-hz"]);
     graded(&[&coarse, "--rate-hz", "5120"]);
+    // A count shows a loss where there is no time.
+    let mut counted = String::from("Index,Force (N),Acc (m/s^2)\n");
+    for k in (0..SAMPLES).filter(|k| !(2300..2340).contains(k)) {
+        let [f, a] = sample(k);
+        writeln!(counted, "{k},{f:.5},{a:.5}").unwrap();
+    }
+    let counted = folder.write("counted.csv", counted);
+    refused(&[&counted, "--rate-hz", "5120"], "samples_lost", &["40 samples are missing"]);
     // A line of text behind the numbers is no sample.
     let footer = file(7, &|_| true) + "Max,60,24.7\n";
     let footer = folder.write("footer.csv", footer);

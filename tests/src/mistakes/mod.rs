@@ -49,28 +49,32 @@ impl MeasuredTest {
             dofs.map(|(index, lines)| (*index, lines.resized())).collect();
         let observed = Observations::of_mass_lines(&layout, &lines);
         let settings = IdentifySettings::default();
-        let found = identify(&observed, Selection::All, &settings);
-        let judgement = found.estimates.first().map(|answer| {
+        let identification = identify(&observed, Selection::All, &settings);
+        let judgement = identification.estimates.first().map(|answer| {
             let examination = examine(&layout, &self.nodes, &lines);
             let answers = MassLineAnswers {
                 budget: layout.clone(),
                 lines: &lines,
                 settings: settings.inertia_restraint,
-                estimates: &found.estimates,
+                estimates: &identification.estimates,
             };
             let comparison = compare(&answers, |_, _| ());
             let reciprocity = reciprocity_of_mass_lines(&layout, &lines).to_vec();
             let evidence = Evidence {
                 examination: Some(&examination),
                 comparison: Some(&comparison),
-                refusals: found.refusals(),
-                diagnostics: [found.priors.as_slice(), &reciprocity, &self.test.diagnostics]
-                    .concat(),
+                refusals: identification.refusals(),
+                diagnostics: [
+                    identification.priors.as_slice(),
+                    &reciprocity,
+                    &self.test.diagnostics,
+                ]
+                .concat(),
                 ..Evidence::of(answer)
             };
             evidence.judge()
         });
-        (found, judgement)
+        (identification, judgement)
     }
 
     fn host_layout(&self) -> HostLayout {
