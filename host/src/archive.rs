@@ -52,10 +52,12 @@ use crate::document::LoggedHit;
 use crate::embedded;
 use crate::file::{self, Existing};
 use crate::hit_log;
+use crate::judgement::verdict_on_rig;
 use crate::layout_file::LayoutFile;
 use crate::limited::at_most;
 use crate::single_fault::NominalTest;
 use crate::uff::Frf;
+use crate::verdict::Verdict;
 use crate::{Error, Result};
 
 pub use lines::ArchivedLines;
@@ -194,7 +196,7 @@ impl ArchivedLayout {
 
     /// The layout that a rig has stored: its nodes are those of sensors and hits.
     pub fn of_rig(layout: HostLayout) -> Self {
-        let NominalTest { layout, nodes } = NominalTest::of_layout(layout);
+        let NominalTest { layout, nodes, .. } = NominalTest::of_layout(layout);
         let node = |(id, position_m)| ArchivedNode { id, position_m, axes: None };
         Self {
             title: layout.title.as_str().to_owned(),
@@ -206,12 +208,29 @@ impl ArchivedLayout {
 
     /// The nominal test with this layout.
     pub fn nominal(&self) -> NominalTest {
-        let nodes = self.nodes.iter().map(|node| (node.id, node.position_m)).collect();
-        NominalTest { layout: self.resolved.clone(), nodes }
+        // The positions are those of the archive, whatever its file says.
+        let file = self.toml.as_deref().and_then(|text| LayoutFile::parse(text, "").ok());
+        NominalTest {
+            layout: self.resolved.clone(),
+            nodes: self.nodes.iter().map(|node| (node.id, node.position_m)).collect(),
+            reference: file.as_ref().and_then(|file| file.reference),
+            unit_suspicions: file.as_ref().map(LayoutFile::suspicions).unwrap_or_default(),
+        }
     }
 }
 
 impl Archive {
+    /// The verdict on the answer when the archive was written; where none was stated, that on the rig's answer. `None`
+    /// without an answer.
+    pub fn verdict(&self) -> Option<Verdict> {
+        #[derive(Default, Deserialize)]
+        struct Stated {
+            verdict: Option<Verdict>,
+        }
+        let stated: Stated = serde_json::from_str(self.answers.0.get()).unwrap_or_default();
+        stated.verdict.or_else(|| verdict_on_rig(&self.result).map(|(verdict, _)| verdict))
+    }
+
     /// The archive of a result, written now; without spectra and records of hits. `calibration` is left out unless it is
     /// the one that the result was measured with.
     ///

@@ -37,7 +37,7 @@ use crate::report::{
 };
 use crate::rig_lines::StoredTest;
 use crate::single_fault::{Examination, NominalTest};
-use crate::solve::{band_of_modes, first_error, no_modal_answer};
+use crate::solve::{Suspicion, band_of_modes, first_error, no_modal_answer, suspicions};
 use crate::suspension::{
     Comparison, MassLineAnswers, SuspensionModes, compare, reciprocity_of_mass_lines,
     warn_of_flexible_mode,
@@ -63,6 +63,8 @@ pub struct HostSolution<'a> {
     modes: Option<(SuspensionModes, [f64; 2])>,
     /// What the global fit found besides the ten properties.
     global_fit: Option<GlobalFitSolution<f64>>,
+    /// What looks like another unit or convention.
+    suspicions: Vec<Suspicion>,
     /// What is missing of the test.
     notes: Vec<String>,
     /// How the methods agree.
@@ -75,13 +77,19 @@ pub struct HostSolution<'a> {
 }
 
 impl<'a> HostSolution<'a> {
-    /// Solves the mass lines of a result, or the lines that belong to it, with the layout of its measurement.
-    pub fn new(test: StoredTest<'a>, layout: &HostLayout, selection: Selection) -> Self {
-        let layout = layout_of(test.result, layout);
-        match test.profile() {
-            TestProfile::MassLine => Self::of_mass_lines(test.result, layout, selection),
-            TestProfile::Suspension => Self::of_lines(test, layout, selection),
-        }
+    /// Solves the mass lines of a result, or the lines that belong to it, with the layout of its measurement. Mass lines are
+    /// searched for the single mistake that explains them.
+    pub fn new(test: StoredTest<'a>, nominal: &NominalTest, selection: Selection) -> Self {
+        let layout = layout_of(test.result, &nominal.layout);
+        let (examination, solution) = match test.profile() {
+            TestProfile::MassLine => (
+                Some(nominal.examine_result(test.result)),
+                Self::of_mass_lines(test.result, layout, selection),
+            ),
+            TestProfile::Suspension => (None, Self::of_lines(test, layout, selection)),
+        };
+        let suspicions = suspicions(nominal, &solution.identification.estimates);
+        Self { examination, suspicions, ..solution }
     }
 
     fn of_mass_lines(
@@ -162,6 +170,7 @@ impl<'a> HostSolution<'a> {
             found: Vec::new(),
             modes: None,
             global_fit: None,
+            suspicions: Vec::new(),
             notes: Vec::new(),
             comparison: Comparison::default(),
             result,
@@ -171,26 +180,11 @@ impl<'a> HostSolution<'a> {
         }
     }
 
-    /// As [`Self::new`], with a search for the single mistake that explains mass lines.
-    pub fn examined(test: StoredTest<'a>, nominal: &NominalTest, selection: Selection) -> Self {
-        let examination = match test.profile() {
-            TestProfile::MassLine => Some(nominal.examine_result(test.result)),
-            TestProfile::Suspension => None,
-        };
-        Self { examination, ..Self::new(test, &nominal.layout, selection) }
-    }
-
-    /// The best answer: the rig's, or else the host's.
+    /// The answer, which the verdict is about and which reports and exports take: the host's best or, where it has none, the
+    /// rig's.
     pub fn best(&self) -> Option<Estimate<f64>> {
-        let of_rig = estimates_of(self.result).into_iter().next();
-        of_rig.or_else(|| self.identification.estimates.first().cloned())
-    }
-
-    /// The answer to use, which reports and exports take: in the suspension profile the host's best, whose best method needs
-    /// more memory than a rig has; else as [`Self::best`].
-    pub fn to_use(&self) -> Option<Estimate<f64>> {
-        let of_host = self.identification.estimates.first();
-        of_host.filter(|_| self.profile == TestProfile::Suspension).cloned().or_else(|| self.best())
+        let of_host = self.identification.estimates.first().cloned();
+        of_host.or_else(|| estimates_of(self.result).into_iter().next())
     }
 
     /// Which answer is the one to use, where rig and host answer by different methods, and what puts it in doubt; a line.
@@ -208,18 +202,18 @@ impl<'a> HostSolution<'a> {
         }
     }
 
-    /// The verdict on the answer: the host's best or, where it has none, the rig's. `None` without either.
+    /// The verdict on [`Self::best`]; `None` without an answer.
     pub fn judgement(&self) -> Option<Judgement> {
         let Identification { estimates, not_applicable, priors, .. } = &self.identification;
-        let of_rig = estimates_of(self.result);
-        let answer = estimates.first().or(of_rig.first())?;
+        let answer = self.best()?;
         let evidence = Evidence {
             examination: self.examination.as_ref(),
             comparison: Some(&self.comparison),
             refusals: self.identification.refusals(),
             diagnostics: [priors.as_slice(), &self.found, &self.result.diagnostics].concat(),
+            unit_suspicions: self.suspicions.iter().filter_map(Suspicion::warning).collect(),
             is_unconfirmed: estimates.is_empty() && !not_applicable.is_empty(),
-            ..Evidence::of(answer)
+            ..Evidence::of(&answer)
         };
         Some(evidence.judge())
     }
@@ -247,9 +241,9 @@ impl<'a> HostSolution<'a> {
         }
     }
 
-    /// What the hammer makes of the answer to use.
+    /// What the hammer makes of the answer.
     pub fn hammer_text(&self) -> String {
-        self.to_use().map_or_else(String::new, |answer| self.hammer_text_of(&answer))
+        self.best().map_or_else(String::new, |answer| self.hammer_text_of(&answer))
     }
 
     fn hammer_text_of(&self, answer: &Estimate<f64>) -> String {
@@ -288,9 +282,7 @@ impl<'a> HostSolution<'a> {
 
     /// What the test cannot see.
     pub fn cannot_see(&self) -> Vec<Unseen> {
-        let of_rig = estimates_of(self.result);
-        let best = self.identification.estimates.first().or(of_rig.first());
-        cannot_see(&self.layout, best.map(|estimate| &estimate.body))
+        cannot_see(&self.layout, self.best().as_ref().map(|estimate| &estimate.body))
     }
 
     /// Adds the findings to the document of the rig's result.
@@ -309,11 +301,17 @@ impl<'a> HostSolution<'a> {
             diagnostics.extend(found.iter().cloned());
             new.extend(found);
         }
+        for suspicion in self.suspicions.iter().map(Suspicion::to_json) {
+            diagnostics.push(suspicion.clone());
+            new.push(suspicion);
+        }
+        let judgement = self.judgement();
+        let judged = judgement.as_ref().map(Judgement::verdict);
         let host = HostFindings {
             results: identification.results_json(),
             not_applicable: identification.not_applicable_json(layout),
             details: identification.details_json(layout),
-            agreement: comparison_json(&self.comparison, &identification.estimates, layout),
+            agreement: comparison_json(&self.comparison, &identification.estimates, layout, judged),
             single_faults: self.examination.as_ref().map(|of| of.to_json(layout)),
             diagnostics,
         };
@@ -321,8 +319,7 @@ impl<'a> HostSolution<'a> {
             let refusals = refusals_json(&[refused], message_of).into_iter();
             refusals.map(move |refusal| Marked::by(found_by, refusal))
         });
-        let judgement = self.judgement();
-        document.verdict = judgement.as_ref().map(Judgement::verdict);
+        document.verdict = judged;
         let reasons_of = |judgement| verdict_reasons(judgement, layout, message_of);
         document.verdict_reasons = judgement.as_ref().map(reasons_of).unwrap_or_default();
         document.not_applicable.get_or_insert_default().extend(refusals);
@@ -358,13 +355,23 @@ impl<'a> HostSolution<'a> {
                 }
             }
         }
+        let here =
+            |method: Method| self.identification.estimates.iter().any(|e| e.method == method);
+        if !self.identification.estimates.is_empty() {
+            for rig in of_rig.iter().filter(|rig| !here(rig.method)) {
+                text += &format!("{}: the rig's answer is not confirmed here\n", rig.method.name());
+            }
+        }
         if let Some((modes, band)) = &self.modes {
             text += &modes_text(modes, *band, &self.layout);
         }
         text += &self.global_fit.as_ref().map_or_else(String::new, global_fit_text);
-        text += &comparison_text(&self.comparison, &self.identification.estimates, &self.layout);
+        let judged = self.judgement().as_ref().map(Judgement::verdict);
+        let estimates = &self.identification.estimates;
+        text += &comparison_text(&self.comparison, estimates, &self.layout, judged);
         text += &self.identification.nuisance_text(&self.layout);
         text += &sentences(&self.found, |d| message_in(d, &self.layout));
+        self.suspicions.iter().for_each(|suspicion| text += &suspicion.to_text());
         for note in &self.notes {
             text += &format!("note: {note}\n");
         }

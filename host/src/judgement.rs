@@ -326,7 +326,14 @@ mod tests {
 
     fn examination(chi_squared: f64, outcome: Outcome) -> Examination {
         let plain = Some(Consistency { chi_squared, degrees_of_freedom: 17 });
-        Examination { plain, outcome, runner_up: None, tested: 100, hidden: None }
+        Examination {
+            plain,
+            outcome,
+            runner_up: None,
+            tested: 100,
+            untried: Vec::new(),
+            hidden: None,
+        }
     }
 
     #[test]

@@ -30,6 +30,7 @@ use massline_shared::layout::{Dof, HostLayout, RigLayout, TestProfile};
 pub(crate) use error::Place;
 pub use error::{Fault, LayoutFileError, Place as LayoutPlace};
 pub use known::Uncertainty;
+pub(crate) use suspicion::size_suspicions;
 pub use template::{TEMPLATE, schema, template};
 
 use source::Source;

@@ -29,26 +29,34 @@ use massline_shared::identify::{Consistency, DofMassLines, Estimate};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, RIG_HITS, RIG_SENSORS};
 
 use crate::identification::{layout_of, lines_of};
-use crate::layout_file::LayoutFile;
+use crate::layout_file::{LayoutFile, Reference};
 pub(crate) use report::chi_squared_text;
 use search::Search;
 pub use sized::{SizedFault, SizedMistake};
 pub(crate) use words::suspect_clause;
 
-/// The nominal test: its layout, and the points that could be hit by mistake.
+/// The nominal test: its layout, the points that could be hit by mistake, and what is expected of the object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NominalTest {
     /// The layout.
     pub layout: HostLayout,
     /// Numbers and positions of the nodes, body frame, m.
     pub nodes: Vec<(u16, [f64; 3])>,
+    /// Expected values to compare with, where a layout file states some.
+    pub reference: Option<Reference>,
+    /// What in the layout file looks like values in another unit, in sentences.
+    pub unit_suspicions: Vec<String>,
 }
 
 impl NominalTest {
     /// The test with all nodes of a layout file.
     pub fn of_file(file: &LayoutFile) -> Self {
-        let nodes = file.nodes.iter().map(|node| (node.id, node.position)).collect();
-        Self { layout: file.layout.clone(), nodes }
+        Self {
+            layout: file.layout.clone(),
+            nodes: file.nodes.iter().map(|node| (node.id, node.position)).collect(),
+            reference: file.reference,
+            unit_suspicions: file.suspicions(),
+        }
     }
 
     /// The test with the nodes of its sensors and hits only, as a rig stores them.
@@ -58,7 +66,7 @@ impl NominalTest {
         let mut nodes: Vec<_> = sensors.chain(hits).collect();
         nodes.sort_by_key(|&(node, _)| node);
         nodes.dedup_by_key(|&mut (node, _)| node);
-        Self { layout, nodes }
+        Self { layout, nodes, reference: None, unit_suspicions: Vec::new() }
     }
 
     /// Looks for single mistakes in mass lines.
@@ -129,6 +137,8 @@ pub struct Examination {
     pub runner_up: Option<Suspect>,
     /// Number of mistakes that were considered.
     pub tested: usize,
+    /// Mistakes that were not tried, because hits and sensors do not determine the ten properties with them.
+    pub untried: Vec<SingleFault<f64>>,
     /// Mistakes that these data would not reveal, of those that have no size: the smallest of the others never show.
     /// `None` without a search: when the nominal layout has no fit that agrees with the data, and for layouts larger than
     /// a rig's, where the search takes too long.

@@ -46,7 +46,7 @@ use driving_points::{after_points, blame_option, reversed_points};
 use errors::{blame_the_responses, both_errors, undetermined};
 use frfs::{FittedLines, LayoutResponses, stated_band};
 use layout_checks::{admitted, assumed_for_solving, layout_problem};
-use plausibility::suspicions;
+pub(crate) use plausibility::suspicions;
 pub(crate) use suspension::no_modal_answer;
 use suspension::{Looked, ModalPart};
 
@@ -302,10 +302,9 @@ fn solve_as_stated(
     };
     let asked = Asked { of_mass_lines, of_modes };
     let mut solution = combine(settings, asked, (mass_lines, comparison), modal, notes)?;
-    let of_layout = file.suspicions().into_iter();
-    let of_layout = of_layout.map(|message| Suspicion::new(Doubt::UnitOfLayout, message));
-    solution.suspicions = responses.reading.suspicions().chain(of_layout).collect();
-    solution.suspicions.extend(suspicions(file, &solution.identification.estimates));
+    solution.suspicions = responses.reading.suspicions().collect();
+    let estimates = &solution.identification.estimates;
+    solution.suspicions.extend(suspicions(&NominalTest::of_file(file), estimates));
     Ok(solution)
 }
 

@@ -17,6 +17,7 @@ use crate::host_solution::HostSolution;
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
+use crate::report::{message_of_result, sentences};
 use crate::rig_lines::RigLines;
 use crate::single_fault::NominalTest;
 
@@ -69,9 +70,8 @@ impl ShownTest<'_> {
         output: &mut Output,
     ) -> Result<()> {
         let nominal = NominalTest::of_file(self.file);
-        let again =
-            HostSolution::examined(measured.test(), &nominal, Selection::All).without_details();
-        let (answer, to_use) = (again.best(), again.to_use());
+        let again = HostSolution::new(measured.test(), &nominal, Selection::All).without_details();
+        let answer = again.best();
         if let Some(error) = again.error().filter(|_| answer.is_none()) {
             return Err(error);
         }
@@ -91,20 +91,21 @@ impl ShownTest<'_> {
             report: report.as_ref().ok().and_then(|path| path.as_ref()).map(FilePath::from),
             tape: tape.map(FilePath::from),
         };
-        let used = Comparison { answer: to_use, ..comparison };
-        let (symbol, worst) = used.worst()?;
-        let table = used.table()?;
+        let (symbol, worst) = comparison.worst()?;
+        let table = comparison.table()?;
         let remark = match measured.test().profile() {
             TestProfile::MassLine => format!("{SIGMA_NOTE}\n"),
-            TestProfile::Suspension => used.of_methods(&again.answers()),
+            TestProfile::Suspension => comparison.of_methods(&again.answers()),
         };
         let verdict = again.verdict();
         output.conclude(verdict.as_ref().map(|(verdict, _)| *verdict));
         output.answer(&value, |output| {
             let heading = output.toned(&self.file.title, Tone::Strong);
             let first = verdict.map(|(verdict, line)| output.verdict_line(verdict, &line) + "\n");
+            let found = &comparison.result.diagnostics;
+            let found = sentences(found, |d| message_of_result(d, &comparison.result));
             format!(
-                "{}{heading}\n{}\n{}{table}{}worst: {worst:+.3} % of scale at {symbol}\n{remark}\n{}",
+                "{}{heading}\n{}\n{}{table}{}{found}worst: {worst:+.3} % of scale at {symbol}\n{remark}\n{}",
                 first.unwrap_or_default(),
                 self.description,
                 again.which_to_use(),

@@ -27,7 +27,7 @@ pub struct Comparison {
     pub length: f64,
     /// The rig's result.
     pub result: MeasurementResult,
-    /// The answer that is compared with the truth: the rig's best, or the host's where the rig has none.
+    /// The answer that is compared with the truth: that of the program or, where it has none, the rig's.
     pub answer: Option<Estimate<f64>>,
 }
 

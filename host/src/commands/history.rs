@@ -12,7 +12,7 @@ use crate::report::Summary;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Of each archive (*.massline): title, when it was measured, the best method, mass ± standard deviation,
-and the verdict of the rig. Files that cannot be read are named, and the others are listed.
+and the verdict when it was written. Files that cannot be read are named, and the others are listed.
 
 Examples:
   massline history
@@ -70,8 +70,10 @@ impl Test {
     fn of(archive: &Archive) -> Self {
         let time = archive.measured.as_ref().unwrap_or(&archive.written).clone();
         // The rig keeps a part of a long title only.
-        let summary =
-            Summary { title: archive.layout.title.clone(), ..Summary::of(&archive.result) };
+        let summary = Summary {
+            title: archive.layout.title.clone(),
+            ..Summary::of(&archive.result, archive.verdict())
+        };
         Self { summary, time }
     }
 

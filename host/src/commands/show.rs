@@ -93,7 +93,7 @@ pub fn document(
         return Ok(Shown::of_rig(&result, &SolvedHere::default()));
     };
     let of_rig = StoredTest { result: &result, ..test };
-    Ok(Shown::with_host(&result, &HostSolution::examined(of_rig, nominal, selection)))
+    Ok(Shown::with_host(&result, &HostSolution::new(of_rig, nominal, selection)))
 }
 
 /// The same of a test whose lines are solved here; a rig answers by some of the methods, or by none.
@@ -105,7 +105,7 @@ fn of_lines(
 ) -> Result<Shown> {
     let result = selected(test.result, selection);
     let of_rig = StoredTest { result: &result, ..test };
-    let again = HostSolution::new(of_rig, &nominal.layout, selection);
+    let again = HostSolution::new(of_rig, nominal, selection);
     if result.estimates.is_empty() {
         again.error().map_or(Ok(()), Err)?;
     } else if let Some(error) = again.error() {
@@ -127,7 +127,7 @@ pub fn solved_again(
 ) -> Result<()> {
     let result = selected(test.result, selection);
     let of_rig = StoredTest { result: &result, ..test };
-    let again = HostSolution::examined(of_rig, nominal, selection);
+    let again = HostSolution::new(of_rig, nominal, selection);
     if let Some(error) = again.error() {
         if test.profile() == TestProfile::MassLine {
             look_for_mistakes(&result, nominal, output);

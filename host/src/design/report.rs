@@ -19,8 +19,8 @@ use crate::document::{
 use crate::layout_file::LayoutFile;
 use crate::output::{align_right, table};
 use crate::report::{
-    diagnostics_json, hash_text, indicators_text, message_in, mode_json, refusals_json,
-    refusals_text, remedies_text, two_digits,
+    INERTIA_CONVENTION, diagnostics_json, hash_text, indicators_text, message_in, mode_json,
+    refusals_json, refusals_text, remedies_text, two_digits,
 };
 
 /// Error sources with a smaller share than this are not listed.
@@ -195,7 +195,7 @@ pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> St
     }
     align_right(&mut rows, [1, 3]);
     let mut text = format!(
-        "{rows}\nall ten: {:.3} % of scale (root mean square); {}\n",
+        "{rows}\n{INERTIA_CONVENTION}\nall ten: {:.3} % of scale (root mean square); {}\n",
         predicted.total_percent_of_scale,
         most(&design_report.parts, |part| part.share, usize::MAX),
     );

@@ -24,6 +24,8 @@ pub struct SingleFaults {
     pub runner_up: Option<Suspect>,
     /// For `larger_errors`: the errors over those stated.
     pub errors_over_stated: Option<ErrorsOverStated>,
+    /// Mistakes that were not tried, because hits and sensors do not determine the ten properties with them.
+    pub not_tried: Vec<Fault>,
     /// Mistakes that the data would not show.
     pub not_visible: Option<Vec<Fault>>,
 }

@@ -74,8 +74,8 @@ pub struct Summary {
     pub method: Option<&'static str>,
     /// The mass by this method.
     pub mass_kg: Option<Spread<f64>>,
-    /// Whether the result can be used: `good`, `3 warnings`, `unphysical` or `no answer`.
-    pub verdict: String,
+    /// Whether the result can be used: `good`, `use_with_care`, `do_not_use`, `to_be_solved` or `no_answer`.
+    pub verdict: &'static str,
 }
 
 /// The results that were deleted on a rig.

@@ -47,7 +47,7 @@ pub struct ComparedTest {
     pub truth: [f64; 10],
     /// Root mean square distance of the sensors from their centroid, L.
     pub characteristic_length_m: f64,
-    /// Errors of the rig's best answer, or of the host's where the rig has none, in % of m, L, L, L and m L² (six times).
+    /// Errors of the answer that the verdict is about: the best of `host`, or the rig's where that has none, in % of m, L, L, L and m L² (six times).
     pub error_percent_of_scale: [f64; 10],
 }
 

@@ -37,7 +37,7 @@ fn document_of(test: StoredTest<'_>, layout: Option<&HostLayout>) -> Value {
     state_verdict_of_rig(&mut document, test.result);
     if let Some(layout) = layout {
         let nominal = NominalTest::of_layout(layout.clone());
-        HostSolution::examined(test, &nominal, Selection::All).add_to(&mut document);
+        HostSolution::new(test, &nominal, Selection::All).add_to(&mut document);
     }
     with_version(&document)
 }
@@ -47,7 +47,7 @@ pub fn document_of_archive(archive: &Archive) -> Value {
     let mut document = report::measurement_json(&archive.result);
     let lines = RigLines::of_archive(archive);
     let test = StoredTest { result: &archive.result, lines: &lines };
-    let again = HostSolution::examined(test, &archive.layout.nominal(), Selection::All);
+    let again = HostSolution::new(test, &archive.layout.nominal(), Selection::All);
     again.add_to(&mut document);
     document.cannot_see = Some(again.cannot_see());
     with_version(&document)

@@ -82,7 +82,7 @@ impl TestData {
 
     /// Takes title and nodes from the layout that the rig has kept, which does not have the axes of nodes.
     pub fn with_rig_layout(self, layout: HostLayout) -> Self {
-        let NominalTest { layout, nodes } = NominalTest::of_layout(layout);
+        let NominalTest { layout, nodes, .. } = NominalTest::of_layout(layout);
         let node = |(id, position)| Node { id, position, axes: None };
         let mut with = self.titled(layout.title.as_str());
         with.nodes = nodes.into_iter().map(node).collect();

@@ -156,6 +156,10 @@ impl Verdict {
             reasons.extend(grave);
             return Self::bad("No real body has these properties", reasons);
         }
+        if answer.verdict == Some(crate::verdict::Verdict::DoNotUse) && refused.is_empty() {
+            let reasons = answer.doubts.iter().cloned().map(Sentence).collect();
+            return Self::bad("Do not use this answer", reasons);
+        }
         if !refused.is_empty() {
             let said = |reason: &&str| Sentence(format!("{NO_ANSWER_HERE}: {reason}"));
             let mut reasons: Vec<_> = refused.iter().map(said).collect();

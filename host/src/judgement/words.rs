@@ -63,7 +63,7 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
         }
         Concern::Unexplained(consistency) => {
             let fit = consistency.as_ref().map_or("no fit at all".into(), chi_squared_text);
-            format!("the data contradict the layout ({fit}), and no single mistake explains them")
+            format!("the data contradict the layout ({fit}), and no single mistake that was tried explains them")
         }
         Concern::SingleMistake { suspects, .. } => {
             let clauses: Vec<_> =

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::LayoutFile;
 use super::tensor::tensor_fault;
-use super::{LayoutFile, Node};
 
 /// Objects on cords are not larger, m.
 const LARGEST_M: f64 = 20.0;
@@ -32,13 +32,15 @@ impl LayoutFile {
         }
         let reference = self.reference.as_ref().map_or([None; 10], |body| body.properties());
         let bodies = [("[reference]", reference), ("[prior]", prior)];
-        let of_bodies =
-            bodies.iter().flat_map(|(name, properties)| self.size_suspicions(name, properties));
-        let of_nodes = (extent(&self.nodes) > LARGEST_M).then(|| {
+        let positions: Vec<_> = self.nodes.iter().map(|node| node.position).collect();
+        let of_bodies = bodies
+            .iter()
+            .flat_map(|(name, properties)| size_suspicions(&positions, name, properties));
+        let extent = extent(&positions);
+        let of_nodes = (extent > LARGEST_M).then(|| {
             format!(
-                "the nodes are up to {:.0} m apart: positions are in metres, and these look like millimetres; \
-                 write 0.2 for 200 mm",
-                extent(&self.nodes)
+                "the nodes are up to {extent:.0} m apart: positions are in metres, and these look like millimetres; \
+                 write 0.2 for 200 mm"
             )
         });
         let expected = self.reference.as_ref().and_then(|reference| reference.inertia_kg_m2);
@@ -48,58 +50,12 @@ impl LayoutFile {
             .into_iter()
             .chain(impossible)
             .chain(of_bodies)
-            .chain(self.uncertainty_suspicions())
+            .chain(self.uncertainty_suspicions(extent))
             .collect()
     }
 
-    /// What looks like another unit in these properties of the object, which `name` states, beside its nodes.
-    pub(crate) fn size_suspicions(&self, name: &str, properties: &KnownProperties) -> Vec<String> {
-        let extent = extent(&self.nodes);
-        let [mass, cx, cy, cz, jxx, jyy, jzz, ..] = *properties;
-        let mass = mass.filter(|mass| *mass > 0.0);
-        let mut suspicions = Vec::new();
-        // One node has no extent, and larger ones have been named.
-        if !(extent > 0.0 && extent.is_finite()) {
-            return suspicions;
-        }
-        let density = mass.map(|mass| mass / extent.powi(3));
-        if let Some(mass) = mass
-            && density.is_some_and(|density| !(LIGHTEST..HEAVIEST).contains(&density))
-            && extent <= LARGEST_M
-        {
-            suspicions.push(format!(
-                "{name} describes a body of {mass:.3} kg on nodes {extent:.3} m apart: check that positions are in metres \
-                 (1 in is 0.0254 m, 1 cm is 0.01 m) and masses in kg"
-            ));
-        }
-        let trace = jxx.zip(jyy).zip(jzz).map(|((xx, yy), zz)| xx + yy + zz);
-        let radius = trace.zip(mass).map(|(trace, mass)| (trace / (2.0 * mass)).sqrt());
-        if let Some(radius) =
-            radius.filter(|r| !(1.0 / APART..APART).contains(&(r / extent)) && !r.is_nan())
-        {
-            suspicions.push(format!(
-                "{name} describes a body with a radius of gyration of {radius:.3e} m on nodes {extent:.3e} m apart: check \
-                 that positions are in m, masses in kg and inertias in kg m² (1 kg mm² is 1e-6 kg m², 1 g mm² is 1e-9)"
-            ));
-        }
-        let center = cx.zip(cy).zip(cz).map(|((x, y), z)| Vector3::new(x, y, z));
-        let distance = center.map(|center| (center - self.mean_of_nodes()).norm());
-        if let Some(distance) = distance.filter(|distance| *distance > FARTHEST * extent) {
-            suspicions.push(format!(
-                "{name} describes a body whose centre of mass lies {distance:.3} m from nodes that are {extent:.3} m apart: \
-                 check that positions and centre are in metres (1 mm is 0.001 m)"
-            ));
-        }
-        suspicions
-    }
-
-    fn mean_of_nodes(&self) -> Vector3<f64> {
-        let sum: Vector3<f64> = self.nodes.iter().map(|node| Vector3::from(node.position)).sum();
-        sum / self.nodes.len().max(1) as f64
-    }
-
     /// What looks like degrees or millimetres among the uncertainties.
-    fn uncertainty_suspicions(&self) -> Vec<String> {
+    fn uncertainty_suspicions(&self, extent: f64) -> Vec<String> {
         let stated = &self.uncertainty;
         let angles = [
             ("hit_direction_rad", stated.hit.direction),
@@ -119,7 +75,6 @@ impl LayoutFile {
             ("node_position_m", stated.hit.node_position),
             ("sensor_position_m", stated.sensor.position),
         ];
-        let extent = extent(&self.nodes);
         let lengths = lengths.iter().filter(|(_, value)| extent > 0.0 && *value > extent).map(|(key, value)| {
             format!(
                 "{key} = {value} is more than the {extent:.3} m between the nodes: positions are in metres; write {:.4} \
@@ -131,11 +86,62 @@ impl LayoutFile {
     }
 }
 
+/// What looks like another unit in these properties of the object, which `name` states, beside its nodes at these
+/// positions, m.
+pub(crate) fn size_suspicions(
+    positions: &[[f64; 3]],
+    name: &str,
+    properties: &KnownProperties,
+) -> Vec<String> {
+    let extent = extent(positions);
+    let [mass, cx, cy, cz, jxx, jyy, jzz, ..] = *properties;
+    let mass = mass.filter(|mass| *mass > 0.0);
+    let mut suspicions = Vec::new();
+    // One node has no extent, and larger ones have been named.
+    if !(extent > 0.0 && extent.is_finite()) {
+        return suspicions;
+    }
+    let density = mass.map(|mass| mass / extent.powi(3));
+    if let Some(mass) = mass
+        && density.is_some_and(|density| !(LIGHTEST..HEAVIEST).contains(&density))
+        && extent <= LARGEST_M
+    {
+        suspicions.push(format!(
+            "{name} describes a body of {mass:.3} kg on nodes {extent:.3} m apart: check that positions are in metres \
+             (1 in is 0.0254 m, 1 cm is 0.01 m) and masses in kg"
+        ));
+    }
+    let trace = jxx.zip(jyy).zip(jzz).map(|((xx, yy), zz)| xx + yy + zz);
+    let radius = trace.zip(mass).map(|(trace, mass)| (trace / (2.0 * mass)).sqrt());
+    if let Some(radius) =
+        radius.filter(|r| !(1.0 / APART..APART).contains(&(r / extent)) && !r.is_nan())
+    {
+        suspicions.push(format!(
+            "{name} describes a body with a radius of gyration of {radius:.3e} m on nodes {extent:.3e} m apart: check \
+             that positions are in m, masses in kg and inertias in kg m² (1 kg mm² is 1e-6 kg m², 1 g mm² is 1e-9)"
+        ));
+    }
+    let center = cx.zip(cy).zip(cz).map(|((x, y), z)| Vector3::new(x, y, z));
+    let distance = center.map(|center| (center - mean(positions)).norm());
+    if let Some(distance) = distance.filter(|distance| *distance > FARTHEST * extent) {
+        suspicions.push(format!(
+            "{name} describes a body whose centre of mass lies {distance:.3} m from nodes that are {extent:.3} m apart: \
+             check that positions and centre are in metres (1 mm is 0.001 m)"
+        ));
+    }
+    suspicions
+}
+
+fn mean(positions: &[[f64; 3]]) -> Vector3<f64> {
+    let sum: Vector3<f64> = positions.iter().map(|position| Vector3::from(*position)).sum();
+    sum / positions.len().max(1) as f64
+}
+
 /// The largest distance between two nodes, m.
-fn extent(nodes: &[Node]) -> f64 {
-    let distance =
-        |a: &Node, b: &Node| (Vector3::from(a.position) - Vector3::from(b.position)).norm();
-    let pairs = nodes.iter().enumerate().flat_map(|(k, a)| nodes[..k].iter().map(move |b| (a, b)));
+fn extent(positions: &[[f64; 3]]) -> f64 {
+    let distance = |a: &[f64; 3], b: &[f64; 3]| (Vector3::from(*a) - Vector3::from(*b)).norm();
+    let pairs =
+        positions.iter().enumerate().flat_map(|(k, a)| positions[..k].iter().map(move |b| (a, b)));
     pairs.map(|(a, b)| distance(a, b)).fold(0.0, f64::max)
 }
 

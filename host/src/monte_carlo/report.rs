@@ -11,7 +11,7 @@ use super::Study;
 use super::statistics::{MethodStatistics, PropertyStatistics, StoppingStatistics};
 use crate::document::{MethodOverRuns, PropertyOverRuns, RunsToTarget, SimulatedRuns};
 use crate::output::{self, counted};
-use crate::report::{as_exact_as, message, refusals_json, refusals_text};
+use crate::report::{INERTIA_CONVENTION, as_exact_as, message, refusals_json, refusals_text};
 
 /// The note on a study of a single run.
 const ONE_RUN: &str = "one run has an error and no rms error, ratio or coverage; repeat the test, for \
@@ -116,6 +116,9 @@ pub fn to_text(study: &Study) -> String {
     let mut text = String::new();
     for method in study.methods.iter().filter(|m| m.answers > 0) {
         text += &format!("{}\n{}\n", method.name(), table(method));
+    }
+    if !text.is_empty() {
+        text += &format!("{INERTIA_CONVENTION}\n");
     }
     for method in study.methods.iter().filter(|m| m.answers > 0) {
         text += &summary(method);

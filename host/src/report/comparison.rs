@@ -13,12 +13,15 @@ use super::{INERTIA_CONVENTION, as_exact_as, message_in, two_digits};
 use crate::document::{self, Properties};
 use crate::output::{Tone, align_right, table};
 use crate::suspension::{Comparison, Doubt};
+use crate::verdict::Verdict;
 
-/// All answers with their standard deviations, the combined one, and whether they agree; empty for fewer than two.
+/// All answers with their standard deviations, the combined one, and whether they agree; empty for fewer than two. `judged` is
+/// the verdict on the best of them.
 pub fn comparison_text(
     comparison: &Comparison,
     estimates: &[Estimate<f64>],
     layout: &HostLayout,
+    judged: Option<Verdict>,
 ) -> String {
     if estimates.len() < 2 {
         return String::new();
@@ -38,7 +41,8 @@ pub fn comparison_text(
     }
     let tables: String = [0..4, 4..7, 7..10].map(|columns| table_of(&rows, columns)).concat();
     let distances = distances_from_global_fit(estimates);
-    let verdict = tone(comparison).mark(verdict(comparison, estimates, layout));
+    let tone = tone(comparison, judged);
+    let verdict = tone.mark(verdict(comparison, estimates, layout, judged));
     format!(
         "all methods on the same data, the best first\n{tables}{INERTIA_CONVENTION}\n{verdict}\n{distances}"
     )
@@ -85,8 +89,9 @@ fn table_of(rows: &[Row], columns: Range<usize>) -> String {
 const HARDLY: f64 = 3.5;
 
 /// How a verdict sounds.
-fn tone(comparison: &Comparison) -> Tone {
+fn tone(comparison: &Comparison, judged: Option<Verdict>) -> Tone {
     match (comparison.doubt, &comparison.agreement) {
+        (None, Some(_)) if judged == Some(Verdict::DoNotUse) => Tone::Bad,
         (Some(Doubt::Misfit), _) => Tone::Bad,
         (None, Some(agreement)) if agreement.outcome() == Outcome::Agree => Tone::Good,
         _ => Tone::Warning,
@@ -94,7 +99,12 @@ fn tone(comparison: &Comparison) -> Tone {
 }
 
 /// Whether the methods agree, or which ones are off.
-fn verdict(comparison: &Comparison, estimates: &[Estimate<f64>], layout: &HostLayout) -> String {
+fn verdict(
+    comparison: &Comparison,
+    estimates: &[Estimate<f64>],
+    layout: &HostLayout,
+    judged: Option<Verdict>,
+) -> String {
     match comparison.doubt {
         Some(Doubt::FlexibleMode) => {
             return "a flexible mode above the band moves the apparent mass, which only the global fit takes into account: \
@@ -116,6 +126,12 @@ fn verdict(comparison: &Comparison, estimates: &[Estimate<f64>], layout: &HostLa
     let Some(largest) = agreement.largest() else { return String::new() };
     let difference = difference_text(largest, largest.methods.map(name));
     let outcome = agreement.outcome();
+    if outcome == Outcome::Agree && judged == Some(Verdict::DoNotUse) {
+        return format!(
+            "none of these answers is to be used: that the methods agree with each other ({difference} at most) does not \
+             make the data right"
+        );
+    }
     if outcome == Outcome::Agree {
         let hardly = largest.difference.abs() > HARDLY * largest.sigma;
         return match hardly {
@@ -216,6 +232,7 @@ pub fn comparison_json(
     comparison: &Comparison,
     estimates: &[Estimate<f64>],
     layout: &HostLayout,
+    judged: Option<Verdict>,
 ) -> Option<document::Agreement> {
     if comparison.methods.iter().flatten().count() < 2 {
         return None;
@@ -242,7 +259,7 @@ pub fn comparison_json(
         outcome: agreement.map(|agreement| agreement.outcome().name()),
         doubt: comparison.doubt.filter(|_| agreement.is_none()).map(Doubt::name),
         off: outliers.filter_map(|place| name(*place)).collect(),
-        verdict: verdict(comparison, estimates, layout),
+        verdict: verdict(comparison, estimates, layout, judged),
         methods: comparison.methods.iter().zip(&comparison.sigmas).filter_map(of_method).collect(),
         combined,
         pairs: agreement.iter().flat_map(|agreement| agreement.pairs.iter().map(pair)).collect(),

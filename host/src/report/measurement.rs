@@ -199,7 +199,7 @@ fn modes_text(result: &MeasurementResult, here: &SolvedHere) -> String {
 pub struct SolvedHere {
     /// The text about the answer to use, which stands before all others.
     pub answer: String,
-    /// The methods with an answer here, whose answers by the rig are not shown.
+    /// The methods with an answer here. With one, no answer of the rig has a table.
     pub answered: Vec<Method>,
     /// The methods without one, whose reasons are given here.
     pub refused: Vec<Method>,
@@ -223,8 +223,8 @@ pub fn measurement_text(result: &MeasurementResult, here: &SolvedHere) -> String
         hits.join(", ")
     );
     text += &here.answer;
-    for estimate in estimates_of(result) {
-        if !here.answered.contains(&estimate.method) {
+    if here.answered.is_empty() {
+        for estimate in estimates_of(result) {
             text += &table(&estimate, None);
         }
     }
@@ -431,13 +431,15 @@ mod tests {
         let text = measurement_text(&measurement(&[stored()]), &SolvedHere::default());
         let first = "Result 7: frame, 2026-11-18T11:06:40Z (layout 0000abcd, calibration 00000003, firmware";
         assert!(text.starts_with(first), "{text}");
-        // An answer that was found here stands before those of the rig, and in the place of the one by its method.
+        // An answer that was found here stands in the place of all that the rig has, whatever their methods.
         let result = measurement(&[stored()]);
-        let answered = vec![Method::InertiaRestraint];
-        let here = SolvedHere { answer: "the one to use\n".into(), answered, refused: Vec::new() };
-        let text = measurement_text(&result, &here);
-        assert_eq!(text.lines().nth(1), Some("the one to use"), "{text}");
-        assert!(!text.contains("J_xz"), "{text}");
+        for answered in [Method::InertiaRestraint, Method::MaximumLikelihood] {
+            let answer = "the one to use\n".into();
+            let here = SolvedHere { answer, answered: vec![answered], refused: Vec::new() };
+            let text = measurement_text(&result, &here);
+            assert_eq!(text.lines().nth(1), Some("the one to use"), "{text}");
+            assert!(!text.contains("J_xz"), "{text}");
+        }
         let text = measurement_text(&result, &SolvedHere::default());
         assert!(text.contains("scatter between hits only"), "{text}");
         assert!(text.contains("J_xz"), "{text}");

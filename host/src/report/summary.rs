@@ -1,13 +1,14 @@
 //! A result in one line: for lists of results on a rig and of archives.
 
 use massline_protocol::object::MeasurementResult;
-use massline_shared::diagnosis::{Diagnostic, Severity};
+use massline_shared::diagnosis::Diagnostic;
 use massline_shared::identify::Estimate;
 
 use super::{estimates_of, with_sigma};
 use crate::clock;
 use crate::document::{self, Spread};
 use crate::output::{Output, Tone};
+use crate::verdict::Verdict;
 
 /// What a list says about a result.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,12 +26,8 @@ pub struct Summary {
 /// Whether a result can be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResultVerdict {
-    /// Nothing was found that would put the result in doubt.
-    Good,
-    /// So many warnings: `massline results get` shows them.
-    Warned(usize),
-    /// No object has such inertial parameters.
-    Unphysical,
+    /// There is an answer with this verdict.
+    Answered(Verdict),
     /// The lines of the suspension modes are there, and the rig has no answer to them.
     Unsolved,
     /// The data did not determine an answer.
@@ -39,43 +36,41 @@ pub enum ResultVerdict {
 
 impl ResultVerdict {
     /// The verdict in words.
-    pub fn text(self) -> String {
+    pub fn text(self) -> &'static str {
         match self {
-            Self::Good => "good".into(),
-            Self::Warned(1) => "1 warning".into(),
-            Self::Warned(count) => format!("{count} warnings"),
-            Self::Unphysical => "unphysical".into(),
-            Self::Unsolved => "to be solved".into(),
-            Self::NoAnswer => "no answer".into(),
+            Self::Answered(verdict) => verdict.words(),
+            Self::Unsolved => "to be solved",
+            Self::NoAnswer => "no answer",
+        }
+    }
+
+    /// The verdict in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Answered(verdict) => verdict.name(),
+            Self::Unsolved => "to_be_solved",
+            Self::NoAnswer => "no_answer",
         }
     }
 
     fn tone(self) -> Tone {
         match self {
-            Self::Good => Tone::Good,
-            Self::Warned(_) | Self::Unsolved => Tone::Warning,
-            Self::Unphysical | Self::NoAnswer => Tone::Bad,
+            Self::Answered(Verdict::Good) => Tone::Good,
+            Self::Answered(Verdict::UseWithCare) | Self::Unsolved => Tone::Warning,
+            Self::Answered(Verdict::DoNotUse) | Self::NoAnswer => Tone::Bad,
         }
     }
 }
 
 impl Summary {
-    /// The summary of a rig's result.
-    pub fn of(result: &MeasurementResult) -> Self {
+    /// The summary of a rig's result with the verdict on its answer.
+    pub fn of(result: &MeasurementResult, verdict: Option<Verdict>) -> Self {
         let best = estimates_of(result).into_iter().next();
-        let of_best = best.iter().flat_map(|best| &best.diagnostics);
-        let is_grave = |d: &&Diagnostic| d.severity > Severity::Note;
-        let warnings = of_best.chain(&result.diagnostics).filter(is_grave).count();
-        let verdict = match &best {
-            None if !result.lines.is_empty()
-                && !result.diagnostics.iter().any(Diagnostic::is_error) =>
-            {
-                ResultVerdict::Unsolved
-            }
+        let has_error = result.diagnostics.iter().any(Diagnostic::is_error);
+        let verdict = match verdict {
+            Some(verdict) => ResultVerdict::Answered(verdict),
+            None if !result.lines.is_empty() && !has_error => ResultVerdict::Unsolved,
             None => ResultVerdict::NoAnswer,
-            Some(best) if !best.body.is_physically_consistent() => ResultVerdict::Unphysical,
-            Some(_) if warnings > 0 => ResultVerdict::Warned(warnings),
-            Some(_) => ResultVerdict::Good,
         };
         let title = result.head.title.as_str().to_owned();
         Self { title, measured: clock::moment(result.head.started_unix_s), best, verdict }
@@ -92,7 +87,7 @@ impl Summary {
             measured: self.measured.clone(),
             method: self.best.as_ref().map(|best| best.method.name()),
             mass_kg: self.best.as_ref().map(mass),
-            verdict: self.verdict.text(),
+            verdict: self.verdict.name(),
         }
     }
 
@@ -114,7 +109,7 @@ impl Summary {
             or_dash(self.measured.as_ref().map(minute)),
             or_dash(self.best.as_ref().map(|best| best.method.name().to_owned())),
             or_dash(self.best.as_ref().map(mass)),
-            output.toned(&self.verdict.text(), self.verdict.tone()),
+            output.toned(self.verdict.text(), self.verdict.tone()),
         ]
     }
 }

@@ -21,6 +21,8 @@ pub(super) struct Fitted {
     pub(super) suspects: Vec<Suspect>,
     /// Number of mistakes among which these were found.
     pub(super) tried: usize,
+    /// Mistakes with which the test would not determine the ten properties.
+    pub(super) untried: Vec<SingleFault<f64>>,
     /// Number of readings.
     pub(super) readings: usize,
 }

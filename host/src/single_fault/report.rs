@@ -40,6 +40,7 @@ impl Examination {
                 }),
                 _ => None,
             },
+            not_tried: self.untried.iter().map(|fault| fault_json(fault, layout)).collect(),
             not_visible: self
                 .hidden
                 .as_ref()
@@ -100,7 +101,7 @@ impl Examination {
         }
         if let Outcome::LargerErrors(scales) = &self.outcome {
             let message = format!(
-                "the data contradict the stated errors ({}), and no single mistake explains them; {}",
+                "the data contradict the stated errors ({}), and no single mistake that was tried explains them; {}",
                 self.plain_text(),
                 larger_errors_text(scales)
             );
@@ -111,9 +112,10 @@ impl Examination {
                 format!("; the best of them: {}", with_chi_squared(best, layout))
             });
             let message = format!(
-                "the data contradict the layout and its budget ({}) and no single mistake explains \
-                 them{best}; look for several mistakes, or widen [uncertainty]",
-                self.plain_text()
+                "the data contradict the layout and its budget ({}) and no single mistake that was tried explains \
+                 them{best}{}; look for several mistakes, or widen [uncertainty]",
+                self.plain_text(),
+                untried_text(&self.untried, layout)
             );
             said.push((Code::NoSingleFaultExplains, Severity::Warning, message));
         }
@@ -163,6 +165,20 @@ fn larger_errors_text(scales: &BudgetScales<f64>) -> String {
          {:.1} times, sensors and marks {:.1} times those stated; hit more carefully, check how the sensors are mounted, or \
          state the larger errors in [uncertainty]",
         scales.hit_position, scales.hit_direction, scales.constant
+    )
+}
+
+/// The mistakes that were not tried.
+fn untried_text(untried: &[SingleFault<f64>], layout: &HostLayout) -> String {
+    if untried.is_empty() {
+        return String::new();
+    }
+    let named: Vec<_> =
+        untried.iter().take(MAX_LISTED).map(|fault| words::clause(fault, layout)).collect();
+    let more = more_than_listed(untried.len());
+    format!(
+        "; not tried, because hits and sensors do not determine the ten properties then: {}{more}",
+        named.join("; ")
     )
 }
 

@@ -1,13 +1,13 @@
 //! Fits the mistakes to a test.
 
 use massline_shared::body::RigidBody;
-use massline_shared::diagnosis::{Code, Diagnostic};
+use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::identify::maximum_likelihood::{
     self, BudgetScales, ErrorBudget, Start, workspace,
 };
 use massline_shared::identify::single_fault::SingleFault;
 use massline_shared::identify::{Consistency, DofMassLines, Estimate};
-use massline_shared::layout::Layout;
+use massline_shared::layout::{Layout, check_geometry};
 use nalgebra::SVector;
 use rayon::prelude::*;
 
@@ -83,7 +83,8 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
             self.larger_errors().map_or(Outcome::Unexplained, Outcome::LargerErrors)
         };
         let hidden = plain.filter(|_| agrees && with_hidden).map(|answer| self.hidden(&answer));
-        Examination { plain: consistency, outcome, runner_up, tested: fitted.tried, hidden }
+        let (tested, untried) = (fitted.tried, fitted.untried);
+        Examination { plain: consistency, outcome, runner_up, tested, untried, hidden }
     }
 
     /// The mistakes without a size that these data would not reveal.
@@ -137,7 +138,8 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
             .into_iter()
             .flatten()
             .collect();
-        Fitted { tried: suspects.len(), suspects, readings: self.readings() }
+        let (tried, readings) = (suspects.len(), self.readings());
+        Fitted { suspects, tried, untried: Vec::new(), readings }
     }
 
     /// Fits all mistakes, except about subjects that the other readings clear.
@@ -158,6 +160,8 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         };
         let open: Vec<_> =
             listed.into_iter().filter(|fault| is_open(subject_of_listed(fault))).collect();
+        let (open, untried): (Vec<_>, Vec<_>) =
+            open.into_iter().partition(|fault| self.is_determined_with(fault));
         let mut suspects = self.in_parallel(&open, |fault, room| self.fit_listed(fault, room));
         let open: Vec<_> =
             sized.into_iter().filter(|fault| is_open(subject_of_sized(*fault))).collect();
@@ -166,7 +170,13 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
             let answer = without.iter().find(|without| Some(without.subject) == subject);
             self.fit_sized(*fault, answer.and_then(|w| w.answer.as_ref()), room)
         }));
-        Fitted { suspects, tried, readings: self.readings() }
+        Fitted { suspects, tried, untried, readings: self.readings() }
+    }
+
+    /// True when the hits and sensors determine the ten properties with this mistake too.
+    fn is_determined_with(&self, fault: &SingleFault<f64>) -> bool {
+        let found = fault.applied(self.layout).map(|layout| check_geometry(&layout, None));
+        found.is_some_and(|found| found.iter().all(|d| d.severity < Severity::Error))
     }
 
     fn fit_listed(&self, fault: &SingleFault<f64>, room: &mut [f64]) -> Option<Suspect> {

@@ -172,11 +172,12 @@ impl FrfSolution {
             noise_m_per_s2_per_n: noise.clone(),
         };
         let judgement = self.judgement();
+        let judged = judgement.as_ref().map(Judgement::verdict);
         let reasons_of = |judgement| {
             verdict_reasons(judgement, layout, |diagnostic| message_in(diagnostic, layout))
         };
         Solution {
-            verdict: judgement.as_ref().map(Judgement::verdict),
+            verdict: judged,
             verdict_reasons: judgement.as_ref().map(reasons_of).unwrap_or_default(),
             results: identification.results_json(),
             not_applicable,
@@ -196,7 +197,7 @@ impl FrfSolution {
             single_faults: examination.map(|of| of.to_json(layout)),
             suspension: self.modes.as_ref().map(|(modes, band)| modes_json(modes, *band, layout)),
             global_fit: self.global_fit.as_ref().map(global_fit_json),
-            agreement: comparison_json(&self.comparison, &identification.estimates, layout),
+            agreement: comparison_json(&self.comparison, &identification.estimates, layout, judged),
             cannot_see: self.cannot_see(),
         }
     }
@@ -217,7 +218,9 @@ impl FrfSolution {
         if let Some(global) = &self.global_fit {
             text += &global_fit_text(global);
         }
-        text += &comparison_text(&self.comparison, &self.identification.estimates, &self.layout);
+        let judged = self.judgement().as_ref().map(Judgement::verdict);
+        let estimates = &self.identification.estimates;
+        text += &comparison_text(&self.comparison, estimates, &self.layout, judged);
         if let Some(examination) = &self.examination {
             text += &examination.to_text(&self.layout);
         }

@@ -5,7 +5,8 @@ use massline_shared::diagnosis::Severity;
 use massline_shared::identify::Estimate;
 
 use crate::document::Finding;
-use crate::layout_file::{LayoutFile, Reference};
+use crate::layout_file::{Reference, size_suspicions};
+use crate::single_fault::NominalTest;
 use crate::units::{FOOT, INCH, POUND, POUND_FORCE};
 
 /// The relative difference to a factor at which it is named.
@@ -89,17 +90,17 @@ pub struct Suspicion {
 }
 
 impl Suspicion {
-    pub(super) fn new(doubt: Doubt, message: String) -> Self {
+    pub(crate) fn new(doubt: Doubt, message: String) -> Self {
         Self { doubt, message }
     }
 
     /// The stable name and the sentence of what is more than a note.
-    pub(super) fn warning(&self) -> Option<(&'static str, String)> {
+    pub(crate) fn warning(&self) -> Option<(&'static str, String)> {
         let is_grave = self.doubt.severity() > Severity::Note;
         is_grave.then(|| (self.doubt.code(), self.message.clone()))
     }
 
-    pub(super) fn to_json(&self) -> Finding {
+    pub(crate) fn to_json(&self) -> Finding {
         let Self { doubt, message } = self;
         Finding {
             code: doubt.code().to_owned(),
@@ -108,16 +109,18 @@ impl Suspicion {
         }
     }
 
-    pub(super) fn to_text(&self) -> String {
+    pub(crate) fn to_text(&self) -> String {
         format!("{}: {}\n", self.doubt.severity().name(), self.message)
     }
 }
 
-/// What looks like another unit or convention in these answers, the best first.
-pub(super) fn suspicions(file: &LayoutFile, estimates: &[Estimate<f64>]) -> Vec<Suspicion> {
+/// What looks like another unit or convention in the layout and in these answers to its test, the best first.
+pub(crate) fn suspicions(test: &NominalTest, estimates: &[Estimate<f64>]) -> Vec<Suspicion> {
+    let of = |doubt| move |message| Suspicion::new(doubt, message);
+    let stated = test.unit_suspicions.iter().cloned().map(of(Doubt::UnitOfLayout));
     // What is known beforehand pulls the answers of some methods.
     let free = estimates.iter().find(|estimate| !estimate.method.entry().uses_priors);
-    let Some(answer) = free.or(estimates.first()) else { return Vec::new() };
+    let Some(answer) = free.or(estimates.first()) else { return stated.collect() };
     let body = &answer.body;
     let [cx, cy, cz] = body.center_of_mass.into();
     let [jxx, jyy, jzz] = [0, 1, 2].map(|k| body.inertia[(k, k)]);
@@ -125,23 +128,25 @@ pub(super) fn suspicions(file: &LayoutFile, estimates: &[Estimate<f64>]) -> Vec<
     let mut properties = [None; 10];
     properties.iter_mut().zip(known).for_each(|(to, from)| *to = from);
     let is_physical = jxx > 0.0 && jyy > 0.0 && jzz > 0.0;
-    let sizes =
-        if is_physical { file.size_suspicions("the answer", &properties) } else { Vec::new() };
-    let of = |doubt| move |message| Suspicion::new(doubt, message);
-    let responses = unit_of_responses(file, answer).map(of(Doubt::UnitOfResponses));
+    let positions: Vec<_> = test.nodes.iter().map(|(_, position)| *position).collect();
+    let sizes = match is_physical {
+        true => size_suspicions(&positions, "the answer", &properties),
+        false => Vec::new(),
+    };
+    let responses = unit_of_responses(test, answer).map(of(Doubt::UnitOfResponses));
     let products =
-        file.reference.as_ref().and_then(|reference| opposite_products(reference, answer));
-    responses
-        .into_iter()
+        test.reference.as_ref().and_then(|reference| opposite_products(reference, answer));
+    stated
+        .chain(responses)
         .chain(sizes.into_iter().map(of(Doubt::UnitOfLayout)))
         .chain(products.map(of(Doubt::SignsOfProducts)))
         .collect()
 }
 
 /// Names the factor between the answer's mass and the expected one.
-fn unit_of_responses(file: &LayoutFile, answer: &Estimate<f64>) -> Option<String> {
-    let prior = file.layout.priors.iter().find(|of| of.property == 0).map(|of| of.value);
-    let reference = file.reference.as_ref().and_then(|of| of.mass_kg);
+fn unit_of_responses(test: &NominalTest, answer: &Estimate<f64>) -> Option<String> {
+    let prior = test.layout.priors.iter().find(|of| of.property == 0).map(|of| of.value);
+    let reference = test.reference.as_ref().and_then(|of| of.mass_kg);
     let expected = [("[prior]", prior), ("[reference]", reference)];
     expected.into_iter().find_map(|(table, mass)| {
         let mass = mass.filter(|mass| *mass > 0.0)?;

@@ -116,6 +116,11 @@ fn a_contradicted_measurement_is_kept_and_every_command_says_so() {
     is_not_to_be_used(rig.run(&["results", "get", "1"]), 0);
     is_not_to_be_used(answer(&["solve", &archive]), 3);
     assert_eq!(run(&["export", &archive, "--format", "urdf"]).exit, 3);
-    let history = folder.path().display().to_string();
-    assert_eq!(run(&["history", &history]).exit, 0);
+    let responses = run(&["export", &archive, "--format", "uff"]);
+    assert_eq!(responses.exit, 0, "{}", responses.stderr);
+    assert!(responses.says("verdict: do not use"), "{}", responses.stderr);
+    let (exit, history) = answer(&["history", &folder.path().display().to_string()]);
+    assert_eq!((exit, &history["archives"][0]["verdict"]), (0, &"do_not_use".into()));
+    let (exit, list) = rig.run(&["results", "list"]);
+    assert_eq!((exit, &list["results"][0]["verdict"]), (0, &"do_not_use".into()));
 }

@@ -194,14 +194,15 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
         );
     }
     let found = test.run(&mut rig, &record, output)?;
-    judge(&found, &record, &test.layout, output)?;
+    let warnings = judge(&found, &record, &test.layout, output)?;
     plausible::check_mass(&found, &record, args.block.mass, false)?;
     let all = drifts(&found.sensors, args.tolerance);
-    let value = report::drifts_json(&all, args.tolerance, &record, &found);
     let worst = all.iter().map(|drift| drift.verdict).max();
+    let check =
+        report::Check { worst: worst.unwrap_or(DriftVerdict::Good), warnings, from_data_sheets };
+    let value = report::drifts_json(&all, args.tolerance, check.verdict(), &record, &found);
     let text = |output: &Output| {
-        let first = report::drift_verdict_line(worst, output);
-        format!("{first}\n{}", report::drifts_text(&all, args.tolerance))
+        format!("{}\n{}", check.first_line(output), report::drifts_text(&all, args.tolerance))
     };
     let error = match worst {
         None | Some(DriftVerdict::Good) => return output.answer(&value, text),

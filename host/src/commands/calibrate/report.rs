@@ -18,6 +18,9 @@ use crate::document::{
 };
 use crate::output::{self, Tone};
 use crate::report::{diagnostics_json, message, with_sigma};
+use crate::verdict::Verdict;
+
+use super::Warnings;
 
 /// A calibration as JSON.
 pub(super) fn record_json(record: &CalibrationRecord) -> Calibration {
@@ -209,6 +212,7 @@ pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {
 pub(super) fn drifts_json(
     all: &[Drift],
     tolerance: f64,
+    verdict: Verdict,
     record: &CalibrationRecord,
     found: &Block,
 ) -> CalibrationCheck {
@@ -225,9 +229,8 @@ pub(super) fn drifts_json(
         largest_drift: of.largest,
         limit: tolerance,
     });
-    let worst = all.iter().map(|drift| drift.verdict).max();
     CalibrationCheck {
-        verdict: worst.unwrap_or(DriftVerdict::Good).on_calibration(),
+        verdict,
         sensors: sensors.collect(),
         channels: channels.collect(),
         calibrated: record.date.as_str().to_owned(),
@@ -244,17 +247,45 @@ fn tone_of(verdict: DriftVerdict) -> Tone {
     }
 }
 
-/// The first line of a check, which states the verdict of its worst channel.
-pub(super) fn drift_verdict_line(worst: Option<DriftVerdict>, output: &output::Output) -> String {
-    let worst = worst.unwrap_or(DriftVerdict::Good);
-    let line = match worst {
-        DriftVerdict::Good => "Good: the calibration holds",
-        DriftVerdict::Unclear => {
-            "Use with care: these hits do not show whether the calibration holds"
-        }
-        DriftVerdict::Drifted => "Do not use this calibration: it no longer holds",
-    };
-    output.verdict_line(worst.on_calibration(), line)
+/// What a check has found.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Check {
+    /// The verdict on the worst channel.
+    pub(super) worst: DriftVerdict,
+    /// What else the hits show.
+    pub(super) warnings: Warnings,
+    /// Whether the channels are compared with their data sheets, because the rig keeps no calibration.
+    pub(super) from_data_sheets: bool,
+}
+
+impl Check {
+    pub(super) fn verdict(self) -> Verdict {
+        self.worst.on_calibration().max(self.warnings.verdict())
+    }
+
+    /// The first line of the text, which states the verdict.
+    pub(super) fn first_line(self, output: &output::Output) -> String {
+        let line = match (self.worst, self.from_data_sheets) {
+            (DriftVerdict::Good, _) if self.warnings.verdict() > Verdict::Good => {
+                return self.warnings.first_line(output);
+            }
+            (DriftVerdict::Good, false) => "Good: the calibration holds",
+            (DriftVerdict::Good, true) => {
+                "Good: the channels are what their data sheets say; no calibration is stored"
+            }
+            (DriftVerdict::Unclear, false) => {
+                "Use with care: these hits do not show whether the calibration holds"
+            }
+            (DriftVerdict::Unclear, true) => {
+                "Use with care: these hits do not show whether the channels are what their data sheets say"
+            }
+            (DriftVerdict::Drifted, false) => "Do not use this calibration: it no longer holds",
+            (DriftVerdict::Drifted, true) => {
+                "Do not use this rig without a calibration: its channels are not what their data sheets say"
+            }
+        };
+        output.verdict_line(self.verdict(), line)
+    }
 }
 
 pub(super) fn drifts_text(all: &[Drift], tolerance: f64) -> String {

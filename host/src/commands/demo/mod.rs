@@ -14,8 +14,8 @@ use crate::host_solution::HostSolution;
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
-use crate::report::estimates_of;
 use crate::rig_lines::{RigLines, StoredTest};
+use crate::single_fault::NominalTest;
 
 /// The paper's four tests: sensors 1, 2, 3 or 1, 2, 4; hits 1Y, 2Z, 4X or 1X, 2Z, 2Y.
 pub const LAYOUTS: [(&str, &str); 4] = [
@@ -98,22 +98,24 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         } else {
             test.run(output, |source| source)?.result
         };
+        let (lines, nominal) = (RigLines::default(), NominalTest::of_file(&file));
+        let stored = StoredTest { result: &result, lines: &lines };
+        let again = HostSolution::new(stored, &nominal, Selection::All).without_details();
         let comparison = Comparison {
             name: name.into(),
             seed: args.bench.seed,
             truth: test.truth(),
             length: layout.characteristic_length(),
-            answer: estimates_of(&result).into_iter().next(),
-            result,
+            answer: again.best(),
+            result: result.clone(),
         };
-        let lines = RigLines::default();
-        let stored = StoredTest { result: &comparison.result, lines: &lines };
-        let again = HostSolution::new(stored, layout, Selection::All).without_details();
         if output.json() {
             tests.push(comparison.to_json(|document| again.add_to(document))?);
         } else {
-            let missing = again.missing_text();
-            output.text(format!("{heading}\n{}{missing}", comparison.table()?))?;
+            let verdict = again.verdict();
+            let verdict = verdict.map(|(verdict, line)| output.verdict_line(verdict, &line) + "\n");
+            let (verdict, missing) = (verdict.unwrap_or_default(), again.missing_text());
+            output.text(format!("{heading}\n{verdict}{}{missing}", comparison.table()?))?;
         }
         comparisons.push(comparison);
     }

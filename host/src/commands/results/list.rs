@@ -5,6 +5,7 @@ use massline_protocol::object::MeasurementResult;
 use crate::commands::connect::PortArgs;
 use crate::document::{KeptResult, ResultsList};
 use crate::error::Result;
+use crate::judgement::verdict_on_rig;
 use crate::output::{self, Output, Table};
 use crate::report::{Summary, hash_text};
 
@@ -41,20 +42,23 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 
 fn entry(result: &MeasurementResult, bytes: u32) -> KeptResult {
     KeptResult {
-        summary: Summary::of(result).to_json(),
+        summary: summary(result).to_json(),
         number: result.head.number,
         layout_hash: hash_text(result.head.layout_hash),
         bytes,
     }
 }
 
+fn summary(result: &MeasurementResult) -> Summary {
+    Summary::of(result, verdict_on_rig(result).map(|(verdict, _)| verdict))
+}
+
 fn table(results: &[(MeasurementResult, u32)], output: &Output) -> Table {
     let mut table = output::table();
     table.set_header(["number", "title", "measured", "method", "mass", "verdict"]);
     for (result, _) in results {
-        let summary = Summary::of(result);
         let mut row = vec![result.head.number.to_string()];
-        row.extend(summary.columns(output));
+        row.extend(summary(result).columns(output));
         table.add_row(row);
     }
     table

@@ -1,7 +1,9 @@
 //! What `massline simulate` simulates: the object that the layout states, or that of a bench.
 
+use massline_shared::STANDARD_GRAVITY;
 use massline_shared::body::RigidBody;
-use massline_shared::layout::TestProfile;
+use massline_shared::layout::{HostLayout, TestProfile};
+use massline_shared::signal::Calibration;
 use massline_virtual::bench::Bench;
 use massline_virtual::bench::suspension::Suspension;
 use nalgebra::{SVector, Vector3};
@@ -17,6 +19,9 @@ use crate::report::as_exact_as;
 const SOFT_HZ: f64 = 3.0;
 /// The same where the suspension modes themselves are measured, Hz: as on the wheel of the literature.
 const STIFF_HZ: f64 = 7.5;
+
+/// Part of a sensor's range up to which a person lets a light object move.
+const COMFORTABLE: f64 = 0.6;
 
 /// A simulated object on its bench.
 #[derive(Clone, Debug)]
@@ -39,7 +44,10 @@ impl SimulatedObject {
     ) -> Result<Self> {
         let (bench, place) = match &args.bench {
             Some(name) => (args.open()?, format!(", bench {name}")),
-            None => (args.with_faults(stated(file, suspension_hz)?), String::new()),
+            None => {
+                let (bench, place) = stated(file, suspension_hz)?;
+                (args.with_faults(bench), place)
+            }
         };
         let description = describe(&bench, &place);
         Ok(Self { bench, description })
@@ -65,8 +73,24 @@ pub(in crate::commands) fn describe(bench: &Bench, place: &str) -> String {
     format!("simulated: {kind} of {mass} kg, {elastic}, {suspension}{place}")
 }
 
-/// The bench with the object that a layout states.
-fn stated(file: &LayoutFile, suspension_hz: Option<f64>) -> Result<Bench> {
+/// Lets a person hit an object so gently that no sensor comes near the end of its range, but as hard as the rig accepts;
+/// returns how, for a description.
+fn soften(force_n: &mut [f64; 2], layout: &HostLayout, body: &RigidBody<f64>) -> String {
+    let hits = (0..layout.hits.len()).filter_map(|hit| layout.accelerance(body, hit));
+    let most = hits.map(|accelerance| accelerance.amax()).fold(0.0, f64::max);
+    let range = (Calibration::ADXL326_RANGE_G - 1.0) * STANDARD_GRAVITY;
+    let [weakest, hardest] = *force_n;
+    let least = layout.test.trigger_n.max(layout.test.min_peak_force_n);
+    let gentle = (COMFORTABLE * range / most).max(least * hardest / weakest);
+    if gentle >= hardest {
+        return String::new();
+    }
+    *force_n = [gentle * weakest / hardest, gentle];
+    format!(", hits of {:.0} to {gentle:.0} N", force_n[0])
+}
+
+/// The bench with the object that a layout states, and how it is hit where that is not as usual.
+fn stated(file: &LayoutFile, suspension_hz: Option<f64>) -> Result<(Bench, String)> {
     let reference = file.reference.and_then(|reference| reference.complete());
     let theta = reference.ok_or_else(|| {
         Error::input(
@@ -86,8 +110,8 @@ fn stated(file: &LayoutFile, suspension_hz: Option<f64>) -> Result<Bench> {
     if let Some(gravity) = file.layout.gravity {
         chain.gravity = Vector3::from(gravity);
     }
+    let hits = soften(&mut chain.tap.force_n, &file.layout, &body);
     let highest_hz = suspension_hz.unwrap_or(usual_hz);
-    chain
-        .with_rigid_body(body, highest_hz)
-        .map_err(|error| Error::from(error).within("[reference]"))
+    let bench = chain.with_rigid_body(body, highest_hz);
+    Ok((bench.map_err(|error| Error::from(error).within("[reference]"))?, hits))
 }
