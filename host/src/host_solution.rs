@@ -6,7 +6,7 @@
 //!
 //! | in JSON | from |
 //! | --- | --- |
-//! | `results` | the rig: its estimates with its diagnostics |
+//! | `results` | the rig: its estimates with its diagnostics; in `solve`, `simulate` and `demo` the host, where it has an answer |
 //! | `diagnostics` | the rig; an entry with `"found_by": "host"` is the host's |
 //! | `not_applicable` | the methods without an answer by the rig, and why; `found_by` is `host` where the host found the reason [^1] |
 //! | `host` | the host: `results`, `not_applicable`, `details`, `agreement`, `diagnostics`, `single_faults` |

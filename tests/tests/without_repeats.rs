@@ -30,9 +30,14 @@ const NOISE: f64 = 0.0015;
 /// The DOFs of the four tests together.
 const FIVE_DOFS: [&str; 5] = ["1:+Y", "2:+Z", "4:+X", "1:+X", "2:+Y"];
 
-/// Runs of each of the four tests: 300 together.
+/// Batches of runs. One batch is as large as the study of the table.
+fn batches() -> u64 {
+    if long() { 8 } else { 1 }
+}
+
+/// Runs of each of the four tests in a batch: 152 together.
 fn runs() -> u64 {
-    if long() { 75 } else { 8 }
+    if long() { 38 } else { 8 }
 }
 
 /// The errors of a bench.
@@ -171,7 +176,7 @@ struct Row {
 }
 
 /// Three estimators on the same data: the true budget stated, the default budget stated, three scales.
-fn compare(errors: Errors, dofs: usize) -> [Row; 3] {
+fn compare(errors: Errors, dofs: usize, batch: u64) -> [Row; 3] {
     let object =
         three_bar().reference.and_then(|reference| reference.complete()).expect("ten properties");
     let body = RigidBody::from_theta(&object.into());
@@ -185,7 +190,7 @@ fn compare(errors: Errors, dofs: usize) -> [Row; 3] {
         let mut memory = vec![0.0; without_repeats::workspace(sensors, hits)];
         let of_bound = bound(&exact, &body, |_| noise_of_mean(noise), HITS, &mut memory);
         let of_bound: [f64; 10] = of_bound.expect("is determined").sigma().into();
-        let mut random = ChaCha8Rng::seed_from_u64(SEED + place as u64);
+        let mut random = ChaCha8Rng::seed_from_u64(SEED + place as u64 + 1000 * batch);
         let mut answers = [const { Vec::<Result<Estimate<f64>, Option<Diagnostics>>>::new() }; 3];
         for _ in 0..runs() {
             let lines = drawn(&exact, &body, noise, &mut random);
@@ -219,6 +224,24 @@ fn compare(errors: Errors, dofs: usize) -> [Row; 3] {
     })
 }
 
+/// The means over batches.
+fn mean(rows: &[Row]) -> Row {
+    let of = |part: fn(&Row) -> f64| rows.iter().map(part).sum::<f64>() / rows.len() as f64;
+    let pooled = Pooled {
+        coverage: of(|row| row.pooled.coverage),
+        error: of(|row| row.pooled.error),
+        width: of(|row| row.pooled.width),
+    };
+    Row { pooled, mass: of(|row| row.mass) }
+}
+
+/// Standard deviation of the error between batches; zero for a single one.
+fn spread(rows: &[Row]) -> f64 {
+    let center = mean(rows).pooled.error;
+    let squares: f64 = rows.iter().map(|row| (row.pooled.error - center).powi(2)).sum();
+    (squares / (rows.len().max(2) - 1) as f64).sqrt()
+}
+
 /// A bench of the theory's table, whose figures come from another program and other random numbers: coverage in per cent
 /// with three and five DOFs, and the rms error over the bound where the table has it.
 struct Case {
@@ -250,7 +273,7 @@ fn cases() -> [Case; 9] {
     ]
 }
 
-/// Allowances for the statistics of few runs; none with `MASSLINE_LONG`. As in `learning.rs`.
+/// Allowances for the statistics of few runs, relative and absolute; none with `MASSLINE_LONG`. As in `learning.rs`.
 fn allowances() -> (f64, f64) {
     if long() {
         return (0.0, 0.0);
@@ -267,15 +290,20 @@ fn three_scales_cover_what_the_theory_says_and_have_no_bias() {
     let mut failed = Vec::new();
     for case in cases() {
         for (place, dofs) in [3, 5].into_iter().enumerate() {
-            let [exact, stated, learned] = compare(case.errors, dofs);
+            let of_batches: Vec<[Row; 3]> =
+                (0..batches()).map(|batch| compare(case.errors, dofs, batch)).collect();
+            let of = |k: usize| of_batches.iter().map(|rows| rows[k]).collect::<Vec<_>>();
+            let spread = spread(&of(2));
+            let [exact, stated, learned] = [0, 1, 2].map(|k| mean(&of(k)));
             let show = |Row { pooled, mass }: Row| {
                 let width = pooled.width / exact.pooled.width;
                 let coverage = 100.0 * pooled.coverage;
                 format!("{coverage:.1} %, {:.2}, {width:.2}, {:+.3} %", pooled.error, 100.0 * mass)
             };
             let name = format!("{}, {dofs} DOFs", case.name);
-            println!("| {name} | {} | {} | {} |", show(exact), show(stated), show(learned));
-            // Two points: the table's 150 runs leave one point of each figure, and 300 leave 0.8.
+            let [a, b, c] = [exact, stated, learned].map(show);
+            println!("| {name} | {a} | {b} | {c}, batches ± {spread:.3} |");
+            // Two points: the table's 150 runs leave one point of each figure.
             let off = learned.pooled.coverage - case.coverage[place] / 100.0;
             let mut hold = |what: &str, holds: bool| {
                 if !holds {
@@ -284,7 +312,9 @@ fn three_scales_cover_what_the_theory_says_and_have_no_bias() {
             };
             hold("coverage", off.abs() <= 0.02 + of_coverage);
             // The table's steps were fewer where the data are exact, so that its errors are larger; smaller ones are welcome.
-            let most = case.error[place].map_or(f64::INFINITY, |error| error + 0.05);
+            // The table's own figure is that of one batch, whose errors scatter as much as ours do.
+            let by_chance = 2.0 * spread * (1.0 + 1.0 / batches() as f64).sqrt();
+            let most = case.error[place].map_or(f64::INFINITY, |error| error + 0.05 + by_chance);
             hold("error", learned.pooled.error <= most * (1.0 + of_error));
             if case.name == "exact" {
                 // The loss of stated directions, 0.26 %, is a dozen times this, and the noise of a mean of 32 runs a third.

@@ -18,7 +18,7 @@ pub struct Measurement {
     pub verdict: Option<Verdict>,
     /// What puts it in doubt, the gravest first.
     pub verdict_reasons: Vec<VerdictReason>,
-    /// The rig's answers, the best first.
+    /// The rig's answers, the best first; those of `host` in `solve`, `simulate` and `demo`, where it has some.
     pub results: Vec<Estimate>,
     /// Number of the result on its rig.
     pub number: u32,

@@ -184,13 +184,13 @@ codes! {
         "A block of known mass\nwas hit: it only\ncalibrates.";
         "a block of known mass was hit: this calibrates, and has no ten properties; see `massline \
          calibrate`";
-    /// The mass line of a response changes with the ends of the band. Subject: the response due to a hit DOF.
-    /// Value: the change as a part of the motion of the DOF.
+    /// The mass line of a response changes with the ends of the band, or scatters. Subject: the response due to a hit
+    /// DOF. Value: the change or the standard deviation as a part of the motion of the DOF, the larger one.
     NoPlateau = 53, "no_plateau", Response, Share(1);
         "Its mass line is not\nflat: narrow the band\nor hang softer.";
-        "the mass line of {response} due to {hit} changes by {value} of the motion when the ends of the \
-         band are left out: it is no plateau; keep test.band_hz farther from suspension and elastic modes, \
-         or set it to \"auto\"";
+        "the mass line of {response} due to {hit} changes with the ends of the band, or scatters, by {value} of the \
+         motion: keep test.band_hz farther from suspension and elastic modes, or set it to \"auto\"; if only weak \
+         responses scatter, hit harder";
     /// The data show no band between suspension and elastic modes, so the default band is used. Subject: the
     /// DOF.
     BandNotFound = 54, "band_not_found", Hit, None;

@@ -178,24 +178,30 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
         (frequency.finite() && frequency * R::of(ABOVE_SUSPENSION) > band[0]).then_some(frequency)
     }
 
-    /// Change of every A when the ends of the band are left out, (m/s²)/N; zero for plateaus above the suspension.
+    /// Change of every A when the ends of the band are left out, (m/s²)/N; zero where it is within the noise, and for plateaus
+    /// above the suspension.
     pub fn band_shift(&self, band: [R; 2]) -> Responses<R, S> {
         if self.unsteady().next().is_none() && self.suspension_in_band(band).is_none() {
             return Responses::zeros();
         }
-        self.moved
+        self.moved_beyond_noise()
+    }
+
+    fn moved_beyond_noise(&self) -> Responses<R, S> {
+        self.moved.zip_map(&self.moved_noise, |moved: R, noise| {
+            if moved.abs() > noise * R::of(SIGNIFICANT) { moved } else { R::zero() }
+        })
     }
 
     /// The responses whose mass line is not a plateau, each with the larger of its change with the ends of
     /// the band and its standard deviation, relative to the root mean square of all A of this DOF.
     pub fn unsteady(&self) -> impl Iterator<Item = (usize, R)> + '_ {
         let size = (self.accelerance.norm_squared() / R::of(self.responses.max(1) as f64)).sqrt();
+        let moved = self.moved_beyond_noise();
         let part = move |k: usize| {
-            let moved = self.moved[k].abs();
-            let real = moved > self.moved_noise[k] * R::of(SIGNIFICANT);
             let by_lag = self.accelerance[k] * self.lag_noise * R::of(SIGNIFICANT);
             let noise = (self.noise[k] * self.noise[k] - by_lag * by_lag).max(R::zero()).sqrt();
-            (k, noise.max(if real { moved } else { R::zero() }) / size)
+            (k, noise.max(moved[k].abs()) / size)
         };
         (0..self.responses).map(part).filter(|(_, part)| *part > R::of(PLATEAU_LIMIT))
     }

@@ -152,7 +152,7 @@ pub fn fuzz_archive(bytes: &[u8]) {
     let again = archive.to_bytes("fuzz.massline").unwrap();
     assert!(Archive::parse(&again, "fuzz.massline").unwrap() == archive);
     let _ = archive.frfs().unwrap();
-    let _ = massline::report::Summary::of(&archive.result).to_json();
+    let _ = massline::report::Summary::of(&archive.result, archive.verdict()).to_json();
     let _ = massline::report::measurement_text(&archive.result, &Default::default());
     let _ = archive.layout.nominal();
 }

@@ -20,8 +20,12 @@ const SOFT_HZ: f64 = 3.0;
 /// The same where the suspension modes themselves are measured, Hz: as on the wheel of the literature.
 const STIFF_HZ: f64 = 7.5;
 
-/// Part of a sensor's range up to which a person lets a light object move.
+/// Part of a sensor's range up to which a person lets an object move.
 const COMFORTABLE: f64 = 0.6;
+/// Part of it below which a person hits harder.
+const FEEBLE: f64 = 0.05;
+/// A person does not hit harder, N: the hammer's channel ends at 128 N.
+const HARDEST_N: f64 = 100.0;
 
 /// A simulated object on its bench.
 #[derive(Clone, Debug)]
@@ -73,20 +77,22 @@ pub(in crate::commands) fn describe(bench: &Bench, place: &str) -> String {
     format!("simulated: {kind} of {mass} kg, {elastic}, {suspension}{place}")
 }
 
-/// Lets a person hit an object so gently that no sensor comes near the end of its range, but as hard as the rig accepts;
-/// returns how, for a description.
-fn soften(force_n: &mut [f64; 2], layout: &HostLayout, body: &RigidBody<f64>) -> String {
+/// Lets a person hit a light object so gently that no sensor comes near the end of its range, but as hard as the rig accepts,
+/// and a heavy one harder than usual; returns how, for a description.
+fn suit(force_n: &mut [f64; 2], layout: &HostLayout, body: &RigidBody<f64>) -> String {
     let hits = (0..layout.hits.len()).filter_map(|hit| layout.accelerance(body, hit));
     let most = hits.map(|accelerance| accelerance.amax()).fold(0.0, f64::max);
     let range = (Calibration::ADXL326_RANGE_G - 1.0) * STANDARD_GRAVITY;
     let [weakest, hardest] = *force_n;
     let least = layout.test.trigger_n.max(layout.test.min_peak_force_n);
     let gentle = (COMFORTABLE * range / most).max(least * hardest / weakest);
-    if gentle >= hardest {
+    let is_feeble = most * hardest < FEEBLE * range;
+    if gentle >= hardest && !is_feeble {
         return String::new();
     }
-    *force_n = [gentle * weakest / hardest, gentle];
-    format!(", hits of {:.0} to {gentle:.0} N", force_n[0])
+    let suited = gentle.min(HARDEST_N);
+    *force_n = [suited * weakest / hardest, suited];
+    format!(", hits of {:.0} to {suited:.0} N", force_n[0])
 }
 
 /// The bench with the object that a layout states, and how it is hit where that is not as usual.
@@ -110,7 +116,7 @@ fn stated(file: &LayoutFile, suspension_hz: Option<f64>) -> Result<(Bench, Strin
     if let Some(gravity) = file.layout.gravity {
         chain.gravity = Vector3::from(gravity);
     }
-    let hits = soften(&mut chain.tap.force_n, &file.layout, &body);
+    let hits = suit(&mut chain.tap.force_n, &file.layout, &body);
     let highest_hz = suspension_hz.unwrap_or(usual_hz);
     let bench = chain.with_rigid_body(body, highest_hz);
     Ok((bench.map_err(|error| Error::from(error).within("[reference]"))?, hits))
