@@ -211,8 +211,9 @@ fn compare(errors: Errors, dofs: usize, batch: u64) -> [Row; 3] {
             let method = Some(Method::MaximumLikelihood);
             list.push(MethodStatistics::of(method, of_budget, &truth, Some(&of_bound)));
             let found: Vec<_> = of_budget.iter().flatten().collect();
-            // A missing answer would be the worst one.
-            assert!(found.len() + 1 >= of_budget.len(), "{} answers", found.len());
+            // A missing answer would be the worst one. Errors of twice those stated leave one in thirty without.
+            let missing = of_budget.len() - found.len();
+            assert!(missing <= 1 + of_budget.len() / 10, "{missing} answers are missing");
             let sum: f64 = found.iter().map(|e| e.body.mass / body.mass - 1.0).sum();
             *mass += sum / found.len() as f64 / THREE_BAR_TESTS.len() as f64;
         }
@@ -235,10 +236,10 @@ fn mean(rows: &[Row]) -> Row {
     Row { pooled, mass: of(|row| row.mass) }
 }
 
-/// Standard deviation of the error between batches; zero for a single one.
-fn spread(rows: &[Row]) -> f64 {
-    let center = mean(rows).pooled.error;
-    let squares: f64 = rows.iter().map(|row| (row.pooled.error - center).powi(2)).sum();
+/// Standard deviation of a figure between batches; zero for a single one.
+fn spread(rows: &[Row], of: fn(&Pooled) -> f64) -> f64 {
+    let center = of(&mean(rows).pooled);
+    let squares: f64 = rows.iter().map(|row| (of(&row.pooled) - center).powi(2)).sum();
     (squares / (rows.len().max(2) - 1) as f64).sqrt()
 }
 
@@ -293,7 +294,8 @@ fn three_scales_cover_what_the_theory_says_and_have_no_bias() {
             let of_batches: Vec<[Row; 3]> =
                 (0..batches()).map(|batch| compare(case.errors, dofs, batch)).collect();
             let of = |k: usize| of_batches.iter().map(|rows| rows[k]).collect::<Vec<_>>();
-            let spread = spread(&of(2));
+            let scatter = |part| spread(&of(2), part);
+            let [coverage, error] = [scatter(|row| row.coverage), scatter(|row| row.error)];
             let [exact, stated, learned] = [0, 1, 2].map(|k| mean(&of(k)));
             let show = |Row { pooled, mass }: Row| {
                 let width = pooled.width / exact.pooled.width;
@@ -302,19 +304,22 @@ fn three_scales_cover_what_the_theory_says_and_have_no_bias() {
             };
             let name = format!("{}, {dofs} DOFs", case.name);
             let [a, b, c] = [exact, stated, learned].map(show);
-            println!("| {name} | {a} | {b} | {c}, batches ± {spread:.3} |");
-            // Two points: the table's 150 runs leave one point of each figure.
+            println!(
+                "| {name} | {a} | {b} | {c}; batches ± {:.1} %, ± {error:.3} |",
+                100.0 * coverage
+            );
+            // The table's figures are of one batch, which scatter as ours do.
+            let by_chance = |spread: f64| 2.0 * spread * (1.0 + 1.0 / batches() as f64).sqrt();
             let off = learned.pooled.coverage - case.coverage[place] / 100.0;
             let mut hold = |what: &str, holds: bool| {
                 if !holds {
                     failed.push(format!("{name}, {what}: {learned:?}"));
                 }
             };
-            hold("coverage", off.abs() <= 0.02 + of_coverage);
+            hold("coverage", off.abs() <= 0.02 + by_chance(coverage) + of_coverage);
             // The table's steps were fewer where the data are exact, so that its errors are larger; smaller ones are welcome.
-            // The table's own figure is that of one batch, whose errors scatter as much as ours do.
-            let by_chance = 2.0 * spread * (1.0 + 1.0 / batches() as f64).sqrt();
-            let most = case.error[place].map_or(f64::INFINITY, |error| error + 0.05 + by_chance);
+            let most =
+                case.error[place].map_or(f64::INFINITY, |table| table + 0.05 + by_chance(error));
             hold("error", learned.pooled.error <= most * (1.0 + of_error));
             if case.name == "exact" {
                 // The loss of stated directions, 0.26 %, is a dozen times this, and the noise of a mean of 32 runs a third.
