@@ -34,6 +34,11 @@ impl Peer {
         *self = Self { is_rig: true, ..Self::default() };
     }
 
+    /// True where it has sent something that a rig has not, so far.
+    pub fn is_strange(&self) -> bool {
+        !self.is_rig && !self.first.is_empty()
+    }
+
     /// It has closed the link, or the link was lost.
     pub fn left(&mut self) {
         self.closed += 1;

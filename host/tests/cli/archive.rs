@@ -463,12 +463,19 @@ fn an_archive_is_solved_with_a_corrected_layout_but_not_with_that_of_another_tes
         run_json(&["solve", path.to_str().unwrap(), VERSION_1])
     };
     // Ten millimetres at one sensor.
-    let (run, corrected) = solve("0.2079, 0.0, 0.0", "0.2179, 0.0, 0.0");
-    assert_eq!(run.exit, 0, "{corrected}");
+    let (solved, corrected) = solve("0.2079, 0.0, 0.0", "0.2179, 0.0, 0.0");
+    assert_eq!(solved.exit, 0, "{corrected}");
     let (_, as_measured) = answer(&["solve", VERSION_1]);
     // The answer is the one with the corrected layout.
     assert_eq!(corrected["results"], corrected["host"]["results"]);
     assert_ne!(corrected["host"]["results"], as_measured["host"]["results"]);
+    // It stands alone: a table for each method, and the rig's answer is compared with it in a line.
+    let path = folder.path().join("layout.toml");
+    let text_of = run(&["solve", path.to_str().unwrap(), VERSION_1]).stdout;
+    let tables = text_of.lines().filter(|line| line.contains("± 95 %")).count();
+    assert_eq!(tables, corrected["results"].as_array().unwrap().len(), "{text_of}");
+    let compared = text_of.matches("the rig's answer within").count();
+    assert!(compared > 0 && compared <= tables, "{text_of}");
     // A band has no effect on mass lines, and the program says so.
     let (run, same) = solve("hits_per_dof = 3", "hits_per_dof = 3\nband_hz = [20.0, 100.0]");
     assert_eq!(same["host"]["results"], as_measured["host"]["results"]);
