@@ -13,7 +13,9 @@
 //! A reader says what the file states and no more. What the user states is added later: the rate in `rate`, the units
 //! and sensitivities in `scale`. A unit is read or asked for, never assumed.
 
+mod clock;
 mod csv;
+mod date;
 mod dialect;
 mod error;
 mod header;
@@ -27,6 +29,7 @@ mod stamp;
 mod steps;
 mod time;
 mod uff;
+mod uneven;
 
 use std::path::Path;
 
@@ -34,11 +37,13 @@ pub use error::RecordingError;
 pub use number::Decimal;
 pub(crate) use rate::six_digits;
 pub use rate::{DeclaredRate, Rate, RateSource};
+use scale::called;
 pub(crate) use scale::column;
 pub use scale::{EVERY_RESPONSE, Scale, StatedSensitivity, StatedUnit, Statements, UnitSource};
 pub use sensitivity::Sensitivity;
 pub use steps::Steps;
-pub use time::{TimeColumn, TimeUnit};
+pub use time::{Places, TimeColumn, TimeUnit};
+pub use uneven::Unevenness;
 
 use crate::encoding::Text;
 use steps::Times;

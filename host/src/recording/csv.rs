@@ -1,5 +1,7 @@
 //! Text with a column for each channel, separated by semicolons, tabs, commas or blanks.
 
+use super::clock::{Clock, refuse_set_clock, with_fractions};
+use super::date::Date;
 use super::dialect::{Dialect, Kind, Lines, Row, Separator, rows_of};
 use super::header;
 use super::number::{Decimal, last_digit};
@@ -58,6 +60,8 @@ struct Table {
 struct Column {
     kind: Option<Kind>,
     values: Vec<f64>,
+    /// The time of the stamps before.
+    clock: Clock,
     /// The unit of the last digit of each value, for a column that may be a time.
     digits: Option<Vec<f64>>,
     numbers: usize,
@@ -99,8 +103,11 @@ impl Table {
         if fields.len() != wanted {
             return Err(RecordingError::Ragged { line, found: fields.len(), wanted });
         }
+        let is_date = |column: &Column| column.kind == Some(Kind::Date);
+        let date = self.columns.iter().position(is_date).and_then(|place| fields.get(place));
+        let date = date.and_then(|field| Date::parse(field));
         for (place, (column, field)) in self.columns.iter_mut().zip(&fields).enumerate() {
-            column.add(field, self.decimal, line, place);
+            column.add(field, self.decimal, date, [line, place]);
         }
         self.lines.add(self.rows, line);
         self.rows += 1;
@@ -115,7 +122,7 @@ impl Table {
         if self.rows == 0 {
             return Err(RecordingError::UnknownFormat);
         }
-        let Self { columns, lines, rows, comments, .. } = self;
+        let Self { mut columns, lines, rows, comments, .. } = self;
         let rising = |column: &Column| {
             let times = Times::exact(column.values.clone());
             times.count() || times.rise()
@@ -123,6 +130,7 @@ impl Table {
         name_rows(&mut channels, columns.first().is_some_and(rising));
         let mut recording =
             Recording { segments: vec![Segment::default()], ..Recording::default() };
+        recording.left_out.extend(join_fractions(&mut columns, &mut channels, rows));
         let mut times = Vec::new();
         let mut clocks = Vec::new();
         let mut broken_time = None;
@@ -154,7 +162,11 @@ impl Table {
                 clocks.push(here);
             }
             if let Some(digits) = column.digits.filter(|_| is_whole) {
-                times.push((here, Times { values: column.values.clone(), digits }));
+                let of_column = Times { values: column.values.clone(), digits };
+                if column.stamps > 0 {
+                    refuse_set_clock(&channel.name, &of_column, |row| lines.of(row))?;
+                }
+                times.push((here, of_column));
             }
             recording.channels.push(channel);
             recording.segments.iter_mut().for_each(|segment| segment.0.push(column.values.clone()));
@@ -184,6 +196,33 @@ impl Table {
     }
 }
 
+/// Adds the fractions of seconds that stand in a column of their own to the clock beside them; the column that is left
+/// out then.
+fn join_fractions(
+    columns: &mut Vec<Column>,
+    channels: &mut Vec<Channel>,
+    rows: usize,
+) -> Option<LeftOut> {
+    let clock = columns.iter().position(|column| column.stamps == rows)?;
+    let seconds = columns.get(clock)?.times()?;
+    let (place, joined) = (0..columns.len()).find_map(|place| {
+        let TimeUnit::Known { seconds: unit, .. } = TimeUnit::of(channels.get(place)?) else {
+            return None;
+        };
+        let column = columns.get(place).filter(|column| column.numbers == rows)?;
+        Some((place, with_fractions(&seconds, &column.times()?, unit)?))
+    })?;
+    let of_clock = columns.get_mut(clock)?;
+    (of_clock.values, of_clock.digits) = (joined.values, Some(joined.digits));
+    let name_of_clock = super::column(clock, channels.get(clock)?);
+    columns.remove(place);
+    let name = super::column(place, &channels.remove(place));
+    Some(LeftOut {
+        name,
+        reason: format!("it has the fractions of the seconds of {name_of_clock}"),
+    })
+}
+
 /// A header with one name less than there are columns, where the first column counts the rows: the names belong to the
 /// other columns.
 fn name_rows(channels: &mut [Channel], first_rises: bool) {
@@ -198,11 +237,19 @@ fn name_rows(channels: &mut [Channel], first_rises: bool) {
 }
 
 impl Column {
-    fn add(&mut self, field: &str, decimal: Decimal, line: usize, place: usize) {
+    /// Adds a field; `date` is the date in another column of the row.
+    fn add(
+        &mut self,
+        field: &str,
+        decimal: Decimal,
+        date: Option<Date>,
+        [line, place]: [usize; 2],
+    ) {
         let value = match self.kind {
             Some(Kind::Stamp) => Stamp::parse(field).map(|stamp| {
                 self.stamps += 1;
-                (stamp.after(self.values.last().copied()), stamp.digit)
+                let stamp = Stamp { date: stamp.date.or(date), ..stamp };
+                (self.clock.seconds(stamp), stamp.digit)
             }),
             _ => decimal.number(field).map(|value| {
                 self.numbers += 1;
@@ -219,6 +266,11 @@ impl Column {
         if let Some(digits) = &mut self.digits {
             digits.push(digit);
         }
+    }
+
+    /// Its values as times, for a column that may be a time.
+    fn times(&self) -> Option<Times> {
+        Some(Times { values: self.values.clone(), digits: self.digits.clone()? })
     }
 
     /// Why a column that may be a time is none.

@@ -66,24 +66,30 @@ pub(super) fn channels(
         }
         _ => Vec::new(),
     };
-    let unit = |k: usize| {
-        let label = whole(units.as_ref()?.get(k)?);
-        let is_word = UNIT_WORDS.iter().any(|word| label.eq_ignore_ascii_case(word));
-        (!is_word && !is_unstated(&label)).then(|| decided(&unwrapped(&label), text))
-    };
     Ok((0..columns)
         .map(|k| {
             let named = names.get(k).cloned().unwrap_or_default();
-            match unit(k) {
-                // Both are kept where they differ.
-                Some(unit) if !is_unstated(&named.unit) && named.unit != unit => {
-                    Channel { name: whole(&named), unit, ..named }
-                }
-                Some(unit) => Channel { unit, ..named },
+            match units.as_ref().and_then(|units| units.get(k)) {
+                Some(label) => with_unit(named, &whole(label), text),
                 None => named,
             }
         })
         .collect())
+}
+
+/// A channel with the unit that a row of units states for it, if it states one. Where its name states another one, both are
+/// kept.
+pub(super) fn with_unit(named: Channel, label: &str, text: &Text<'_>) -> Channel {
+    let is_word = UNIT_WORDS.iter().any(|word| label.eq_ignore_ascii_case(word));
+    if is_word || is_unstated(label) {
+        return named;
+    }
+    let unit = decided(&unwrapped(label), text);
+    let name = match is_unstated(&named.unit) || named.unit == unit {
+        true => named.name.clone(),
+        false => whole(&named),
+    };
+    Channel { name, unit, ..named }
 }
 
 /// True for a row of units: at least half of what it states is known. Alone it must be known wholly.

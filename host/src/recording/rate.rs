@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use super::Recording;
 use super::steps::Steps;
 use super::time::{TimeColumn, TimeUnit};
+use super::uneven::Unevenness;
 use crate::error::{Error, Result};
 use crate::units::time_unit;
 
@@ -82,10 +83,8 @@ impl Recording {
     /// # Errors
     /// When samples are missing, or nothing states the rate, or a time column has no unit or no even steps.
     pub fn rate(&self, stated_hz: Option<f64>, stated_unit: Option<&str>) -> Result<Rate> {
-        if let Some(TimeColumn { steps: Steps::Lost { gaps, samples, row, after }, .. }) =
-            &self.time
-        {
-            return Err(lost(*gaps, *samples, *row, *after));
+        if let Some(fault) = self.time.as_ref().and_then(TimeColumn::fault_whatever_the_rate) {
+            return Err(fault);
         }
         let of_column = self.time.as_ref().map(|column| column.rate(stated_unit)).transpose();
         let declared = self.declared.map(|declared| {
@@ -154,6 +153,22 @@ fn finer(column: (Rate, f64), declared: (Rate, f64)) -> (Rate, f64) {
 }
 
 impl TimeColumn {
+    /// Why the rows are not even samples, whatever their rate is.
+    fn fault_whatever_the_rate(&self) -> Option<Error> {
+        match self.steps {
+            Steps::Lost { gaps, samples, row, after } => {
+                Some(lost(gaps, samples, &self.places.name(row), after))
+            }
+            Steps::Uneven(found) if !found.may_be_even => Some(self.uneven(&found)),
+            _ => None,
+        }
+    }
+
+    fn uneven(&self, found: &Unevenness) -> Error {
+        let message = found.sentence(&self.called(), |place| self.places.name(place));
+        Error::input("time_uneven", message)
+    }
+
     /// The rate by this column and its relative uncertainty.
     fn rate(&self, stated_unit: Option<&str>) -> Result<(Rate, f64)> {
         let name = self.called();
@@ -168,17 +183,9 @@ impl TimeColumn {
                 return Err(Error::input("time_too_coarse", message));
             }
             Steps::Even { step, uncertainty, rounded_to } => (step, uncertainty, rounded_to),
-            Steps::Uneven { range: [least, most], row } => {
-                let message = format!(
-                    "the steps of {name} differ: {} to {}, the longest after line {row}; export even samples, or \
-                     state the rate with --rate-hz if the samples are even",
-                    six_digits(least),
-                    six_digits(most)
-                );
-                return Err(Error::input("time_uneven", message));
-            }
+            Steps::Uneven(found) => return Err(self.uneven(&found)),
             Steps::Lost { gaps, samples, row, after } => {
-                return Err(lost(gaps, samples, row, after));
+                return Err(lost(gaps, samples, &self.places.name(row), after));
             }
         };
         let (label, seconds, assumed) = self.unit(step, stated_unit)?;
@@ -273,7 +280,7 @@ impl TimeColumn {
     }
 }
 
-fn lost(gaps: usize, samples: f64, row: usize, after: f64) -> Error {
+fn lost(gaps: usize, samples: f64, place: &str, after: f64) -> Error {
     let are_missing = if samples == 1.0 {
         "1 sample is missing".into()
     } else {
@@ -285,7 +292,7 @@ fn lost(gaps: usize, samples: f64, row: usize, after: f64) -> Error {
         more => format!(", and there are {more} more gaps"),
     };
     let message = format!(
-        "{are_missing} after the time {} (line {row}){more}; record again without losses, or cut the file there",
+        "{are_missing} after the time {} ({place}){more}; record again without losses, or cut the file there",
         six_digits(after)
     );
     Error::input("samples_lost", message)
@@ -293,6 +300,7 @@ fn lost(gaps: usize, samples: f64, row: usize, after: f64) -> Error {
 
 #[cfg(test)]
 mod tests {
+    use super::super::time::Places;
     use super::*;
 
     fn column(name: &str, unit: TimeUnit, step: f64, first: f64) -> Recording {
@@ -302,6 +310,7 @@ mod tests {
             unit,
             steps,
             first,
+            places: Places::Lines,
             is_index: step == 1.0 && first == 0.0,
         };
         Recording { time: Some(time), ..Recording::default() }

@@ -440,7 +440,7 @@ fn unusable(k: usize, channel: &Channel, fault: &RecordingError) -> Error {
 }
 
 /// A channel as it is named in messages.
-fn called(k: usize, channel: &Channel) -> String {
+pub(super) fn called(k: usize, channel: &Channel) -> String {
     match channel.name.as_str() {
         "" => format!("channel {}", k + 1),
         name => format!("channel {} \"{name}\"", k + 1),

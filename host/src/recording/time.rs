@@ -36,6 +36,9 @@ const INDEX: [&str; 18] = [
     "k", "point", "row", "scan", "number", "count",
 ];
 
+/// The fewest rows between two points at which the time begins again.
+const SHORTEST_RUN: usize = 3;
+
 /// Relative difference up to which the steps of two segments are the same.
 const EQUAL_STEPS: f64 = 1e-3;
 
@@ -46,12 +49,33 @@ pub struct TimeColumn {
     pub name: String,
     /// Its unit.
     pub unit: TimeUnit,
-    /// Its steps.
+    /// Its steps, whose rows are places in the file.
     pub steps: Steps,
+    /// What the numbers of these places are.
+    pub places: Places,
     /// Its first value.
     pub first: f64,
     /// Whether it counts the samples.
     pub is_index: bool,
+}
+
+/// What the number of a place in a file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Places {
+    /// A line of the file.
+    Lines,
+    /// A value of the record that begins in this line of the file.
+    ValuesOfRecord(usize),
+}
+
+impl Places {
+    /// The place as text.
+    pub(super) fn name(self, number: usize) -> String {
+        match self {
+            Self::Lines => format!("line {number}"),
+            Self::ValuesOfRecord(line) => format!("value {number} of the record in line {line}"),
+        }
+    }
 }
 
 /// The unit of a time column.
@@ -76,7 +100,7 @@ pub enum TimeUnit {
 
 impl TimeUnit {
     /// The unit by the name and the label of a column: the last word of the name may be a unit, as in `time_us`.
-    fn of(channel: &Channel) -> Self {
+    pub(super) fn of(channel: &Channel) -> Self {
         let words = words(&channel.name);
         let word = words.last().filter(|_| words.len() > 1 || is_unstated(&channel.unit));
         let known = |label: &str| {
@@ -180,6 +204,25 @@ pub(super) fn time_column(
             runs = blocks;
         }
     }
+    if let [_, _, ..] = runs[..]
+        && let Some(run) = runs.iter().find(|run| run.len() < SHORTEST_RUN)
+    {
+        let at = |row: usize| times.values.get(row).copied().unwrap_or_default();
+        let last = run.end.saturating_sub(1);
+        let (before, after) = if run.end < times.values.len() {
+            (last, run.end)
+        } else {
+            (run.start.saturating_sub(1), run.start)
+        };
+        let fault = format!(
+            "the time column \"{}\" goes from {} to {} in the next row; export the samples in the order of their time, and \
+             no row of factors or ranges among them",
+            channel.name,
+            at(before),
+            at(after)
+        );
+        return Err(RecordingError::Header { line: line(before), fault });
+    }
     let mut steps: Option<Steps> = None;
     for run in &runs {
         let next = times.part(run.clone()).steps();
@@ -189,8 +232,8 @@ pub(super) fn time_column(
                 steps = Some(Steps::Lost { row: line(start + row), gaps, samples, after });
                 break;
             }
-            (_, Steps::Uneven { row, range }) => {
-                steps = Some(Steps::Uneven { row: line(start + row), range });
+            (_, Steps::Uneven(found)) => {
+                steps = Some(Steps::Uneven(found.at(|row| line(start + row))));
                 break;
             }
             (
@@ -213,7 +256,8 @@ pub(super) fn time_column(
     let column = TimeColumn {
         name: channel.name.clone(),
         unit: TimeUnit::of(channel),
-        steps: steps.unwrap_or(Steps::Uneven { range: [0.0; 2], row: 0 }),
+        steps: steps.unwrap_or_else(|| times.steps()),
+        places: Places::Lines,
         first: times.values.first().copied().unwrap_or_default(),
         is_index: times.count(),
     };
@@ -238,6 +282,16 @@ pub(super) fn beside_the_time(
     if !own.rise() || !times.rise() {
         return Ok(BY_NAME);
     }
+    let contradiction = |fault: String, row: usize| {
+        let fault = format!("{fault}; export channels that were sampled together, with one time");
+        Err(RecordingError::Header { line: line(row), fault })
+    };
+    if let ([first, _, ..], [_]) = (&times.runs()[..], &own.runs()[..]) {
+        let (name, other) = (&channel.name, &other.name);
+        let fault =
+            format!("the time \"{name}\" begins again after this row, and \"{other}\" goes on");
+        return contradiction(fault, first.end.saturating_sub(1));
+    }
     let known = |channel: &Channel| match TimeUnit::of(channel) {
         TimeUnit::Known { seconds, .. } => Some(seconds),
         _ => None,
@@ -251,12 +305,11 @@ pub(super) fn beside_the_time(
     match times.departs(own, ratio) {
         None => Ok("it repeats the time"),
         Some(row) => {
-            let fault = format!(
-                "the columns \"{}\" and \"{}\" state different times; export channels that were sampled together, with one \
-                 time",
-                channel.name, other.name
-            );
-            Err(RecordingError::Header { line: line(row), fault })
+            let (name, other) = (&channel.name, &other.name);
+            contradiction(
+                format!("the columns \"{name}\" and \"{other}\" state different times"),
+                row,
+            )
         }
     }
 }

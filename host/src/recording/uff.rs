@@ -6,7 +6,7 @@ use std::collections::HashSet;
 
 use super::lvm::EQUAL_RATES;
 use super::steps::{Steps, Times};
-use super::time::{TimeColumn, TimeUnit};
+use super::time::{Places, TimeColumn, TimeUnit};
 use super::{Channel, DeclaredRate, MOST_CHANNELS, Recording, RecordingError, Segment, Source};
 use crate::uff::{Function, UffFile};
 use crate::units::{Measure, is_unstated, unit_size};
@@ -59,14 +59,15 @@ fn uneven(record: &Function) -> Option<TimeColumn> {
     record.abscissa.iter().for_each(|&time| times.push(time, digit(time)));
     let steps = match times.steps() {
         Steps::Even { .. } => return None,
-        Steps::Lost { gaps, samples, after, .. } => {
-            Steps::Lost { gaps, samples, row: record.line, after }
+        Steps::Lost { gaps, samples, row, after } => {
+            Steps::Lost { gaps, samples, row: row + 1, after }
         }
-        Steps::Uneven { range, .. } => Steps::Uneven { range, row: record.line },
+        Steps::Uneven(found) => Steps::Uneven(found.at(|row| row + 1)),
     };
     let name = format!("abscissa of {}", record.time_channel().name);
     let unit = TimeUnit::Known { label: "s".into(), seconds: 1.0 };
-    Some(TimeColumn { name, unit, steps, first, is_index: false })
+    let places = Places::ValuesOfRecord(record.line);
+    Some(TimeColumn { name, unit, steps, places, first, is_index: false })
 }
 
 /// The last digit of a time as the format writes it, with six of them (`E13.5`).
