@@ -16,8 +16,10 @@
 mod clock;
 mod csv;
 mod date;
+mod declared;
 mod dialect;
 mod error;
+mod factors;
 mod header;
 mod lvm;
 mod npy;
@@ -116,6 +118,8 @@ pub struct Channel {
     /// The factor to N or m/s² for a channel without a unit of its own, where the file states its units for all
     /// channels together.
     pub factor: Option<f64>,
+    /// A factor that the file states for its numbers beside their unit, as part of a sentence.
+    pub multiplier: Option<String>,
     /// Why its samples cannot be used.
     pub fault: Option<RecordingError>,
 }

@@ -3,7 +3,7 @@
 use super::dialect::{Row, Separator};
 use super::scale::is_unit;
 use super::time::is_time;
-use super::{Channel, RecordingError, is_named_force};
+use super::{Channel, RecordingError, factors, is_named_force};
 use crate::encoding::{Text, unit_of};
 use crate::units::is_unstated;
 
@@ -23,9 +23,18 @@ pub(super) fn channels(
     let mut last = None;
     let mut rows: Vec<Vec<Channel>> = Vec::new();
     let mut others: Vec<Vec<Channel>> = Vec::new();
-    for Row { line, mut fields } in header {
+    let mut factors = vec![None; columns];
+    for row in header {
+        if factors::take_row(&row, &mut factors) {
+            continue;
+        }
+        let Row { line, mut fields } = row;
         if let Some(first) = fields.first_mut() {
             *first = first.trim_start_matches(['#', '%']).trim().to_owned();
+        }
+        let is_label = |first: &String| first.ends_with(':') || is_unit_word(first);
+        if fields.len() == columns + 1 && fields.first().is_some_and(is_label) {
+            fields.remove(0);
         }
         let labels = |fields: &[String]| fields.iter().map(|field| channel(field, text)).collect();
         let line_text = separator.line(&fields);
@@ -74,14 +83,20 @@ pub(super) fn channels(
                 None => named,
             }
         })
+        .zip(factors)
+        .map(|(channel, multiplier)| Channel { multiplier, ..channel })
         .collect())
+}
+
+/// True for a word that says that units stand beside it.
+pub(super) fn is_unit_word(label: &str) -> bool {
+    UNIT_WORDS.iter().any(|word| label.eq_ignore_ascii_case(word))
 }
 
 /// A channel with the unit that a row of units states for it, if it states one. Where its name states another one, both are
 /// kept.
 pub(super) fn with_unit(named: Channel, label: &str, text: &Text<'_>) -> Channel {
-    let is_word = UNIT_WORDS.iter().any(|word| label.eq_ignore_ascii_case(word));
-    if is_word || is_unstated(label) {
+    if is_unit_word(label) || is_unstated(label) {
         return named;
     }
     let unit = decided(&unwrapped(label), text);
@@ -95,9 +110,7 @@ pub(super) fn with_unit(named: Channel, label: &str, text: &Text<'_>) -> Channel
 /// True for a row of units: at least half of what it states is known. Alone it must be known wholly.
 fn is_units(row: &[Channel], has_names: bool) -> bool {
     let labels: Vec<String> = row.iter().map(whole).filter(|label| !is_unstated(label)).collect();
-    let is_known = |label: &String| {
-        is_unit(&unwrapped(label)) || UNIT_WORDS.iter().any(|word| label.eq_ignore_ascii_case(word))
-    };
+    let is_known = |label: &String| is_unit(&unwrapped(label)) || is_unit_word(label);
     let known = labels.iter().filter(|label| is_known(label)).count();
     known > 0 && if has_names { 2 * known >= labels.len() } else { known == labels.len() }
 }

@@ -121,7 +121,7 @@ fn same_channels(recording: &Recording, header: &SegmentHeader) -> Result<(), Re
         );
         return Err(RecordingError::Header { line, fault });
     }
-    if let (Some(first), Some(rate)) = (recording.declared, header.rate())
+    if let (Some(first), Some(rate)) = (&recording.declared, header.rate())
         && (rate.hz / first.hz - 1.0).abs() > EQUAL_RATES
     {
         let fault = format!(

@@ -30,14 +30,16 @@ const SAME_RATE: f64 = 1e-5;
 const ANY_TIME: &str = "time";
 
 /// A rate that a header states.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct DeclaredRate {
     /// The rate, Hz.
     pub hz: f64,
     /// Its relative uncertainty by the digits of the entry.
     pub uncertainty: f64,
     /// The entry that states it.
-    pub entry: &'static str,
+    pub entry: String,
+    /// Whether it states a unit; else the number is taken for Hz, to compare it.
+    pub states_unit: bool,
 }
 
 /// Where a rate comes from.
@@ -55,7 +57,7 @@ pub enum RateSource {
         assumed: bool,
     },
     /// An entry of a header.
-    Header(&'static str),
+    Header(String),
 }
 
 /// The sampling rate in use.
@@ -87,7 +89,8 @@ impl Recording {
             return Err(fault);
         }
         let of_column = self.time.as_ref().map(|column| column.rate(stated_unit)).transpose();
-        let declared = self.declared.map(|declared| {
+        let unclear = self.declared.as_ref().filter(|declared| !declared.states_unit);
+        let declared = self.declared.as_ref().map(|declared| {
             let mut notes = Vec::new();
             if declared.uncertainty > COARSE {
                 notes.push(format!(
@@ -97,19 +100,34 @@ impl Recording {
                 ));
             }
             (
-                Rate { hz: declared.hz, source: RateSource::Header(declared.entry), notes },
+                Rate { hz: declared.hz, source: RateSource::Header(declared.entry.clone()), notes },
                 declared.uncertainty,
             )
         });
         let of_file = match (of_column, declared) {
+            (Ok(None), Some(_)) if let Some(unclear) = unclear => {
+                let message = format!(
+                    "{} states a rate without a unit; give it in Hz with --rate-hz",
+                    unclear.entry
+                );
+                Err(Error::input("no_rate", message))
+            }
             (Ok(None), None) => Err(Error::input(
                 "no_rate",
                 "the recording does not state its sampling rate; give it with --rate-hz",
             )),
             (Err(error), _) => Err(error),
+            (Ok(None), Some((rate, uncertainty))) if uncertainty > UNUSABLE => {
+                let message = format!(
+                    "by the digits of {} the rate is known to {:.0} % only; give it with --rate-hz",
+                    rate.entry(),
+                    100.0 * uncertainty
+                );
+                Err(Error::input("time_too_coarse", message))
+            }
             (Ok(None), Some(declared)) => Ok(declared),
             (Ok(Some(column)), None) => Ok(column),
-            (Ok(Some(column)), Some(declared)) => Ok(finer(column, declared)),
+            (Ok(Some(column)), Some(declared)) => Ok(finer(column, declared, unclear.is_none())),
         };
         let Some(hz) = stated_hz else { return of_file.map(|(rate, _)| rate) };
         let notes = match of_file {
@@ -136,13 +154,25 @@ impl Recording {
     }
 }
 
-/// The rate with more digits of those of a time column and a header; the column's when they contradict each other.
-fn finer(column: (Rate, f64), declared: (Rate, f64)) -> (Rate, f64) {
+impl Rate {
+    /// The entry of a header that states it.
+    fn entry(&self) -> &str {
+        match &self.source {
+            RateSource::Header(entry) => entry,
+            _ => "",
+        }
+    }
+}
+
+/// The rate of a time column, or that of a header where it `may_be_used`, agrees and is known better by far; the column's
+/// when they contradict each other.
+fn finer(column: (Rate, f64), declared: (Rate, f64), may_be_used: bool) -> (Rate, f64) {
     let (hz, other) = (column.0.hz, declared.0.hz);
     if (hz / other - 1.0).abs() <= EQUAL_RATES + column.1 + declared.1 {
-        return if declared.1 < column.1 { declared } else { column };
+        let is_better = may_be_used && declared.1 < column.1 && column.1 > EQUAL_RATES;
+        return if is_better { declared } else { column };
     }
-    let RateSource::Header(entry) = declared.0.source else { return column };
+    let RateSource::Header(entry) = &declared.0.source else { return column };
     let (mut rate, uncertainty) = column;
     rate.notes.push(format!(
         "{entry} states {} Hz and the time column {} Hz: the time column is used",
@@ -386,7 +416,9 @@ mod tests {
     #[test]
     fn a_header_that_contradicts_its_time_column_is_named() {
         let mut recording = column("X_Value", known("s"), 1.0 / 5120.0, 0.0);
-        let declare = |hz, uncertainty| Some(DeclaredRate { hz, uncertainty, entry: "Delta_X" });
+        let declare = |hz, uncertainty| {
+            Some(DeclaredRate { hz, uncertainty, entry: "Delta_X".to_owned(), states_unit: true })
+        };
         recording.declared = declare(1.0, 1e-6);
         let rate = recording.rate(None, None).unwrap();
         assert!((rate.hz - 5120.0).abs() < 1e-6);

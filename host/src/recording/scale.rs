@@ -2,7 +2,7 @@
 //! m/s².
 
 use super::sensitivity::{Sensitivity, is_electrical};
-use super::{Channel, LeftOut, Recording, RecordingError, is_named_force};
+use super::{Channel, LeftOut, Recording, RecordingError, factors, is_named_force, six_digits};
 use crate::error::{Error, Result};
 use crate::units::{
     Measure, Quantity, UnitFault, force_unit, is_unscaled, is_unstated, motion_unit, unit_size,
@@ -345,6 +345,13 @@ fn scale(
     let (name, column) = (called(k, channel), column(k, channel));
     let of_file = channel.unit.trim();
     let unit = stated.unit.unwrap_or(of_file);
+    if let (None, Some(factor)) = (stated.unit, factors::of(channel)) {
+        let message = format!(
+            "{name}: {factor}, and not whether the numbers are multiplied already; state the unit of the numbers in the file \
+             with --unit \"{column}=UNIT\", or export the recording without factors"
+        );
+        return Err(Error::input("recording_unit_contradicted", message));
+    }
     if let Some(sensitivity) = &stated.sensitivity {
         let factor = sensitivity.factor(unit, is_force).map_err(|fault| {
             let message = format!("{name}: --sensitivity \"{column}={sensitivity}\": {fault}");
@@ -356,7 +363,9 @@ fn scale(
     if stated.unit.is_none()
         && let Some(factor) = channel.factor
     {
-        let unit = if is_force { "N" } else { "m/s²" }.to_owned();
+        let name = if is_force { "N" } else { "m/s²" };
+        let unit =
+            if factor == 1.0 { name.to_owned() } else { format!("{} {name}", six_digits(factor)) };
         return Ok(Scale { unit, source: UnitSource::UnitSystem, factor: sign * factor });
     }
     if is_unscaled(of_file) && !is_unscaled(unit) {

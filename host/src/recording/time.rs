@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::steps::{Steps, Times};
-use super::{Channel, RecordingError};
+use super::{Channel, RecordingError, factors};
 use crate::units::{is_unstated, time_unit};
 
 /// Words of a name that say that a column is a time.
@@ -163,14 +163,21 @@ pub(super) fn find(channels: &[Channel], columns: &[(usize, Times)]) -> TimeColu
         let second = columns.iter().find(|column| column.0 == 1).filter(is_nameless);
         Some(second.filter(|_| first.1.count()).unwrap_or(first).0)
     };
-    let time =
-        named.map(|(place, _)| *place).or_else(nameless).or_else(|| indices.first().copied());
-    let time = time.or_else(counted);
+    // What rises in every row, whatever its name.
+    let is_other = |(place, times): &&(usize, Times)| {
+        let channel = channel(*place);
+        !channel.name.is_empty() && !is_time(&channel) && !is_index(&channel.name) && times.rise()
+    };
+    let rising: Vec<&(usize, Times)> = columns.iter().filter(is_other).collect();
+    let rising_time = || rising.iter().find(|(_, times)| !times.count()).map(|(place, _)| *place);
+    let time = named.map(|(place, _)| *place).or_else(nameless).or_else(rising_time);
+    let time = time.or_else(|| indices.first().copied()).or_else(counted);
+    let time = time.or_else(|| rising.first().map(|(place, _)| *place));
     // One letter may be anything.
     let is_meant =
         |(place, times): &&(usize, Times)| times.rise() || channel(*place).name.chars().count() > 1;
     let named = by_name.iter().copied().chain(named_index.clone()).filter(is_meant);
-    let named = named.map(|(place, _)| *place);
+    let named = named.chain(rising).map(|(place, _)| *place);
     let mut others: Vec<usize> =
         indices.into_iter().chain(named).filter(|&place| Some(place) != time).collect();
     others.sort_unstable();
@@ -193,6 +200,14 @@ pub(super) fn time_column(
         let fault = format!(
             "the time column \"{}\" goes from {first} to {last} and never rises; export the samples in the order of their \
              time",
+            channel.name
+        );
+        return Err(RecordingError::Header { line: line(0), fault });
+    }
+    if let Some(factor) = factors::of(channel) {
+        let fault = format!(
+            "the time column \"{}\": {factor}, and not whether its numbers are multiplied already; export the time without \
+             a factor",
             channel.name
         );
         return Err(RecordingError::Header { line: line(0), fault });
@@ -274,7 +289,7 @@ pub(super) fn beside_the_time(
     (other, own): (&Channel, &Times),
     line: impl Fn(usize) -> usize,
 ) -> Result<&'static str, RecordingError> {
-    const BY_NAME: &str = "its name is that of a time or a count";
+    const BY_NAME: &str = "its name or its values are those of a time or a count";
     if own.count() {
         return Ok("it counts the samples");
     }

@@ -88,7 +88,12 @@ impl SegmentHeader {
     pub fn rate(&self) -> Option<DeclaredRate> {
         let Delta { step, digit } = self.deltas.get(self.reference()).copied().flatten()?;
         let uncertainty = 0.5 * digit / step;
-        (step > 0.0).then_some(DeclaredRate { hz: step.recip(), uncertainty, entry: DELTA })
+        (step > 0.0).then_some(DeclaredRate {
+            hz: step.recip(),
+            uncertainty,
+            entry: DELTA.to_owned(),
+            states_unit: true,
+        })
     }
 
     /// Why a channel cannot be used beside the others: it has another rate, begins at another time or has another number of

@@ -358,3 +358,57 @@ fn what_is_wrong_with_uneven_times_is_named_with_its_place_and_no_loss_is_overri
     let words = ["line 2", "goes from 1 to 0 in the next row", "factors"];
     refused(&[&folder.write("factors.csv", factors)], "recording_malformed", &words);
 }
+
+#[test]
+fn a_rate_in_the_header_is_compared_with_the_times_and_used_without_them() {
+    let folder = Folder::new();
+    let timed = "Time (s),Force (N),Acc (m/s^2)\n";
+    let file = |line: &str| folder.write("rate.csv", format!("{line}\n{}", scaled(timed, 1.0)));
+    for line in ["Sample rate: 5000", "Sampling frequency = 5 kHz", "# Abtastrate: 5000 Hz"] {
+        let value = graded(&[&file(line)]);
+        let note = value["notes"][0].as_str().unwrap();
+        let words = "states 5000 Hz and the time column 5120 Hz: the time column is used";
+        assert!(note.contains("line 1") && note.contains(words), "{note}");
+    }
+    for line in ["Sample rate: 5120", "Sampling rate: 5.12 kHz", "dt: 0.0001953 s", "Rated: 5000"] {
+        let value = graded(&[&file(line)]);
+        assert_eq!(value["notes"], serde_json::json!([]), "{line}");
+        assert_eq!(value["recording"]["rate_source"], "time_column", "{line}");
+    }
+    let untimed = |line: &str| {
+        let rows = text("Force (N),Acc (m/s^2)\n", |_, _, [f, a]| format!("{f:.5},{a:.5}"));
+        folder.write("untimed.csv", format!("{line}\n{rows}"))
+    };
+    for line in ["Sample Rate (Hz),5120", "fs = 5.12 kHz", "Sampling interval: 195.3125 us"] {
+        assert_eq!(graded(&[&untimed(line)])["recording"]["rate_source"], "header", "{line}");
+    }
+    refused(&[&untimed("Sample rate: 5120")], "no_rate", &["line 1", "without a unit"]);
+    refused(&[&untimed("dt = 0.0002 s")], "time_too_coarse", &["line 1", "25 %"]);
+}
+
+#[test]
+fn what_rises_in_every_row_is_a_time_or_a_count_and_text_in_a_time_is_named() {
+    let folder = Folder::new();
+    let rising = stamped("Signal,gps_sow,Force (N),Acc (m/s^2)\n", |k, t| {
+        format!("{k},{:.7}", 345_600.0 + t)
+    });
+    let value = graded(&[&folder.write("rising.csv", rising)]);
+    assert_eq!(value["recording"]["time_column"], "gps_sow", "{value}");
+    assert_eq!(value["recording"]["left_out"][0]["name"], "Signal", "{value}");
+    let header = "Time,Force (N),Acc (m/s^2)\n";
+    let with_unit = stamped(header, |_, t| format!("{t:.7} sec"));
+    let words = ["line 2, column 1", "\"0.0000000 sec\""];
+    refused(&[&folder.write("unit.csv", with_unit)], "recording_malformed", &words);
+    // A line that says that samples were lost, and one that says nothing.
+    let remark = |remark: &str| {
+        let lines = stamped("Force (N),Acc (m/s^2)\n", |_, _| String::new()).replace("\n,", "\n");
+        let mut lines: Vec<&str> = lines.lines().collect();
+        lines.insert(3001, remark);
+        folder.write("remark.csv", lines.join("\n"))
+    };
+    let rate = ["--rate-hz", "5120"];
+    let lost = remark("# buffer overflow, 40 samples lost");
+    refused(&[&[lost.as_str()], &rate[..]].concat(), "recording_malformed", &["line 3002", "lost"]);
+    let value = graded(&[&[remark("# temperature 21").as_str()], &rate[..]].concat());
+    assert!(value["notes"][0].as_str().unwrap().contains("line 3002"), "{value}");
+}

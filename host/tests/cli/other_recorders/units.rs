@@ -283,3 +283,47 @@ fn a_hammer_of_reversed_polarity_is_named_and_turned() {
     refused(&[&healthy, "--reverse", "Force"], "force_reversed", &["leave this option out"]);
     refused(&[&healthy, "--reverse", "Y"], "no_such_channel", &["\"Y\""]);
 }
+
+#[test]
+fn a_factor_beside_the_units_is_refused_by_name_until_the_unit_is_stated() {
+    let folder = Folder::new();
+    let file = |header: &str| {
+        let rows = |_: usize, t: f64, [f, a]: [f64; 2]| format!("{t:.7};{:.2};{a:.5}", 1e3 * f);
+        folder.write("factor.csv", text(header, rows))
+    };
+    for (header, column, words) in [
+        ("Time;Force;Acc\ns;N;m/s^2\nFactor;0.001;1\n", "Force", "the row \"Factor\" in line 3"),
+        ("Scale;0,001;1\nTime (s);Force (N);Acc (m/s^2)\n", "Force", "the row \"Scale\" in line 1"),
+        ("Time (s);Force (x0.001) [N];Acc (m/s^2)\n", "Force (x0.001)", "its name"),
+        ("Time (s);Force × 10^-3 (N);Acc (m/s^2)\n", "Force × 10^-3", "its name"),
+    ] {
+        let option = format!("--unit \"{column}=UNIT\"");
+        let words = [words, "states the factor", option.as_str()];
+        refused(&[&file(header)], "recording_unit_contradicted", &words);
+        graded(&[&file(header), "--unit", &format!("{column}=mN")]);
+    }
+    // A factor of one, and a direction.
+    let plain = |header: &str| folder.write("plain.csv", scaled(header, 1.0));
+    graded(&[&plain("Time (s),Force (N),Acc (m/s^2)\nGain,1,1\n")]);
+    graded(&[&plain("Time (s),Force (N),Acc x 2 (m/s^2)\n")]);
+    let time = file("Time (x0.001) [s];Force (mN);Acc (m/s^2)\n");
+    refused(&[&time], "recording_malformed", &["the time column", "states the factor 0.001"]);
+}
+
+#[test]
+fn units_in_a_column_of_their_own_or_behind_a_word_are_read() {
+    let folder = Folder::new();
+    let lbf = 4.448_221_615_260_5;
+    let columns = text("Time (s);Force;Unit;Acc;Unit\n", |_, t, [f, a]| {
+        format!("{t:.7};{:.6};lbf;{:.5};mm/s^2", f / lbf, 1e3 * a)
+    });
+    graded(&[&folder.write("columns.csv", columns)]);
+    let words = text("# columns: time force acc\n# units: s lbf m/s^2\n", |_, t, [f, a]| {
+        format!("{t:.7} {:.6} {a:.5}", f / lbf)
+    });
+    graded(&[&folder.write("words.txt", words)]);
+    let french = text("Temps;Force;Accélération\nsecondes;newtons;m/s²\n", |_, t, [f, a]| {
+        format!("{t:.7};{f:.5};{a:.5}").replace('.', ",")
+    });
+    graded(&[&folder.write("french.csv", french)]);
+}
