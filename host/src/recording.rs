@@ -13,6 +13,7 @@
 //! A reader says what the file states and no more. What the user states is added later: the rate in `rate`, the units
 //! and sensitivities in `scale`. A unit is read or asked for, never assumed.
 
+mod beginnings;
 mod clock;
 mod csv;
 mod date;

@@ -184,8 +184,8 @@ impl Table {
                 continue;
             }
             let is_read = column.numbers > 0 || column.kind == Some(Kind::Number);
-            channel.fault = column.text.clone().filter(|_| is_read);
-            channel.fault = channel.fault.or_else(|| column.empty.clone());
+            let of_text = column.text.clone().filter(|_| is_read);
+            channel.fault = of_text.or_else(|| column.empty.clone()).or(channel.fault);
             let here = recording.channels.len();
             if column.stamps > 0 {
                 clocks.push(here);
@@ -246,12 +246,20 @@ fn join_fractions(
     channels: &mut Vec<Channel>,
     rows: usize,
 ) -> Option<LeftOut> {
-    let clock = columns.iter().position(|column| column.stamps == rows)?;
+    let unit = |place: usize| match TimeUnit::of(channels.get(place)?) {
+        TimeUnit::Known { seconds, .. } => Some(seconds),
+        _ => None,
+    };
+    // A clock, or a count of seconds.
+    let is_clock = |place: &usize| {
+        let column = columns.get(*place);
+        column.is_some_and(|column| column.stamps == rows || column.numbers == rows)
+            && (column.is_some_and(|column| column.stamps > 0) || unit(*place) == Some(1.0))
+    };
+    let clock = (0..columns.len()).find(is_clock)?;
     let seconds = columns.get(clock)?.times()?;
     let (place, joined) = (0..columns.len()).find_map(|place| {
-        let TimeUnit::Known { seconds: unit, .. } = TimeUnit::of(channels.get(place)?) else {
-            return None;
-        };
+        let unit = unit(place)?;
         let column = columns.get(place).filter(|column| column.numbers == rows)?;
         Some((place, with_fractions(&seconds, &column.times()?, unit)?))
     })?;

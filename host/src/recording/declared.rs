@@ -33,7 +33,8 @@ const RATES: [&str; 24] = [
     "采样频率",
 ];
 /// What it begins with, for the time from one sample to the next.
-const INTERVALS: [&str; 16] = [
+const INTERVALS: [&str; 17] = [
+    "interval",
     "sample interval",
     "sampling interval",
     "sample_interval",
@@ -80,7 +81,7 @@ fn of_line(text: &str, line: usize) -> Option<DeclaredRate> {
     let value = decimal.number(number).filter(|value| *value > 0.0 && value.is_finite())?;
     let rounded = 0.5 * last_digit(number) / value;
     // Several columns may have one rate.
-    let mut others = rest.split_whitespace().filter_map(|word| decimal.number(word));
+    let mut others = rest.split_whitespace().map_while(|word| decimal.number(word));
     if others.any(|other| other != value) {
         return None;
     }

@@ -1,14 +1,15 @@
 //! Names and units of columns, from the lines of text before the numbers.
 
 use super::dialect::{Row, Separator};
+use super::number::looks_numeric;
 use super::scale::is_unit;
 use super::time::is_time;
-use super::{Channel, RecordingError, factors, is_named_force};
+use super::{Channel, RecordingError, beginnings, factors, is_named_force};
 use crate::encoding::{Text, unit_of};
 use crate::units::is_unstated;
 
 /// Words in a row of units that stand beside the units.
-const UNIT_WORDS: [&str; 6] = ["unit", "units", "unit:", "units:", "einheit", "einheiten"];
+const UNIT_WORDS: [&str; 6] = ["unit", "units", "einheit", "einheiten", "unité", "unités"];
 
 /// The channels from the lines of text before the data: names, then perhaps units; other lines are comments.
 ///
@@ -24,17 +25,15 @@ pub(super) fn channels(
     let mut rows: Vec<Vec<Channel>> = Vec::new();
     let mut others: Vec<Vec<Channel>> = Vec::new();
     let mut factors = vec![None; columns];
+    let mut faults = vec![None; columns];
     for row in header {
         if factors::take_row(&row, &mut factors) {
             continue;
         }
+        beginnings::take_row(&row, &mut faults);
         let Row { line, mut fields } = row;
         if let Some(first) = fields.first_mut() {
             *first = first.trim_start_matches(['#', '%']).trim().to_owned();
-        }
-        let is_label = |first: &String| first.ends_with(':') || is_unit_word(first);
-        if fields.len() == columns + 1 && fields.first().is_some_and(is_label) {
-            fields.remove(0);
         }
         let labels = |fields: &[String]| fields.iter().map(|field| channel(field, text)).collect();
         let line_text = separator.line(&fields);
@@ -45,8 +44,14 @@ pub(super) fn channels(
             // Names with blanks in them may be separated by commas.
             fields = otherwise.next().unwrap_or_else(|| separator.fields(&line_text));
         }
+        let is_label = |first: &String| first.ends_with(':') || is_unit_word(first);
+        if fields.len() == columns + 1 && fields.first().is_some_and(is_label) {
+            fields.remove(0);
+        }
         if fields.len() == columns {
-            rows.push(labels(&fields));
+            if may_be_names(&fields) {
+                rows.push(labels(&fields));
+            }
         } else if let Some(fields) = otherwise.next() {
             others.push(labels(&fields));
         } else if separator != Separator::Blanks {
@@ -83,14 +88,29 @@ pub(super) fn channels(
                 None => named,
             }
         })
-        .zip(factors)
-        .map(|(channel, multiplier)| Channel { multiplier, ..channel })
+        .zip(factors.into_iter().zip(faults))
+        .map(|(channel, (multiplier, fault))| Channel { multiplier, fault, ..channel })
         .collect())
 }
 
 /// True for a word that says that units stand beside it.
 pub(super) fn is_unit_word(label: &str) -> bool {
-    UNIT_WORDS.iter().any(|word| label.eq_ignore_ascii_case(word))
+    let label = label.trim_end_matches(':').to_lowercase();
+    label.split_whitespace().next_back().is_some_and(|last| UNIT_WORDS.contains(&last))
+}
+
+/// True for fields that may be names: no readings, and no statement such as `Range: 5`.
+fn may_be_names(fields: &[String]) -> bool {
+    let is_reading =
+        |field: &String| looks_numeric(field) && !field.chars().all(|c| c.is_ascii_digit());
+    let is_statement = match fields {
+        [first, rest @ ..] => {
+            first.ends_with(':') && !rest.iter().any(|field| field.ends_with(':'))
+        }
+        [] => false,
+    };
+    let is_statement = is_statement && fields.first().is_some_and(|first| !is_unit_word(first));
+    !is_statement && !fields.iter().any(is_reading)
 }
 
 /// A channel with the unit that a row of units states for it, if it states one. Where its name states another one, both are

@@ -61,7 +61,15 @@ impl Column {
             if self.values.is_empty() {
                 self.same = Some(field.to_owned());
             }
-            self.text.get_or_insert_with(|| decimal.fault(field, line, place));
+            let fault =
+                || match field.contains(':') && field.starts_with(|c: char| c.is_ascii_digit()) {
+                    true => {
+                        let text = field.chars().take(40).collect();
+                        RecordingError::NotATime { line, column: place + 1, text }
+                    }
+                    false => decimal.fault(field, line, place),
+                };
+            self.text.get_or_insert_with(fault);
         }
         if self.same.as_deref().is_some_and(|same| same != field) {
             self.same = None;
@@ -90,14 +98,21 @@ impl Column {
 
     /// Whether its first text begins like a number or a time.
     pub fn begins_with_digit(&self) -> bool {
-        matches!(&self.text, Some(RecordingError::NotANumber { text, .. })
-            if text.starts_with(|c: char| c.is_ascii_digit()))
+        match &self.text {
+            Some(RecordingError::NotANumber { text, .. }) => {
+                text.starts_with(|c: char| c.is_ascii_digit())
+            }
+            Some(RecordingError::NotATime { .. }) => true,
+            _ => false,
+        }
     }
 
     /// Why a column that may be a time is none.
     pub fn not_whole(&self) -> String {
         match &self.text {
-            Some(RecordingError::NotANumber { text, .. }) => {
+            Some(
+                RecordingError::NotANumber { text, .. } | RecordingError::NotATime { text, .. },
+            ) => {
                 format!("it has text, such as \"{text}\"")
             }
             _ => "it has empty cells".into(),

@@ -124,7 +124,7 @@ fn channels_of_a_labview_file_with_times_of_their_own_have_to_agree() {
             &|k, t| if k < 3000 { t } else { t + 40.0 / RATE },
             "line 3015: the X value of channel 2 \"Acc\"",
         ),
-        (&|_, t| 2.0 * t, "line 15: the X value of channel 2 \"Acc\""),
+        (&|_, t| 2.0 * t, "line 16: the X value of channel 2 \"Acc\""),
         (&|_, t| t + 100.0, "channel 2 \"Acc\" is 100 here and that of channel 1 \"Hammer\" 0"),
     ];
     for (x, words) in others {

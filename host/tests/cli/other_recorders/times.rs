@@ -285,7 +285,11 @@ fn a_clock_is_read_over_zones_and_dates_and_one_that_was_set_is_refused() {
             let file = folder.write("days.csv", file);
             match later {
                 26 => drop(graded(&[&file])),
-                _ => drop(refused(&[&file], "samples_lost", &["442367999 samples", "line 4609"])),
+                _ => drop(refused(
+                    &[&file],
+                    "samples_lost",
+                    &["44236", "samples are missing", "line 4609"],
+                )),
             }
         }
     }
@@ -324,7 +328,7 @@ fn what_is_wrong_with_uneven_times_is_named_with_its_place_and_no_loss_is_overri
         (&|k, t| if k == 3000 { t - 3.0 / RATE } else { t }, &["goes back", "line 3001"]),
         (&|k, t| if k < 3000 { t } else { 2.0 * t }, &["differ", "samples may be missing"]),
         // A loss that jitter hides.
-        (&|k, t| jitter(t) + if k < 3000 { 0.0 } else { 0.002 }, &["0.00219", "line 3001"]),
+        (&|k, t| jitter(t) + if k < 3000 { 0.0 } else { 0.002 }, &["0.00221", "line 3001"]),
         (&|_, t| t + 0.05 * t * t, &["differ", "line 6144"]),
     ];
     for (time, words) in cases {
@@ -411,4 +415,31 @@ fn what_rises_in_every_row_is_a_time_or_a_count_and_text_in_a_time_is_named() {
     refused(&[&[lost.as_str()], &rate[..]].concat(), "recording_malformed", &["line 3002", "lost"]);
     let value = graded(&[&[remark("# temperature 21").as_str()], &rate[..]].concat());
     assert!(value["notes"][0].as_str().unwrap().contains("line 3002"), "{value}");
+}
+
+#[test]
+fn columns_that_begin_at_different_times_are_not_aligned() {
+    let folder = Folder::new();
+    let file = |second: &str| {
+        let header =
+            format!("t0;05.01.2026 10:00:00,000;05.01.2026 {second}\nForce [N];Acc [m/s^2]\n");
+        folder.write("t0.csv", text(&header, |_, _, [f, a]| format!("{f:.5};{a:.5}")))
+    };
+    let words = ["line 1", "the row \"t0\"", "0.01 s after", "--leave-out \"Acc\""];
+    refused(&[&file("10:00:00,010"), "--rate-hz", "5120"], "recording_malformed", &words);
+    graded(&[&file("10:00:00,000"), "--rate-hz", "5120"]);
+}
+
+#[test]
+fn seconds_and_their_fractions_in_two_columns_are_one_time_and_a_strange_zone_is_named() {
+    let folder = Folder::new();
+    let split = stamped("timestamp_s,timestamp_ns,Force (N),Acc (m/s^2)\n", |_, t| {
+        let second = (t + 0.6).floor();
+        format!("{:.0},{:.0}", 1.7e9 + second, (t + 0.6 - second) * 1e9)
+    });
+    graded(&[&folder.write("split.csv", split)]);
+    let named =
+        stamped("time,Force (N),Acc (m/s^2)\n", |_, t| format!("2026-01-05 {} CET", clock(t)));
+    let words = ["line 2, column 1", "CET", "+01:00"];
+    refused(&[&folder.write("named.csv", named)], "recording_malformed", &words);
 }

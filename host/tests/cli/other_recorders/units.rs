@@ -327,3 +327,23 @@ fn units_in_a_column_of_their_own_or_behind_a_word_are_read() {
     });
     graded(&[&folder.write("french.csv", french)]);
 }
+
+#[test]
+fn what_is_no_row_of_names_names_no_channel() {
+    let folder = Folder::new();
+    let semicolons = |_: usize, t: f64, [f, a]: [f64; 2]| format!("{t:.7};{f:.5};{a:.5}");
+    let blanks = |_: usize, t: f64, [f, a]: [f64; 2]| format!("{t:.7} {f:.5} {a:.5}");
+    let extremes = "Time;Force;Acc\ns;N;m/s^2\nMin;-0.1;-20\nMax;60;24.7\n";
+    let value = graded(&[&folder.write("extremes.csv", text(extremes, semicolons))]);
+    assert_eq!(value["recording"]["channels"][0]["name"], "Force", "{value}");
+    let oscilloscope = "Horizontal Units;s\nVertical Units;N;m/s^2\nTime (s);Hammer;Acc\n";
+    graded(&[&folder.write("oscilloscope.csv", text(oscilloscope, semicolons))]);
+    let statement = folder.write("statement.txt", text("Function: Time Record\n", blanks));
+    graded(&[&statement, "--unit", "1=N", "--unit", "*=m/s^2"]);
+    // Numbers in quotes may have a decimal comma between commas.
+    let quoted = text("\"Time (s)\",\"Force (N)\",\"Acc (m/s^2)\"\n", |_, t, [f, a]| {
+        let numbers = [t, f, a].map(|value| format!("\"{value:.7}\"").replace('.', ","));
+        numbers.join(",")
+    });
+    graded(&[&folder.write("quoted.csv", quoted)]);
+}
