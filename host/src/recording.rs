@@ -22,6 +22,7 @@ mod dialect;
 mod error;
 mod factors;
 mod header;
+mod losses;
 mod lvm;
 mod npy;
 mod number;

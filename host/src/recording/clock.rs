@@ -7,7 +7,7 @@ use super::{RecordingError, six_digits};
 
 /// Half a day and a day, s.
 const HALF_A_DAY: f64 = 43_200.0;
-const DAY: f64 = 86_400.0;
+pub(super) const DAY: f64 = 86_400.0;
 /// By how much a clock is set for summer time, s.
 const SUMMER_TIME: f64 = 3600.0;
 

@@ -9,26 +9,10 @@ use super::header;
 use super::number::Decimal;
 use super::steps::Times;
 use super::time::{TimeUnit, may_be_time};
-use super::{Channel, LeftOut, Recording, RecordingError, Segment, Source, declared};
+use super::{Channel, LeftOut, Recording, RecordingError, Segment, Source, declared, losses};
 use crate::encoding::Text;
 use crate::units::is_unstated;
 use column::Column;
-
-/// Words of a line that says that samples were lost.
-const LOSS: [&str; 12] = [
-    "lost",
-    "loss",
-    "missing",
-    "missed",
-    "dropped",
-    "overflow",
-    "overrun",
-    "gap",
-    "verlust",
-    "verloren",
-    "perdu",
-    "discontinu",
-];
 
 /// Reads the text of a file; `stated` is its decimal sign, where the user states it.
 pub(super) fn read(text: &Text<'_>, stated: Option<Decimal>) -> Result<Recording, RecordingError> {
@@ -43,6 +27,7 @@ pub(super) fn read(text: &Text<'_>, stated: Option<Decimal>) -> Result<Recording
     let mut rows = rows_of(content, separator);
     let header = rows.by_ref().take(dialect.start).collect::<Result<Vec<_>, _>>()?;
     let names = header.last().map_or(0, |names| names.fields.len());
+    header.iter().try_for_each(losses::refuse)?;
     let declared = declared::rate(&header);
     let channels = header::channels(header, dialect.kinds.len(), separator, text)?;
     let mut table = Table::new(&channels, &dialect.kinds, decimal);
@@ -96,14 +81,8 @@ impl Table {
     /// # Errors
     /// When it says that samples were lost.
     fn add_comment(&mut self, row: &Row) -> Result<(), RecordingError> {
+        losses::refuse(row)?;
         let text: String = row.fields.join(" ").chars().take(60).collect();
-        let lower = text.to_lowercase();
-        if LOSS.iter().any(|word| lower.contains(word)) {
-            let fault = format!(
-                "\"{text}\": samples are missing here; record again without losses, or cut the file there"
-            );
-            return Err(RecordingError::Header { line: row.line, fault });
-        }
         let remark = || {
             format!("a line of text among the numbers is not used: \"{text}\" (line {})", row.line)
         };
@@ -163,10 +142,11 @@ impl Table {
         let mut broken_time = None;
         for (place, (column, mut channel)) in columns.into_iter().zip(channels).enumerate() {
             let is_whole = column.numbers + column.stamps == rows;
-            if !is_whole && column.digits.is_some() && !channel.name.is_empty() {
+            let is_clock = matches!(column.text, Some(RecordingError::NotATime { .. }));
+            if !is_whole && (column.digits.is_some() || is_clock) && !channel.name.is_empty() {
                 // A time with holes or text is none, and no reading of a sensor either.
                 let fault = column.text.clone().or_else(|| column.empty.clone());
-                if super::time::is_time(&channel)
+                if (super::time::is_time(&channel) || is_clock)
                     && (column.numbers + column.stamps > 0 || column.begins_with_digit())
                 {
                     broken_time = broken_time.or(fault);

@@ -165,7 +165,8 @@ pub(super) fn channel(label: &str, text: &Text<'_>) -> Channel {
         let unit = end.and_then(|end| label.get(open + 1..end)).unwrap_or_default();
         let after = end.and_then(|end| label.get(end + 1..)).unwrap_or_default();
         if let Some(unit) = known(unit) {
-            return named(&format!("{} {}", front.trim(), after.trim()), unit);
+            let front = front.trim().trim_end_matches('/');
+            return named(&format!("{front} {}", after.trim()), unit);
         }
         // A time has a unit in any brackets: an unknown one is refused.
         let is_stated = close == ']' || is_time(&named(front, String::new()));

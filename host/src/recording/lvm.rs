@@ -30,6 +30,8 @@ struct Rows {
     samples: Segment,
     /// The X values: of all channels, or of each where each has its own.
     x: Vec<Times>,
+    /// The first row without an X value.
+    without_x: Option<usize>,
     lines: Lines,
     count: usize,
 }
@@ -142,7 +144,13 @@ fn segments(
     x_unit: &str,
 ) -> Result<Vec<Segment>, RecordingError> {
     let x = rows.x_of(header.reference()).filter(|x| x.change()).cloned();
-    let Rows { samples, lines, count, .. } = rows;
+    let has_x = rows.x.iter().any(|x| !x.values.is_empty());
+    let Rows { samples, lines, count, without_x, .. } = rows;
+    if let Some(row) = without_x.filter(|_| has_x) {
+        let fault =
+            "this row has no X value, and others have; export them with or without X values".into();
+        return Err(RecordingError::Header { line: lines.of(row), fault });
+    }
     let part = |range: std::ops::Range<usize>| {
         Segment(
             samples
@@ -356,6 +364,8 @@ fn rows(
                 && let Some(value) = format.decimal.number(field)
             {
                 x.push(value, last_digit(field));
+            } else if Some(*column) == format.x_column(header.reference()) {
+                rows.without_x.get_or_insert(rows.count);
             }
         }
         rows.lines.add(rows.count, line);

@@ -104,6 +104,11 @@ impl Recording {
                 declared.uncertainty,
             )
         });
+        // A count of the samples states no rate, and leaves it to the header.
+        let of_column = match of_column {
+            Err(error) if error.code() == "no_rate" && declared.is_some() => Ok(None),
+            of_column => of_column,
+        };
         let of_file = match (of_column, declared) {
             (Ok(None), Some(_)) if let Some(unclear) = unclear => {
                 let message = format!(

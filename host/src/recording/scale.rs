@@ -251,10 +251,12 @@ impl Recording {
         let named = |k: usize| Some((k, self.channels.get(k)?));
         let channels: Vec<_> = unstated.iter().filter_map(|&k| named(k)).collect();
         // What stands in brackets may be a unit that is not known here: none is proposed in its place.
-        let is_open = |channel: &Channel| channel.name.contains(['(', '[']);
+        let is_open =
+            |channel: &Channel| channel.name.contains(['(', '[']) || factors::of(channel).is_some();
         let option = |k: usize, channel: &Channel, usual: &str| {
             let of_name = unit_in_name(&channel.name);
-            let unit = of_name.as_deref().unwrap_or(if is_open(channel) { "UNIT" } else { usual });
+            let unit = of_name.as_deref().filter(|_| factors::of(channel).is_none());
+            let unit = unit.unwrap_or(if is_open(channel) { "UNIT" } else { usual });
             format!("--unit \"{}={unit}\"", column(k, channel))
         };
         let (forces, responses): (Vec<_>, Vec<_>) =

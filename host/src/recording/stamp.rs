@@ -63,11 +63,11 @@ fn has_digit(text: &str) -> bool {
 /// Whether what follows a time says morning or afternoon, and by how much its zone is ahead of UTC, s; none when it is
 /// neither.
 fn half_and_zone(rest: &str) -> Option<(Option<bool>, f64)> {
-    let rest = rest.trim().to_ascii_lowercase();
-    match rest.trim_end_matches('.') {
+    let rest: String = rest.chars().filter(|c| !c.is_whitespace() && *c != '.').collect();
+    match rest.to_ascii_lowercase().as_str() {
         "" | "z" | "utc" | "gmt" => Some((None, 0.0)),
-        "am" | "a.m" => Some((Some(false), 0.0)),
-        "pm" | "p.m" => Some((Some(true), 0.0)),
+        "am" => Some((Some(false), 0.0)),
+        "pm" => Some((Some(true), 0.0)),
         zone => Some((None, offset(zone.trim_start_matches("utc").trim_start_matches("gmt"))?)),
     }
 }
@@ -128,6 +128,7 @@ mod tests {
             ("05.01.2026 10:00:00,500", 36_000.5, 1e-3),
             ("1/2/2026 1:00:01.5 PM", 46_801.5, 0.1),
             ("12:30:00 AM", 1800.0, 1.0),
+            ("01:30:00 p.\u{a0}m.", 48_600.0, 1.0),
             ("12:00:01:250", 43_201.25, 1e-3),
             ("00:01.25", 1.25, 0.01),
             ("10:15", 36_900.0, 60.0),

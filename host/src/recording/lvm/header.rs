@@ -1,5 +1,7 @@
 //! The headers of a LabVIEW measurement file: that of the file, and those of its segments.
 
+use super::super::clock::DAY;
+use super::super::date::Date;
 use super::super::number::{Decimal, last_digit};
 use super::super::stamp::Stamp;
 use super::super::{DeclaredRate, RecordingError, six_digits};
@@ -59,6 +61,7 @@ pub(super) struct SegmentHeader {
     pub units: Vec<String>,
     samples: Vec<Option<usize>>,
     deltas: Vec<Option<Delta>>,
+    dates: Vec<Option<Date>>,
     /// The time of day at which each channel began, s, and its first X value.
     clocks: Vec<Option<f64>>,
     firsts: Vec<Option<f64>>,
@@ -94,6 +97,15 @@ impl SegmentHeader {
             entry: DELTA.to_owned(),
             states_unit: true,
         })
+    }
+
+    /// Counts the times of day from the first date.
+    fn add_days(&mut self) {
+        let first = self.dates.first().copied().flatten();
+        for (clock, date) in self.clocks.iter_mut().zip(&self.dates) {
+            let days = date.zip(first).and_then(|(date, first)| date.days_after(first));
+            *clock = clock.map(|seconds| seconds + DAY * days.unwrap_or_default() as f64);
+        }
     }
 
     /// Why a channel cannot be used beside the others: it has another rate, begins at another time or has another number of
@@ -213,6 +225,7 @@ pub(super) fn segment_header(
                         "the segment's header has no Channels entry; export it again".into();
                     return Err(RecordingError::Header { line, fault });
                 }
+                header.add_days();
                 return Ok(header);
             }
             "Channels" => header.channels = count(first())?,
@@ -237,6 +250,7 @@ pub(super) fn segment_header(
                 header.firsts = numbers(fields, format, line)?;
                 header.first_line = line;
             }
+            "Date" => header.dates = fields.map(Date::parse).collect(),
             "Time" => {
                 let seconds = |field| Stamp::parse(field).map(|stamp| stamp.seconds);
                 header.clocks = fields.map(seconds).collect();

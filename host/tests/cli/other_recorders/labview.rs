@@ -137,9 +137,27 @@ fn channels_of_a_labview_file_with_times_of_their_own_have_to_agree() {
         ("Time\t10:00:00.5\t10:00:00.0\n", "Time: channel 2 begins 0.5 s before channel 1"),
     ];
     for (entries, words) in beginnings {
-        refused(&[&multi(entries, names, &|_, t| t)], "recording_malformed", &[words, "line 11"]);
+        refused(&[&multi(entries, names, &|_, t| t)], "recording_malformed", &[words, "line 10"]);
     }
+    let dates = "Date\t2026/01/05\t2026/01/06\nTime\t10:00:00\t10:00:00\n";
+    refused(&[&multi(dates, names, &|_, t| t)], "recording_malformed", &["begins 86400 s after"]);
     graded(&[&multi("Time\t10:00:00.5\t10:00:00.5\nX0\t0.2\t0.2\n", names, &|_, t| t)]);
+}
+
+#[test]
+fn an_x_value_that_is_missing_hides_no_gap() {
+    let folder = Folder::new();
+    let rows: String = (0..SAMPLES)
+        .map(|k| {
+            let [force, response] = sample(k);
+            let t = k as f64 / RATE + if k < 3000 { 0.0 } else { 0.1 };
+            let x = if k == 100 { String::new() } else { format!("{t:.7}") };
+            format!("{x}\t{force:.6}\t{response:.6}\t\n")
+        })
+        .collect();
+    let entries = "Samples\t6144\t6144\nDelta_X\t1.953125E-4\t1.953125E-4";
+    let file = folder.write("x.lvm", lvm("One", entries, "X_Value\tHammer\tAcc\tComment", &rows));
+    refused(&[&file], "recording_malformed", &["line 115", "no X value"]);
 }
 
 #[test]

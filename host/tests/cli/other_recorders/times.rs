@@ -386,6 +386,16 @@ fn a_rate_in_the_header_is_compared_with_the_times_and_used_without_them() {
     for line in ["Sample Rate (Hz),5120", "fs = 5.12 kHz", "Sampling interval: 195.3125 us"] {
         assert_eq!(graded(&[&untimed(line)])["recording"]["rate_source"], "header", "{line}");
     }
+    // A count of the samples leaves the rate to the header, and a wrong unit of the time is named with it.
+    let indexed = |line: &str| {
+        let rows =
+            text("Index,Force (N),Acc (m/s^2)\n", |k, _, [f, a]| format!("{k},{f:.5},{a:.5}"));
+        folder.write("indexed.csv", format!("{line}\n{rows}"))
+    };
+    graded(&[&indexed("Sample rate: 5120 Hz")]);
+    refused(&[&indexed("Sample rate: 5120")], "no_rate", &["line 1", "without a unit"]);
+    let slow = format!("Sample rate: 5120 Hz\n{}", scaled(timed, 1e3));
+    refused(&[&folder.write("slow.csv", slow)], "rate_too_low", &["line 1", "states 5120 Hz"]);
     refused(&[&untimed("Sample rate: 5120")], "no_rate", &["line 1", "without a unit"]);
     refused(&[&untimed("dt = 0.0002 s")], "time_too_coarse", &["line 1", "25 %"]);
 }
@@ -413,6 +423,11 @@ fn what_rises_in_every_row_is_a_time_or_a_count_and_text_in_a_time_is_named() {
     let rate = ["--rate-hz", "5120"];
     let lost = remark("# buffer overflow, 40 samples lost");
     refused(&[&[lost.as_str()], &rate[..]].concat(), "recording_malformed", &["line 3002", "lost"]);
+    graded(&[&[remark("# lost samples: 0").as_str()], &rate[..]].concat());
+    let dropped =
+        format!("# dropped samples: 40\n{}", scaled("Time (s),Force (N),Acc (m/s^2)\n", 1.0));
+    let dropped = folder.write("dropped.csv", dropped);
+    refused(&[&[dropped.as_str()], &rate[..]].concat(), "recording_malformed", &["dropped"]);
     let value = graded(&[&[remark("# temperature 21").as_str()], &rate[..]].concat());
     assert!(value["notes"][0].as_str().unwrap().contains("line 3002"), "{value}");
 }
