@@ -13,10 +13,16 @@
 //! A reader says what the file states and no more. What the user states is added later: the rate in `rate`, the units
 //! and sensitivities in `scale`. A unit is read or asked for, never assumed.
 
+mod beginnings;
+mod clock;
 mod csv;
+mod date;
+mod declared;
 mod dialect;
 mod error;
+mod factors;
 mod header;
+mod losses;
 mod lvm;
 mod npy;
 mod number;
@@ -27,6 +33,7 @@ mod stamp;
 mod steps;
 mod time;
 mod uff;
+mod uneven;
 
 use std::path::Path;
 
@@ -34,11 +41,13 @@ pub use error::RecordingError;
 pub use number::Decimal;
 pub(crate) use rate::six_digits;
 pub use rate::{DeclaredRate, Rate, RateSource};
+use scale::called;
 pub(crate) use scale::column;
 pub use scale::{EVERY_RESPONSE, Scale, StatedSensitivity, StatedUnit, Statements, UnitSource};
 pub use sensitivity::Sensitivity;
 pub use steps::Steps;
-pub use time::{TimeColumn, TimeUnit};
+pub use time::{Places, TimeColumn, TimeUnit};
+pub use uneven::Unevenness;
 
 use crate::encoding::Text;
 use steps::Times;
@@ -111,6 +120,8 @@ pub struct Channel {
     /// The factor to N or m/s² for a channel without a unit of its own, where the file states its units for all
     /// channels together.
     pub factor: Option<f64>,
+    /// A factor that the file states for its numbers beside their unit, as part of a sentence.
+    pub multiplier: Option<String>,
     /// Why its samples cannot be used.
     pub fault: Option<RecordingError>,
 }

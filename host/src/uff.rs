@@ -9,6 +9,7 @@
 //! input's length.
 
 mod columns;
+mod contradiction;
 mod error;
 mod function;
 mod lines;
@@ -88,6 +89,8 @@ pub struct Function {
     pub numerator_axis: AxisProperties,
     /// Quantity and unit of the ordinate's denominator.
     pub denominator_axis: AxisProperties,
+    /// The increment of an even abscissa, where it tells two points apart.
+    increment: Option<f64>,
     /// The units of the last dataset 164 before this one, else of the first after it, if there is any.
     units: Option<UnitSystem>,
 }
@@ -246,6 +249,7 @@ impl Function {
             let found = self.function_type;
             return Err(self.error(UffFault::FunctionType { found }));
         }
+        self.check_increment()?;
         let units = units::conversion(self, quantity)?;
         let frequency_hz: Vec<f64> = self.abscissa.iter().map(|x| x * units.hertz).collect();
         let accelerance = frequency_hz
@@ -289,6 +293,17 @@ impl Function {
     /// dataset, and for another quantity.
     pub fn time_factor(&self) -> Option<f64> {
         units::time_factor(self)
+    }
+
+    /// Refuses an abscissa that does not rise.
+    ///
+    /// # Errors
+    /// When its increment is zero or negative.
+    pub(crate) fn check_increment(&self) -> Result<(), UffError> {
+        match self.increment {
+            Some(value) if value <= 0.0 => Err(self.error(UffFault::Increment { value })),
+            _ => Ok(()),
+        }
     }
 
     /// An error about one of its axes.

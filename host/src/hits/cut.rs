@@ -152,9 +152,10 @@ pub(super) fn check_rate(rate: &Rate, options: &Options) -> Result<()> {
     if rate.hz.is_finite() && rate.hz > 2.0 * high {
         return Ok(());
     }
+    let notes: String = rate.notes.iter().map(|note| format!("; {note}")).collect();
     let message = format!(
         "the rate of {} Hz ({}) reaches {} Hz, and the band ends at {high} Hz: check the unit of the time (state it with \
-         --unit) or the rate (--rate-hz), or lower the HIGH of --band-hz",
+         --unit) or the rate (--rate-hz), or lower the HIGH of --band-hz{notes}",
         six_digits(rate.hz),
         rate.origin(),
         six_digits(0.5 * rate.hz)

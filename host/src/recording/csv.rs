@@ -1,13 +1,18 @@
 //! Text with a column for each channel, separated by semicolons, tabs, commas or blanks.
 
+mod column;
+
+use super::clock::{refuse_set_clock, with_fractions};
+use super::date::Date;
 use super::dialect::{Dialect, Kind, Lines, Row, Separator, rows_of};
 use super::header;
-use super::number::{Decimal, last_digit};
-use super::stamp::Stamp;
+use super::number::Decimal;
 use super::steps::Times;
 use super::time::{TimeUnit, may_be_time};
-use super::{Channel, LeftOut, Recording, RecordingError, Segment, Source};
+use super::{Channel, LeftOut, Recording, RecordingError, Segment, Source, declared, losses};
 use crate::encoding::Text;
+use crate::units::is_unstated;
+use column::Column;
 
 /// Reads the text of a file; `stated` is its decimal sign, where the user states it.
 pub(super) fn read(text: &Text<'_>, stated: Option<Decimal>) -> Result<Recording, RecordingError> {
@@ -22,11 +27,14 @@ pub(super) fn read(text: &Text<'_>, stated: Option<Decimal>) -> Result<Recording
     let mut rows = rows_of(content, separator);
     let header = rows.by_ref().take(dialect.start).collect::<Result<Vec<_>, _>>()?;
     let names = header.last().map_or(0, |names| names.fields.len());
+    header.iter().try_for_each(losses::refuse)?;
+    let declared = declared::rate(&header);
     let channels = header::channels(header, dialect.kinds.len(), separator, text)?;
     let mut table = Table::new(&channels, &dialect.kinds, decimal);
     for row in rows {
         let row = row?;
         if row.fields.first().is_some_and(|first| first.starts_with('#')) {
+            table.add_comment(&row)?;
             continue;
         }
         if separator == Separator::Comma {
@@ -35,6 +43,7 @@ pub(super) fn read(text: &Text<'_>, stated: Option<Decimal>) -> Result<Recording
         table.add(row)?;
     }
     let mut recording = table.recording(channels)?;
+    recording.declared = declared;
     recording.source = Source {
         format: "text with columns",
         encoding: Some(text.encoding()),
@@ -50,21 +59,10 @@ struct Table {
     columns: Vec<Column>,
     lines: Lines,
     rows: usize,
+    /// Rows with text behind the numbers.
     comments: usize,
-}
-
-/// One column.
-#[derive(Default)]
-struct Column {
-    kind: Option<Kind>,
-    values: Vec<f64>,
-    /// The unit of the last digit of each value, for a column that may be a time.
-    digits: Option<Vec<f64>>,
-    numbers: usize,
-    stamps: usize,
-    /// The first field that is no number, and the first that is empty.
-    text: Option<RecordingError>,
-    empty: Option<RecordingError>,
+    /// The first line of text among the numbers.
+    remark: Option<String>,
 }
 
 impl Table {
@@ -72,14 +70,24 @@ impl Table {
         let column = |(place, kind): (usize, &Kind)| {
             let is_candidate =
                 channels.get(place).is_some_and(|channel| may_be_time(place, channel));
-            Column {
-                kind: Some(*kind),
-                digits: (is_candidate || *kind == Kind::Stamp).then(Vec::new),
-                ..Column::default()
-            }
+            Column::new(*kind, is_candidate || *kind == Kind::Stamp)
         };
         let columns = kinds.iter().enumerate().map(column).collect();
-        Self { decimal, columns, lines: Lines::default(), rows: 0, comments: 0 }
+        Self { decimal, columns, lines: Lines::default(), rows: 0, comments: 0, remark: None }
+    }
+
+    /// Notes a line of text among the numbers.
+    ///
+    /// # Errors
+    /// When it says that samples were lost.
+    fn add_comment(&mut self, row: &Row) -> Result<(), RecordingError> {
+        losses::refuse(row)?;
+        let text: String = row.fields.join(" ").chars().take(60).collect();
+        let remark = || {
+            format!("a line of text among the numbers is not used: \"{text}\" (line {})", row.line)
+        };
+        self.remark.get_or_insert_with(remark);
+        Ok(())
     }
 
     fn add(&mut self, Row { line, mut fields }: Row) -> Result<(), RecordingError> {
@@ -99,8 +107,11 @@ impl Table {
         if fields.len() != wanted {
             return Err(RecordingError::Ragged { line, found: fields.len(), wanted });
         }
+        let is_date = |column: &Column| column.kind == Some(Kind::Date);
+        let date = self.columns.iter().position(is_date).and_then(|place| fields.get(place));
+        let date = date.and_then(|field| Date::parse(field));
         for (place, (column, field)) in self.columns.iter_mut().zip(&fields).enumerate() {
-            column.add(field, self.decimal, line, place);
+            column.add(field, self.decimal, date, [line, place]);
         }
         self.lines.add(self.rows, line);
         self.rows += 1;
@@ -115,7 +126,7 @@ impl Table {
         if self.rows == 0 {
             return Err(RecordingError::UnknownFormat);
         }
-        let Self { columns, lines, rows, comments, .. } = self;
+        let Self { mut columns, lines, rows, comments, remark, .. } = self;
         let rising = |column: &Column| {
             let times = Times::exact(column.values.clone());
             times.count() || times.rise()
@@ -123,15 +134,21 @@ impl Table {
         name_rows(&mut channels, columns.first().is_some_and(rising));
         let mut recording =
             Recording { segments: vec![Segment::default()], ..Recording::default() };
+        recording.notes.extend(remark);
+        take_columns_of_units(&columns, &mut channels);
+        recording.left_out.extend(join_fractions(&mut columns, &mut channels, rows));
         let mut times = Vec::new();
         let mut clocks = Vec::new();
         let mut broken_time = None;
         for (place, (column, mut channel)) in columns.into_iter().zip(channels).enumerate() {
             let is_whole = column.numbers + column.stamps == rows;
-            if !is_whole && column.digits.is_some() && !channel.name.is_empty() {
+            let is_clock = matches!(column.text, Some(RecordingError::NotATime { .. }));
+            if !is_whole && (column.digits.is_some() || is_clock) && !channel.name.is_empty() {
                 // A time with holes or text is none, and no reading of a sensor either.
                 let fault = column.text.clone().or_else(|| column.empty.clone());
-                if super::time::is_time(&channel) && column.numbers + column.stamps > 0 {
+                if (super::time::is_time(&channel) || is_clock)
+                    && (column.numbers + column.stamps > 0 || column.begins_with_digit())
+                {
                     broken_time = broken_time.or(fault);
                 }
                 let name = super::column(place, &channel);
@@ -147,14 +164,20 @@ impl Table {
                 continue;
             }
             let is_read = column.numbers > 0 || column.kind == Some(Kind::Number);
-            channel.fault = column.text.clone().filter(|_| is_read);
-            channel.fault = channel.fault.or(column.empty);
+            let of_text = column.text.clone().filter(|_| is_read);
+            channel.fault = of_text.or_else(|| column.empty.clone()).or(channel.fault);
             let here = recording.channels.len();
             if column.stamps > 0 {
                 clocks.push(here);
             }
-            if let Some(digits) = column.digits.filter(|_| is_whole) {
-                times.push((here, Times { values: column.values.clone(), digits }));
+            let rising = column.rising(&channel).filter(|_| is_whole);
+            if let Some(of_column) = column.times().filter(|_| is_whole) {
+                if column.stamps > 0 {
+                    refuse_set_clock(&channel.name, &of_column, |row| lines.of(row))?;
+                }
+                times.push((here, of_column));
+            } else if let Some(of_column) = rising {
+                times.push((here, of_column));
             }
             recording.channels.push(channel);
             recording.segments.iter_mut().for_each(|segment| segment.0.push(column.values.clone()));
@@ -184,6 +207,53 @@ impl Table {
     }
 }
 
+/// Gives each channel the unit that stands in every row of the column of units after it.
+fn take_columns_of_units(columns: &[Column], channels: &mut [Channel]) {
+    let units = columns.iter().skip(1).map(|column| column.same.as_ref());
+    let names: Vec<bool> =
+        channels.iter().skip(1).map(|channel| header::is_unit_word(&channel.name)).collect();
+    for ((channel, unit), is_of_units) in channels.iter_mut().zip(units).zip(names) {
+        if let Some(unit) = unit.filter(|_| is_of_units && is_unstated(&channel.unit)) {
+            channel.unit.clone_from(unit);
+        }
+    }
+}
+
+/// Adds the fractions of seconds that stand in a column of their own to the clock beside them; the column that is left
+/// out then.
+fn join_fractions(
+    columns: &mut Vec<Column>,
+    channels: &mut Vec<Channel>,
+    rows: usize,
+) -> Option<LeftOut> {
+    let unit = |place: usize| match TimeUnit::of(channels.get(place)?) {
+        TimeUnit::Known { seconds, .. } => Some(seconds),
+        _ => None,
+    };
+    // A clock, or a count of seconds.
+    let is_clock = |place: &usize| {
+        let column = columns.get(*place);
+        column.is_some_and(|column| column.stamps == rows || column.numbers == rows)
+            && (column.is_some_and(|column| column.stamps > 0) || unit(*place) == Some(1.0))
+    };
+    let clock = (0..columns.len()).find(is_clock)?;
+    let seconds = columns.get(clock)?.times()?;
+    let (place, joined) = (0..columns.len()).find_map(|place| {
+        let unit = unit(place)?;
+        let column = columns.get(place).filter(|column| column.numbers == rows)?;
+        Some((place, with_fractions(&seconds, &column.times()?, unit)?))
+    })?;
+    let of_clock = columns.get_mut(clock)?;
+    (of_clock.values, of_clock.digits) = (joined.values, Some(joined.digits));
+    let name_of_clock = super::column(clock, channels.get(clock)?);
+    columns.remove(place);
+    let name = super::column(place, &channels.remove(place));
+    Some(LeftOut {
+        name,
+        reason: format!("it has the fractions of the seconds of {name_of_clock}"),
+    })
+}
+
 /// A header with one name less than there are columns, where the first column counts the rows: the names belong to the
 /// other columns.
 fn name_rows(channels: &mut [Channel], first_rises: bool) {
@@ -194,55 +264,6 @@ fn name_rows(channels: &mut [Channel], first_rises: bool) {
         && !super::time::is_time(first);
     if is_shifted && first_rises {
         channels.rotate_right(1);
-    }
-}
-
-impl Column {
-    fn add(&mut self, field: &str, decimal: Decimal, line: usize, place: usize) {
-        let value = match self.kind {
-            Some(Kind::Stamp) => Stamp::parse(field).map(|stamp| {
-                self.stamps += 1;
-                (stamp.after(self.values.last().copied()), stamp.digit)
-            }),
-            _ => decimal.number(field).map(|value| {
-                self.numbers += 1;
-                (value, if self.digits.is_some() { last_digit(field) } else { 0.0 })
-            }),
-        };
-        if value.is_none() && field.is_empty() {
-            self.empty.get_or_insert(RecordingError::Hole { line, column: place + 1 });
-        } else if value.is_none() {
-            self.text.get_or_insert_with(|| decimal.fault(field, line, place));
-        }
-        let (value, digit) = value.unwrap_or_default();
-        self.values.push(value);
-        if let Some(digits) = &mut self.digits {
-            digits.push(digit);
-        }
-    }
-
-    /// Why a column that may be a time is none.
-    fn not_whole(&self) -> String {
-        match &self.text {
-            Some(RecordingError::NotANumber { text, .. }) => {
-                format!("it has text, such as \"{text}\"")
-            }
-            _ => "it has empty cells".into(),
-        }
-    }
-
-    /// Why this column is no channel: it has no numbers, or mostly text.
-    fn no_channel(&self, rows: usize) -> Option<String> {
-        let read = self.numbers + self.stamps;
-        let is_text =
-            self.text.is_some() && matches!(self.kind, Some(Kind::Text | Kind::Date | Kind::Empty));
-        if is_text && 2 * read < rows.max(1) {
-            Some("it has text".into())
-        } else if read == 0 && self.text.is_none() {
-            Some("it has no values".into())
-        } else {
-            None
-        }
     }
 }
 

@@ -185,9 +185,6 @@ impl Dialect {
     /// # Errors
     /// When the signs may as well separate thousands.
     pub fn decimal(&self, text: &str) -> Result<Decimal, RecordingError> {
-        if self.separator == Separator::Comma {
-            return Ok(Decimal::Point);
-        }
         let mut signs = Signs::default();
         for row in rows_of(text, self.separator).skip(self.start) {
             let Row { line, fields } = row?;

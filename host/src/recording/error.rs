@@ -14,7 +14,7 @@ pub enum RecordingError {
     Empty,
     /// Nothing but a time.
     #[error(
-        "the file has a time column and no column of readings; export force and responses with it"
+        "the file has a time column and no column of readings, which are plain numbers; export force and responses with it"
     )]
     NoReadings,
     /// The format is not one of those that are known.
@@ -44,7 +44,7 @@ pub enum RecordingError {
     /// Text where a number should be.
     #[error(
         "line {line}, column {column}: \"{text}\" is not a number with decimal {decimal}; check the \
-         decimal sign and the columns of the export"
+         decimal sign and the columns of the export, and that no text stands beside a number"
     )]
     NotANumber {
         /// The line, from 1.
@@ -55,6 +55,19 @@ pub enum RecordingError {
         text: String,
         /// The decimal sign that is expected.
         decimal: &'static str,
+    },
+    /// A time of day that is not understood.
+    #[error(
+        "line {line}, column {column}: \"{text}\" is not a time that is read; export times such as 12:00:01.25, with a date \
+         such as 2026-01-02 before them and a zone such as Z or +01:00 behind them"
+    )]
+    NotATime {
+        /// The line, from 1.
+        line: usize,
+        /// The column, from 1.
+        column: usize,
+        /// The text of the field.
+        text: String,
     },
     /// A sign that may be a decimal sign or separate thousands.
     #[error(

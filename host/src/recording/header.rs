@@ -1,14 +1,15 @@
 //! Names and units of columns, from the lines of text before the numbers.
 
 use super::dialect::{Row, Separator};
+use super::number::looks_numeric;
 use super::scale::is_unit;
 use super::time::is_time;
-use super::{Channel, RecordingError, is_named_force};
+use super::{Channel, RecordingError, beginnings, factors, is_named_force};
 use crate::encoding::{Text, unit_of};
 use crate::units::is_unstated;
 
 /// Words in a row of units that stand beside the units.
-const UNIT_WORDS: [&str; 6] = ["unit", "units", "unit:", "units:", "einheit", "einheiten"];
+const UNIT_WORDS: [&str; 6] = ["unit", "units", "einheit", "einheiten", "unité", "unités"];
 
 /// The channels from the lines of text before the data: names, then perhaps units; other lines are comments.
 ///
@@ -23,7 +24,14 @@ pub(super) fn channels(
     let mut last = None;
     let mut rows: Vec<Vec<Channel>> = Vec::new();
     let mut others: Vec<Vec<Channel>> = Vec::new();
-    for Row { line, mut fields } in header {
+    let mut factors = vec![None; columns];
+    let mut faults = vec![None; columns];
+    for row in header {
+        if factors::take_row(&row, &mut factors) {
+            continue;
+        }
+        beginnings::take_row(&row, &mut faults);
+        let Row { line, mut fields } = row;
         if let Some(first) = fields.first_mut() {
             *first = first.trim_start_matches(['#', '%']).trim().to_owned();
         }
@@ -36,8 +44,14 @@ pub(super) fn channels(
             // Names with blanks in them may be separated by commas.
             fields = otherwise.next().unwrap_or_else(|| separator.fields(&line_text));
         }
+        let is_label = |first: &String| first.ends_with(':') || is_unit_word(first);
+        if fields.len() == columns + 1 && fields.first().is_some_and(is_label) {
+            fields.remove(0);
+        }
         if fields.len() == columns {
-            rows.push(labels(&fields));
+            if may_be_names(&fields) {
+                rows.push(labels(&fields));
+            }
         } else if let Some(fields) = otherwise.next() {
             others.push(labels(&fields));
         } else if separator != Separator::Blanks {
@@ -66,32 +80,57 @@ pub(super) fn channels(
         }
         _ => Vec::new(),
     };
-    let unit = |k: usize| {
-        let label = whole(units.as_ref()?.get(k)?);
-        let is_word = UNIT_WORDS.iter().any(|word| label.eq_ignore_ascii_case(word));
-        (!is_word && !is_unstated(&label)).then(|| decided(&unwrapped(&label), text))
-    };
     Ok((0..columns)
         .map(|k| {
             let named = names.get(k).cloned().unwrap_or_default();
-            match unit(k) {
-                // Both are kept where they differ.
-                Some(unit) if !is_unstated(&named.unit) && named.unit != unit => {
-                    Channel { name: whole(&named), unit, ..named }
-                }
-                Some(unit) => Channel { unit, ..named },
+            match units.as_ref().and_then(|units| units.get(k)) {
+                Some(label) => with_unit(named, &whole(label), text),
                 None => named,
             }
         })
+        .zip(factors.into_iter().zip(faults))
+        .map(|(channel, (multiplier, fault))| Channel { multiplier, fault, ..channel })
         .collect())
+}
+
+/// True for a word that says that units stand beside it.
+pub(super) fn is_unit_word(label: &str) -> bool {
+    let label = label.trim_end_matches(':').to_lowercase();
+    label.split_whitespace().next_back().is_some_and(|last| UNIT_WORDS.contains(&last))
+}
+
+/// True for fields that may be names: no readings, and no statement such as `Range: 5`.
+fn may_be_names(fields: &[String]) -> bool {
+    let is_reading =
+        |field: &String| looks_numeric(field) && !field.chars().all(|c| c.is_ascii_digit());
+    let is_statement = match fields {
+        [first, rest @ ..] => {
+            first.ends_with(':') && !rest.iter().any(|field| field.ends_with(':'))
+        }
+        [] => false,
+    };
+    let is_statement = is_statement && fields.first().is_some_and(|first| !is_unit_word(first));
+    !is_statement && !fields.iter().any(is_reading)
+}
+
+/// A channel with the unit that a row of units states for it, if it states one. Where its name states another one, both are
+/// kept.
+pub(super) fn with_unit(named: Channel, label: &str, text: &Text<'_>) -> Channel {
+    if is_unit_word(label) || is_unstated(label) {
+        return named;
+    }
+    let unit = decided(&unwrapped(label), text);
+    let name = match is_unstated(&named.unit) || named.unit == unit {
+        true => named.name.clone(),
+        false => whole(&named),
+    };
+    Channel { name, unit, ..named }
 }
 
 /// True for a row of units: at least half of what it states is known. Alone it must be known wholly.
 fn is_units(row: &[Channel], has_names: bool) -> bool {
     let labels: Vec<String> = row.iter().map(whole).filter(|label| !is_unstated(label)).collect();
-    let is_known = |label: &String| {
-        is_unit(&unwrapped(label)) || UNIT_WORDS.iter().any(|word| label.eq_ignore_ascii_case(word))
-    };
+    let is_known = |label: &String| is_unit(&unwrapped(label)) || is_unit_word(label);
     let known = labels.iter().filter(|label| is_known(label)).count();
     known > 0 && if has_names { 2 * known >= labels.len() } else { known == labels.len() }
 }
@@ -126,7 +165,8 @@ pub(super) fn channel(label: &str, text: &Text<'_>) -> Channel {
         let unit = end.and_then(|end| label.get(open + 1..end)).unwrap_or_default();
         let after = end.and_then(|end| label.get(end + 1..)).unwrap_or_default();
         if let Some(unit) = known(unit) {
-            return named(&format!("{} {}", front.trim(), after.trim()), unit);
+            let front = front.trim().trim_end_matches('/');
+            return named(&format!("{front} {}", after.trim()), unit);
         }
         // A time has a unit in any brackets: an unknown one is refused.
         let is_stated = close == ']' || is_time(&named(front, String::new()));

@@ -1,110 +1,24 @@
 //! LabVIEW measurement files (.lvm): text with a header for the file and one for each segment or for all segments.
 
+mod header;
+
 use super::dialect::Lines;
-use super::header::{channel, decided};
-use super::number::{Decimal, last_digit};
+use super::header::{channel, decided, with_unit};
+use super::number::last_digit;
 use super::steps::{Steps, Times};
 use super::time::{TimeColumn, time_column};
 use super::{
-    Channel, DeclaredRate, LeftOut, MOST_LINE_BYTES, Recording, RecordingError, Segment, Source,
+    Channel, LeftOut, MOST_LINE_BYTES, Recording, RecordingError, Segment, Source, called,
 };
 use crate::encoding::Text;
+use crate::units::is_unstated;
+use header::{Format, SegmentHeader, XColumns, file_header, is_entry, segment_header};
 
 /// Relative difference up to which two rates are the same, written with different digits.
 pub(super) const EQUAL_RATES: f64 = 1e-6;
 
 /// The fewest samples of a block under one header for several.
 const SHORTEST_BLOCK: usize = 32;
-
-const END_OF_HEADER: &str = "***End_of_Header***";
-const DELTA: &str = "Delta_X";
-
-/// Position of the X values in the file.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum XColumns {
-    /// No X values; the first column is empty.
-    No,
-    /// X values in the first column.
-    One,
-    /// An X column before each channel.
-    Multi,
-}
-
-/// The contents of the file header.
-struct Format {
-    separator: char,
-    decimal: Decimal,
-    x_columns: XColumns,
-}
-
-/// A time step and the unit of its last digit.
-#[derive(Clone, Copy)]
-struct Delta {
-    step: f64,
-    digit: f64,
-}
-
-/// The contents of a segment header.
-#[derive(Default)]
-struct SegmentHeader {
-    line: usize,
-    channels: usize,
-    samples: Vec<Option<usize>>,
-    units: Vec<String>,
-    deltas: Vec<Option<Delta>>,
-    /// The line of the time steps.
-    delta_line: usize,
-}
-
-impl SegmentHeader {
-    /// True for a channel with samples.
-    fn is_filled(&self, channel: usize) -> bool {
-        self.samples.get(channel).copied().flatten() != Some(0)
-    }
-
-    /// The first channel with samples, which the others are compared with.
-    fn reference(&self) -> usize {
-        (0..self.channels).find(|&k| self.is_filled(k)).unwrap_or(0)
-    }
-
-    /// Samples of a block.
-    fn block(&self) -> Option<usize> {
-        self.samples.get(self.reference()).copied().flatten()
-    }
-
-    /// The sampling rate.
-    fn rate(&self) -> Option<DeclaredRate> {
-        let Delta { step, digit } = self.deltas.get(self.reference()).copied().flatten()?;
-        let uncertainty = 0.5 * digit / step;
-        (step > 0.0).then_some(DeclaredRate { hz: step.recip(), uncertainty, entry: DELTA })
-    }
-
-    /// Why a channel cannot be used beside the others: it has another rate or another number of samples.
-    fn fault(&self, channel: usize) -> Option<RecordingError> {
-        let reference = self.reference();
-        let delta = |k: usize| self.deltas.get(k).copied().flatten().map(|delta| delta.step);
-        let samples = |k: usize| self.samples.get(k).copied().flatten();
-        let fault = match (delta(reference), delta(channel)) {
-            (Some(first), Some(step)) if (step - first).abs() > EQUAL_RATES * first.abs() => {
-                format!(
-                    "Delta_X: channel {} has a step of {step} s and channel {} one of {first} s; export channels of \
-                 one rate",
-                    channel + 1,
-                    reference + 1
-                )
-            }
-            _ => match (samples(reference), samples(channel)) {
-                (Some(first), Some(count)) if count != first => format!(
-                    "Samples: channel {} has {count} and channel {} has {first}; export channels of one rate",
-                    channel + 1,
-                    reference + 1
-                ),
-                _ => return None,
-            },
-        };
-        Some(RecordingError::Header { line: self.delta_line.max(self.line), fault })
-    }
-}
 
 /// Lines with their numbers, from 1.
 type LinesOf<'t> =
@@ -114,9 +28,30 @@ type LinesOf<'t> =
 #[derive(Default)]
 struct Rows {
     samples: Segment,
-    x: Times,
+    /// The X values: of all channels, or of each where each has its own.
+    x: Vec<Times>,
+    /// The first row without an X value.
+    without_x: Option<usize>,
     lines: Lines,
     count: usize,
+}
+
+impl Rows {
+    /// The X values of a channel, where each row has one.
+    fn x_of(&self, channel: usize) -> Option<&Times> {
+        let x = if self.x.len() == 1 { self.x.first() } else { self.x.get(channel) }?;
+        (x.values.len() == self.count).then_some(x)
+    }
+
+    /// The row from which on the X values of a channel are more than half a step from those of another one.
+    fn parts_from(&self, channel: usize, other: usize) -> Option<usize> {
+        let (x, other) = (self.x_of(channel)?, self.x_of(other)?);
+        let range = other.values.last()? - other.values.first()?;
+        let most = 0.5 * (range / self.count.max(2) as f64).abs();
+        let digits = x.digits.iter().zip(&other.digits).map(|(a, b)| a + b);
+        let mut pairs = x.values.iter().zip(&other.values).zip(digits);
+        pairs.position(|((a, b), digits)| (a - b).abs() > most + digits)
+    }
 }
 
 /// Reads the text of a file.
@@ -142,9 +77,12 @@ pub(super) fn read(text: &Text<'_>) -> Result<Recording, RecordingError> {
         while lines.peek().is_some_and(|(_, line)| line.trim().is_empty()) {
             lines.next();
         }
-        let Some(&(line, _)) = lines.peek() else { break };
-        let header = SegmentHeader { line, ..segment_header(&mut lines, &format)? };
-        let names = names(&mut lines, &format, &header, text)?;
+        if lines.peek().is_none() {
+            break;
+        }
+        let header = segment_header(&mut lines, &format)?;
+        let mut names = names(&mut lines, &format, &header, text)?;
+        let x_unit = row_of_units(&mut lines, &format, &header, text, &mut names);
         if recording.segments.is_empty() {
             Recording::plausible(1, header.channels as u64)?;
             empty = (0..header.channels).map(|k| !header.is_filled(k)).collect();
@@ -155,7 +93,9 @@ pub(super) fn read(text: &Text<'_>) -> Result<Recording, RecordingError> {
         }
         let rows = rows(&mut lines, &format, &header, values)?;
         values += rows.samples.values();
-        for segment in segments(&mut recording, &header, rows)? {
+        mark_other_times(&mut recording.channels, &header, &rows);
+        let x_unit = x_unit.as_deref().unwrap_or("s");
+        for segment in segments(&mut recording, &header, rows, x_unit)? {
             Recording::plausible(recording.segments.len() as u64 + 1, 1)?;
             recording.segments.push(segment);
         }
@@ -183,7 +123,7 @@ fn same_channels(recording: &Recording, header: &SegmentHeader) -> Result<(), Re
         );
         return Err(RecordingError::Header { line, fault });
     }
-    if let (Some(first), Some(rate)) = (recording.declared, header.rate())
+    if let (Some(first), Some(rate)) = (&recording.declared, header.rate())
         && (rate.hz / first.hz - 1.0).abs() > EQUAL_RATES
     {
         let fault = format!(
@@ -201,8 +141,16 @@ fn segments(
     recording: &mut Recording,
     header: &SegmentHeader,
     rows: Rows,
+    x_unit: &str,
 ) -> Result<Vec<Segment>, RecordingError> {
-    let Rows { samples, x, lines, count } = rows;
+    let x = rows.x_of(header.reference()).filter(|x| x.change()).cloned();
+    let has_x = rows.x.iter().any(|x| !x.values.is_empty());
+    let Rows { samples, lines, count, without_x, .. } = rows;
+    if let Some(row) = without_x.filter(|_| has_x) {
+        let fault =
+            "this row has no X value, and others have; export them with or without X values".into();
+        return Err(RecordingError::Header { line: lines.of(row), fault });
+    }
     let part = |range: std::ops::Range<usize>| {
         Segment(
             samples
@@ -217,8 +165,9 @@ fn segments(
         let wanted = format!("{block} samples of a segment ({count} are there)");
         return Err(RecordingError::Truncated { wanted });
     }
-    if x.values.len() == count && x.rise() {
-        let x_channel = Channel { name: "X_Value".into(), unit: "s".into(), ..Channel::default() };
+    if let Some(x) = x {
+        let x_channel =
+            Channel { name: "X_Value".into(), unit: x_unit.into(), ..Channel::default() };
         let (column, runs) = time_column(&x_channel, &x, |row| lines.of(row))?;
         same_step(recording, column, header.line)?;
         if runs.len() > 1 {
@@ -246,6 +195,27 @@ fn segments(
     Ok((0..count / block).map(|k| part(k * block..(k + 1) * block)).collect())
 }
 
+/// Marks the channels whose own X values are not those of the first channel: they were not sampled with it.
+fn mark_other_times(channels: &mut [Channel], header: &SegmentHeader, rows: &Rows) {
+    let reference = header.reference();
+    let first = channels.get(reference).map_or_else(String::new, |of| called(reference, of));
+    for (k, channel) in channels.iter_mut().enumerate() {
+        let Some(row) = rows.parts_from(k, reference).filter(|_| header.is_filled(k)) else {
+            continue;
+        };
+        let x =
+            |k: usize| rows.x_of(k).and_then(|x| x.values.get(row).copied()).unwrap_or_default();
+        let fault = format!(
+            "the X value of {} is {} here and that of {first} {}; export channels that were sampled together, without gaps",
+            called(k, channel),
+            x(k),
+            x(reference)
+        );
+        let fault = RecordingError::Header { line: rows.lines.of(row), fault };
+        channel.fault.get_or_insert(fault);
+    }
+}
+
 /// Keeps the X column of the first segment, or the first one whose steps are not even; refuses another step.
 fn same_step(
     recording: &mut Recording,
@@ -263,121 +233,12 @@ fn same_step(
             );
             return Err(RecordingError::Header { line, fault });
         }
-        (None, _) | (Some(Steps::Even { .. }), Steps::Lost { .. } | Steps::Uneven { .. }) => {
+        (None, _) | (Some(Steps::Even { .. }), Steps::Lost { .. } | Steps::Uneven(_)) => {
             recording.time = Some(column)
         }
         _ => {}
     }
     Ok(())
-}
-
-/// Reads up to the first end-of-header line.
-fn file_header(lines: &mut LinesOf<'_>) -> Result<Format, RecordingError> {
-    let mut format = Format { separator: '\t', decimal: Decimal::Point, x_columns: XColumns::One };
-    for (line, text) in lines {
-        let (key, value) = entry(text);
-        let unknown = |known: &str| {
-            let fault = format!("{key} is \"{value}\"; {known} are read");
-            Err(RecordingError::Header { line, fault })
-        };
-        match key {
-            END_OF_HEADER => return Ok(format),
-            "Separator" => match value {
-                "Tab" => format.separator = '\t',
-                "Comma" => format.separator = ',',
-                "Semicolon" => format.separator = ';',
-                _ => return unknown("Tab, Comma and Semicolon"),
-            },
-            "Decimal_Separator" => match value {
-                "." => format.decimal = Decimal::Point,
-                "," | "" => format.decimal = Decimal::Comma,
-                _ => return unknown("point and comma"),
-            },
-            "X_Columns" => match value {
-                "No" => format.x_columns = XColumns::No,
-                "One" => format.x_columns = XColumns::One,
-                "Multi" => format.x_columns = XColumns::Multi,
-                _ => return unknown("No, One and Multi"),
-            },
-            _ => {}
-        }
-    }
-    Err(RecordingError::Truncated { wanted: format!("the line {END_OF_HEADER}") })
-}
-
-/// Key and value of a header line, whatever the separator.
-fn entry(line: &str) -> (&str, &str) {
-    let line = line.trim();
-    let at = line.find(['\t', ';', ',']).unwrap_or(line.len());
-    let (key, rest) = line.split_at_checked(at).unwrap_or((line, ""));
-    let mut rest = rest.chars();
-    rest.next();
-    (key, rest.as_str().trim_end_matches(['\t', ';']).trim())
-}
-
-fn segment_header(
-    lines: &mut LinesOf<'_>,
-    format: &Format,
-) -> Result<SegmentHeader, RecordingError> {
-    let mut header = SegmentHeader::default();
-    for (line, text) in lines {
-        let mut fields = text.split(format.separator).map(str::trim);
-        let key = fields.next().unwrap_or_default();
-        let mut first = || fields.next().unwrap_or_default();
-        let count = |text: &str| {
-            text.parse::<usize>().map_err(|_| RecordingError::Header {
-                line,
-                fault: format!("{key} is \"{text}\"; it should be a whole number"),
-            })
-        };
-        match key {
-            END_OF_HEADER => {
-                if header.channels == 0 {
-                    let fault =
-                        "the segment's header has no Channels entry; export it again".into();
-                    return Err(RecordingError::Header { line, fault });
-                }
-                return Ok(header);
-            }
-            "Channels" => header.channels = count(first())?,
-            "Samples" => {
-                let samples = fields
-                    .map(|field| if field.is_empty() { Ok(None) } else { count(field).map(Some) });
-                header.samples = samples.collect::<Result<_, _>>()?;
-            }
-            "X_Dimension" => {
-                let dimension = first();
-                if !(dimension.is_empty() || dimension.eq_ignore_ascii_case("time")) {
-                    let fault =
-                        format!("X_Dimension is \"{dimension}\"; a recording over time is needed");
-                    return Err(RecordingError::Header { line, fault });
-                }
-            }
-            DELTA => {
-                header.deltas = deltas(fields, format, line)?;
-                header.delta_line = line;
-            }
-            "Y_Unit_Label" => header.units = fields.map(str::to_owned).collect(),
-            _ => {}
-        }
-    }
-    Err(RecordingError::Truncated { wanted: format!("the line {END_OF_HEADER} of a segment") })
-}
-
-/// The time step of each channel; none where the entry is empty.
-fn deltas<'t>(
-    fields: impl Iterator<Item = &'t str>,
-    format: &Format,
-    line: usize,
-) -> Result<Vec<Option<Delta>>, RecordingError> {
-    let delta = |(column, field): (usize, &str)| {
-        if field.is_empty() {
-            return Ok(None);
-        }
-        let step = format.decimal.value(field, line, column)?;
-        Ok(Some(Delta { step, digit: last_digit(field) }))
-    };
-    (1..).zip(fields).map(delta).collect()
 }
 
 /// Index of the value column of channel `k`, from 0.
@@ -423,6 +284,35 @@ fn names(
     Ok((0..header.channels).map(named).collect())
 }
 
+/// Reads a row of units beneath the names, where there is one: whatever stands there in place of numbers. The unit of the X
+/// values, where it is stated.
+fn row_of_units(
+    lines: &mut LinesOf<'_>,
+    format: &Format,
+    header: &SegmentHeader,
+    text: &Text<'_>,
+    channels: &mut [Channel],
+) -> Option<String> {
+    let (_, row) = lines.peek()?;
+    let fields: Vec<&str> = row.split(format.separator).map(str::trim).collect();
+    let field = |column: usize| fields.get(column).copied().unwrap_or_default();
+    let labels: Vec<&str> =
+        (0..header.channels).map(|k| field(column_of(k, format.x_columns))).collect();
+    let is_number = |label: &&str| format.decimal.number(label).is_some();
+    let is_of_units = labels.iter().any(|label| !label.is_empty())
+        && !labels.iter().any(is_number)
+        && !is_entry(field(0));
+    if !is_of_units {
+        return None;
+    }
+    lines.next();
+    for (channel, label) in channels.iter_mut().zip(labels) {
+        *channel = with_unit(std::mem::take(channel), label, text);
+    }
+    let x_unit = format.x_column(header.reference()).map(field)?;
+    (!is_unstated(x_unit)).then(|| decided(x_unit.trim_matches(['[', ']', '(', ')']), text))
+}
+
 /// The rows under a header, up to the next header or the end of the file; `before` is the number of values in the
 /// segments before.
 fn rows(
@@ -431,14 +321,17 @@ fn rows(
     header: &SegmentHeader,
     before: usize,
 ) -> Result<Rows, RecordingError> {
-    let mut rows = Rows { samples: Segment::of_channels(header.channels), ..Rows::default() };
+    let x_columns: Vec<usize> = match format.x_columns {
+        XColumns::Multi => (0..header.channels).filter_map(|k| format.x_column(k)).collect(),
+        _ => format.x_column(header.reference()).into_iter().collect(),
+    };
+    let mut rows = Rows {
+        samples: Segment::of_channels(header.channels),
+        x: vec![Times::default(); x_columns.len()],
+        ..Rows::default()
+    };
     let is_used: Vec<bool> =
         (0..header.channels).map(|k| header.is_filled(k) && header.fault(k).is_none()).collect();
-    let x_column = match format.x_columns {
-        XColumns::No => None,
-        XColumns::One => Some(0),
-        XColumns::Multi => Some(2 * header.reference()),
-    };
     while let Some(&(line, text)) = lines.peek() {
         let is_blank = text.trim().is_empty();
         if !is_blank && !is_row(text, format) {
@@ -466,10 +359,14 @@ fn rows(
                 false => format.decimal.number(field).unwrap_or_default(),
             });
         }
-        if let Some(field) = x_column.and_then(|column| fields.get(column))
-            && let Some(x) = format.decimal.number(field)
-        {
-            rows.x.push(x, last_digit(field));
+        for (x, column) in rows.x.iter_mut().zip(&x_columns) {
+            if let Some(field) = fields.get(*column)
+                && let Some(value) = format.decimal.number(field)
+            {
+                x.push(value, last_digit(field));
+            } else if Some(*column) == format.x_column(header.reference()) {
+                rows.without_x.get_or_insert(rows.count);
+            }
         }
         rows.lines.add(rows.count, line);
         rows.count += 1;

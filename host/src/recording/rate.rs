@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use super::Recording;
 use super::steps::Steps;
 use super::time::{TimeColumn, TimeUnit};
+use super::uneven::Unevenness;
 use crate::error::{Error, Result};
 use crate::units::time_unit;
 
@@ -29,14 +30,16 @@ const SAME_RATE: f64 = 1e-5;
 const ANY_TIME: &str = "time";
 
 /// A rate that a header states.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct DeclaredRate {
     /// The rate, Hz.
     pub hz: f64,
     /// Its relative uncertainty by the digits of the entry.
     pub uncertainty: f64,
     /// The entry that states it.
-    pub entry: &'static str,
+    pub entry: String,
+    /// Whether it states a unit; else the number is taken for Hz, to compare it.
+    pub states_unit: bool,
 }
 
 /// Where a rate comes from.
@@ -54,7 +57,7 @@ pub enum RateSource {
         assumed: bool,
     },
     /// An entry of a header.
-    Header(&'static str),
+    Header(String),
 }
 
 /// The sampling rate in use.
@@ -82,13 +85,12 @@ impl Recording {
     /// # Errors
     /// When samples are missing, or nothing states the rate, or a time column has no unit or no even steps.
     pub fn rate(&self, stated_hz: Option<f64>, stated_unit: Option<&str>) -> Result<Rate> {
-        if let Some(TimeColumn { steps: Steps::Lost { gaps, samples, row, after }, .. }) =
-            &self.time
-        {
-            return Err(lost(*gaps, *samples, *row, *after));
+        if let Some(fault) = self.time.as_ref().and_then(TimeColumn::fault_whatever_the_rate) {
+            return Err(fault);
         }
         let of_column = self.time.as_ref().map(|column| column.rate(stated_unit)).transpose();
-        let declared = self.declared.map(|declared| {
+        let unclear = self.declared.as_ref().filter(|declared| !declared.states_unit);
+        let declared = self.declared.as_ref().map(|declared| {
             let mut notes = Vec::new();
             if declared.uncertainty > COARSE {
                 notes.push(format!(
@@ -98,19 +100,39 @@ impl Recording {
                 ));
             }
             (
-                Rate { hz: declared.hz, source: RateSource::Header(declared.entry), notes },
+                Rate { hz: declared.hz, source: RateSource::Header(declared.entry.clone()), notes },
                 declared.uncertainty,
             )
         });
+        // A count of the samples states no rate, and leaves it to the header.
+        let of_column = match of_column {
+            Err(error) if error.code() == "no_rate" && declared.is_some() => Ok(None),
+            of_column => of_column,
+        };
         let of_file = match (of_column, declared) {
+            (Ok(None), Some(_)) if let Some(unclear) = unclear => {
+                let message = format!(
+                    "{} states a rate without a unit; give it in Hz with --rate-hz",
+                    unclear.entry
+                );
+                Err(Error::input("no_rate", message))
+            }
             (Ok(None), None) => Err(Error::input(
                 "no_rate",
                 "the recording does not state its sampling rate; give it with --rate-hz",
             )),
             (Err(error), _) => Err(error),
+            (Ok(None), Some((rate, uncertainty))) if uncertainty > UNUSABLE => {
+                let message = format!(
+                    "by the digits of {} the rate is known to {:.0} % only; give it with --rate-hz",
+                    rate.entry(),
+                    100.0 * uncertainty
+                );
+                Err(Error::input("time_too_coarse", message))
+            }
             (Ok(None), Some(declared)) => Ok(declared),
             (Ok(Some(column)), None) => Ok(column),
-            (Ok(Some(column)), Some(declared)) => Ok(finer(column, declared)),
+            (Ok(Some(column)), Some(declared)) => Ok(finer(column, declared, unclear.is_none())),
         };
         let Some(hz) = stated_hz else { return of_file.map(|(rate, _)| rate) };
         let notes = match of_file {
@@ -137,13 +159,25 @@ impl Recording {
     }
 }
 
-/// The rate with more digits of those of a time column and a header; the column's when they contradict each other.
-fn finer(column: (Rate, f64), declared: (Rate, f64)) -> (Rate, f64) {
+impl Rate {
+    /// The entry of a header that states it.
+    fn entry(&self) -> &str {
+        match &self.source {
+            RateSource::Header(entry) => entry,
+            _ => "",
+        }
+    }
+}
+
+/// The rate of a time column, or that of a header where it `may_be_used`, agrees and is known better by far; the column's
+/// when they contradict each other.
+fn finer(column: (Rate, f64), declared: (Rate, f64), may_be_used: bool) -> (Rate, f64) {
     let (hz, other) = (column.0.hz, declared.0.hz);
     if (hz / other - 1.0).abs() <= EQUAL_RATES + column.1 + declared.1 {
-        return if declared.1 < column.1 { declared } else { column };
+        let is_better = may_be_used && declared.1 < column.1 && column.1 > EQUAL_RATES;
+        return if is_better { declared } else { column };
     }
-    let RateSource::Header(entry) = declared.0.source else { return column };
+    let RateSource::Header(entry) = &declared.0.source else { return column };
     let (mut rate, uncertainty) = column;
     rate.notes.push(format!(
         "{entry} states {} Hz and the time column {} Hz: the time column is used",
@@ -154,6 +188,22 @@ fn finer(column: (Rate, f64), declared: (Rate, f64)) -> (Rate, f64) {
 }
 
 impl TimeColumn {
+    /// Why the rows are not even samples, whatever their rate is.
+    fn fault_whatever_the_rate(&self) -> Option<Error> {
+        match self.steps {
+            Steps::Lost { gaps, samples, row, after } => {
+                Some(lost(gaps, samples, &self.places.name(row), after))
+            }
+            Steps::Uneven(found) if !found.may_be_even => Some(self.uneven(&found)),
+            _ => None,
+        }
+    }
+
+    fn uneven(&self, found: &Unevenness) -> Error {
+        let message = found.sentence(&self.called(), |place| self.places.name(place));
+        Error::input("time_uneven", message)
+    }
+
     /// The rate by this column and its relative uncertainty.
     fn rate(&self, stated_unit: Option<&str>) -> Result<(Rate, f64)> {
         let name = self.called();
@@ -168,17 +218,9 @@ impl TimeColumn {
                 return Err(Error::input("time_too_coarse", message));
             }
             Steps::Even { step, uncertainty, rounded_to } => (step, uncertainty, rounded_to),
-            Steps::Uneven { range: [least, most], row } => {
-                let message = format!(
-                    "the steps of {name} differ: {} to {}, the longest after line {row}; export even samples, or \
-                     state the rate with --rate-hz if the samples are even",
-                    six_digits(least),
-                    six_digits(most)
-                );
-                return Err(Error::input("time_uneven", message));
-            }
+            Steps::Uneven(found) => return Err(self.uneven(&found)),
             Steps::Lost { gaps, samples, row, after } => {
-                return Err(lost(gaps, samples, row, after));
+                return Err(lost(gaps, samples, &self.places.name(row), after));
             }
         };
         let (label, seconds, assumed) = self.unit(step, stated_unit)?;
@@ -273,7 +315,7 @@ impl TimeColumn {
     }
 }
 
-fn lost(gaps: usize, samples: f64, row: usize, after: f64) -> Error {
+fn lost(gaps: usize, samples: f64, place: &str, after: f64) -> Error {
     let are_missing = if samples == 1.0 {
         "1 sample is missing".into()
     } else {
@@ -285,7 +327,7 @@ fn lost(gaps: usize, samples: f64, row: usize, after: f64) -> Error {
         more => format!(", and there are {more} more gaps"),
     };
     let message = format!(
-        "{are_missing} after the time {} (line {row}){more}; record again without losses, or cut the file there",
+        "{are_missing} after the time {} ({place}){more}; record again without losses, or cut the file there",
         six_digits(after)
     );
     Error::input("samples_lost", message)
@@ -293,6 +335,7 @@ fn lost(gaps: usize, samples: f64, row: usize, after: f64) -> Error {
 
 #[cfg(test)]
 mod tests {
+    use super::super::time::Places;
     use super::*;
 
     fn column(name: &str, unit: TimeUnit, step: f64, first: f64) -> Recording {
@@ -302,6 +345,7 @@ mod tests {
             unit,
             steps,
             first,
+            places: Places::Lines,
             is_index: step == 1.0 && first == 0.0,
         };
         Recording { time: Some(time), ..Recording::default() }
@@ -377,7 +421,9 @@ mod tests {
     #[test]
     fn a_header_that_contradicts_its_time_column_is_named() {
         let mut recording = column("X_Value", known("s"), 1.0 / 5120.0, 0.0);
-        let declare = |hz, uncertainty| Some(DeclaredRate { hz, uncertainty, entry: "Delta_X" });
+        let declare = |hz, uncertainty| {
+            Some(DeclaredRate { hz, uncertainty, entry: "Delta_X".to_owned(), states_unit: true })
+        };
         recording.declared = declare(1.0, 1e-6);
         let rate = recording.rate(None, None).unwrap();
         assert!((rate.hz - 5120.0).abs() < 1e-6);

@@ -2,7 +2,7 @@
 //! m/s².
 
 use super::sensitivity::{Sensitivity, is_electrical};
-use super::{Channel, LeftOut, Recording, RecordingError, is_named_force};
+use super::{Channel, LeftOut, Recording, RecordingError, factors, is_named_force, six_digits};
 use crate::error::{Error, Result};
 use crate::units::{
     Measure, Quantity, UnitFault, force_unit, is_unscaled, is_unstated, motion_unit, unit_size,
@@ -251,10 +251,12 @@ impl Recording {
         let named = |k: usize| Some((k, self.channels.get(k)?));
         let channels: Vec<_> = unstated.iter().filter_map(|&k| named(k)).collect();
         // What stands in brackets may be a unit that is not known here: none is proposed in its place.
-        let is_open = |channel: &Channel| channel.name.contains(['(', '[']);
+        let is_open =
+            |channel: &Channel| channel.name.contains(['(', '[']) || factors::of(channel).is_some();
         let option = |k: usize, channel: &Channel, usual: &str| {
             let of_name = unit_in_name(&channel.name);
-            let unit = of_name.as_deref().unwrap_or(if is_open(channel) { "UNIT" } else { usual });
+            let unit = of_name.as_deref().filter(|_| factors::of(channel).is_none());
+            let unit = unit.unwrap_or(if is_open(channel) { "UNIT" } else { usual });
             format!("--unit \"{}={unit}\"", column(k, channel))
         };
         let (forces, responses): (Vec<_>, Vec<_>) =
@@ -345,6 +347,13 @@ fn scale(
     let (name, column) = (called(k, channel), column(k, channel));
     let of_file = channel.unit.trim();
     let unit = stated.unit.unwrap_or(of_file);
+    if let (None, Some(factor)) = (stated.unit, factors::of(channel)) {
+        let message = format!(
+            "{name}: {factor}, and not whether the numbers are multiplied already; state the unit of the numbers in the file \
+             with --unit \"{column}=UNIT\", or export the recording without factors"
+        );
+        return Err(Error::input("recording_unit_contradicted", message));
+    }
     if let Some(sensitivity) = &stated.sensitivity {
         let factor = sensitivity.factor(unit, is_force).map_err(|fault| {
             let message = format!("{name}: --sensitivity \"{column}={sensitivity}\": {fault}");
@@ -356,7 +365,9 @@ fn scale(
     if stated.unit.is_none()
         && let Some(factor) = channel.factor
     {
-        let unit = if is_force { "N" } else { "m/s²" }.to_owned();
+        let name = if is_force { "N" } else { "m/s²" };
+        let unit =
+            if factor == 1.0 { name.to_owned() } else { format!("{} {name}", six_digits(factor)) };
         return Ok(Scale { unit, source: UnitSource::UnitSystem, factor: sign * factor });
     }
     if is_unscaled(of_file) && !is_unscaled(unit) {
@@ -440,7 +451,7 @@ fn unusable(k: usize, channel: &Channel, fault: &RecordingError) -> Error {
 }
 
 /// A channel as it is named in messages.
-fn called(k: usize, channel: &Channel) -> String {
+pub(super) fn called(k: usize, channel: &Channel) -> String {
     match channel.name.as_str() {
         "" => format!("channel {}", k + 1),
         name => format!("channel {} \"{name}\"", k + 1),

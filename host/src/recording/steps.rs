@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use super::uneven::Unevenness;
+
 /// Largest deviation of a step from the mean, relative to it, at which the steps count as even.
 const EVEN: f64 = 1e-2;
 /// A step longer than this many steps is a gap.
@@ -41,13 +43,8 @@ pub enum Steps {
         /// The time in that row.
         after: f64,
     },
-    /// The steps differ for no reason that is known.
-    Uneven {
-        /// The shortest and the longest step.
-        range: [f64; 2],
-        /// The row before the longest step, from 0; later its line in the file.
-        row: usize,
-    },
+    /// The steps differ for no reason that is known; rows are from 0, and later their lines in the file.
+    Uneven(Unevenness),
 }
 
 /// A column of times.
@@ -127,6 +124,11 @@ impl Times {
         })
     }
 
+    /// True for values of which not all are equal.
+    pub fn change(&self) -> bool {
+        self.values.len() > 2 && self.values.windows(2).any(|pair| pair[0] != pair[1])
+    }
+
     /// The coarsest resolution of the times, relative to their range.
     pub fn coarseness(&self) -> f64 {
         let (first, last) = (self.values.first(), self.values.last());
@@ -148,9 +150,9 @@ impl Times {
     pub fn steps(&self) -> Steps {
         let digits = self.resolution();
         let line = Line::through(&self.values, &digits, 0..self.values.len());
-        let (least, most, longest) = self.extremes();
         let mean = line.step;
-        if mean > 0.0 && most - mean <= EVEN * mean && mean - least <= EVEN * mean {
+        let is_even = |pair: &[f64]| matches!(pair, &[a, b] if (b - a - mean).abs() <= EVEN * mean);
+        if mean > 0.0 && self.values.len() > 1 && self.values.windows(2).all(is_even) {
             return Steps::Even { step: mean, uncertainty: line.uncertainty, rounded_to: None };
         }
         if mean > 0.0 && line.fits(&self.values, &digits) {
@@ -164,8 +166,7 @@ impl Times {
                 rounded_to: Some(digit),
             };
         }
-        let uneven = Steps::Uneven { range: [least, most], row: longest };
-        self.lost(&digits).unwrap_or(uneven)
+        self.lost(&digits).unwrap_or_else(|| Steps::Uneven(self.unevenness(&digits)))
     }
 
     /// Times whose last digit is longer than a step: several rows have the same stamp, and equally many between any two.
@@ -259,14 +260,6 @@ impl Times {
         if is_blocks && !gaps.is_empty() && parts.iter().all(even) { parts } else { Vec::new() }
     }
 
-    /// The shortest and the longest step, and the row before the longest one.
-    fn extremes(&self) -> (f64, f64, usize) {
-        let steps = self.values.windows(2).map(|pair| pair[1] - pair[0]).enumerate();
-        steps.fold((f64::INFINITY, f64::NEG_INFINITY, 0), |(least, most, row), (k, step)| {
-            if step > most { (least.min(step), step, k) } else { (least.min(step), most, row) }
-        })
-    }
-
     /// The last digit of a time, as far as it tells how finely the times were written. A program that omits zeros at the
     /// end writes 0.1 between 0.0998 and 0.1002.
     fn digit(&self, k: usize) -> f64 {
@@ -292,7 +285,7 @@ impl Times {
 
 /// A straight line through times over their rows.
 #[derive(Clone, Debug)]
-struct Line {
+pub(super) struct Line {
     rows: Range<usize>,
     /// Mean row and mean time, which the line goes through.
     center: [f64; 2],
@@ -302,7 +295,7 @@ struct Line {
 
 impl Line {
     /// The line of least squares, weighted by the digits of the times.
-    fn through(values: &[f64], digits: &[f64], rows: Range<usize>) -> Self {
+    pub(super) fn through(values: &[f64], digits: &[f64], rows: Range<usize>) -> Self {
         let first = values.get(rows.start).copied().unwrap_or_default();
         let last = rows.end.checked_sub(1).and_then(|k| values.get(k)).copied().unwrap_or(first);
         let mean = (last - first) / rows.len().saturating_sub(1).max(1) as f64;
@@ -327,6 +320,11 @@ impl Line {
 
     /// Whether all times lie on this line to within their digits.
     fn fits(&self, values: &[f64], digits: &[f64]) -> bool {
+        self.is_near(values, digits, EVEN)
+    }
+
+    /// Whether all times lie within so many steps of this line, and their digits.
+    pub(super) fn is_near(&self, values: &[f64], digits: &[f64], steps: f64) -> bool {
         let [row, time] = self.center;
         self.rows.clone().all(|k| {
             let (value, digit) = (
@@ -334,7 +332,7 @@ impl Line {
                 digits.get(k).copied().unwrap_or_default(),
             );
             let deviation = (value - time - (k as f64 - row) * self.step).abs();
-            deviation <= DIGITS * digit + EVEN * self.step.abs()
+            deviation <= DIGITS * digit + steps * self.step.abs()
         })
     }
 }
@@ -424,15 +422,15 @@ mod tests {
         let jitter =
             |k: usize| k as f64 * STEP + if k.is_multiple_of(3) { 0.2 * STEP } else { 0.0 };
         let times = Times::exact((0..512).map(jitter).collect());
-        let Steps::Uneven { range: [least, most], .. } = times.steps() else {
+        let Steps::Uneven(Unevenness { shortest, longest, .. }) = times.steps() else {
             panic!("{:?}", times.steps())
         };
-        assert!((least / STEP - 0.8).abs() < 1e-6 && (most / STEP - 1.2).abs() < 1e-6);
+        assert!((shortest.0 / STEP - 0.8).abs() < 1e-6 && (longest.0 / STEP - 1.2).abs() < 1e-6);
         // One stamp for each block of a hundred rows.
         let blocks = Times::exact((0..5000).map(|k| (k / 100) as f64 * 100.0 * STEP).collect());
-        assert!(matches!(blocks.steps(), Steps::Uneven { .. }), "{:?}", blocks.steps());
+        assert!(matches!(blocks.steps(), Steps::Uneven(_)), "{:?}", blocks.steps());
         let backwards = Times::exact((0..100).map(|k| -(k as f64)).collect());
-        assert!(matches!(backwards.steps(), Steps::Uneven { .. }) && !backwards.rise());
+        assert!(matches!(backwards.steps(), Steps::Uneven(_)) && !backwards.rise());
         assert!(!Times::exact(vec![5.0; 100]).rise());
     }
 

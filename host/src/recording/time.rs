@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::steps::{Steps, Times};
-use super::{Channel, RecordingError};
+use super::{Channel, RecordingError, factors};
 use crate::units::{is_unstated, time_unit};
 
 /// Words of a name that say that a column is a time.
@@ -36,6 +36,9 @@ const INDEX: [&str; 18] = [
     "k", "point", "row", "scan", "number", "count",
 ];
 
+/// The fewest rows between two points at which the time begins again.
+const SHORTEST_RUN: usize = 3;
+
 /// Relative difference up to which the steps of two segments are the same.
 const EQUAL_STEPS: f64 = 1e-3;
 
@@ -46,12 +49,33 @@ pub struct TimeColumn {
     pub name: String,
     /// Its unit.
     pub unit: TimeUnit,
-    /// Its steps.
+    /// Its steps, whose rows are places in the file.
     pub steps: Steps,
+    /// What the numbers of these places are.
+    pub places: Places,
     /// Its first value.
     pub first: f64,
     /// Whether it counts the samples.
     pub is_index: bool,
+}
+
+/// What the number of a place in a file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Places {
+    /// A line of the file.
+    Lines,
+    /// A value of the record that begins in this line of the file.
+    ValuesOfRecord(usize),
+}
+
+impl Places {
+    /// The place as text.
+    pub(super) fn name(self, number: usize) -> String {
+        match self {
+            Self::Lines => format!("line {number}"),
+            Self::ValuesOfRecord(line) => format!("value {number} of the record in line {line}"),
+        }
+    }
 }
 
 /// The unit of a time column.
@@ -76,7 +100,7 @@ pub enum TimeUnit {
 
 impl TimeUnit {
     /// The unit by the name and the label of a column: the last word of the name may be a unit, as in `time_us`.
-    fn of(channel: &Channel) -> Self {
+    pub(super) fn of(channel: &Channel) -> Self {
         let words = words(&channel.name);
         let word = words.last().filter(|_| words.len() > 1 || is_unstated(&channel.unit));
         let known = |label: &str| {
@@ -139,14 +163,21 @@ pub(super) fn find(channels: &[Channel], columns: &[(usize, Times)]) -> TimeColu
         let second = columns.iter().find(|column| column.0 == 1).filter(is_nameless);
         Some(second.filter(|_| first.1.count()).unwrap_or(first).0)
     };
-    let time =
-        named.map(|(place, _)| *place).or_else(nameless).or_else(|| indices.first().copied());
-    let time = time.or_else(counted);
+    // What rises in every row, whatever its name.
+    let is_other = |(place, times): &&(usize, Times)| {
+        let channel = channel(*place);
+        !channel.name.is_empty() && !is_time(&channel) && !is_index(&channel.name) && times.rise()
+    };
+    let rising: Vec<&(usize, Times)> = columns.iter().filter(is_other).collect();
+    let rising_time = || rising.iter().find(|(_, times)| !times.count()).map(|(place, _)| *place);
+    let time = named.map(|(place, _)| *place).or_else(nameless).or_else(rising_time);
+    let time = time.or_else(|| indices.first().copied()).or_else(counted);
+    let time = time.or_else(|| rising.first().map(|(place, _)| *place));
     // One letter may be anything.
     let is_meant =
         |(place, times): &&(usize, Times)| times.rise() || channel(*place).name.chars().count() > 1;
     let named = by_name.iter().copied().chain(named_index.clone()).filter(is_meant);
-    let named = named.map(|(place, _)| *place);
+    let named = named.chain(rising).map(|(place, _)| *place);
     let mut others: Vec<usize> =
         indices.into_iter().chain(named).filter(|&place| Some(place) != time).collect();
     others.sort_unstable();
@@ -173,12 +204,39 @@ pub(super) fn time_column(
         );
         return Err(RecordingError::Header { line: line(0), fault });
     }
+    if let Some(factor) = factors::of(channel) {
+        let fault = format!(
+            "the time column \"{}\": {factor}, and not whether its numbers are multiplied already; export the time without \
+             a factor",
+            channel.name
+        );
+        return Err(RecordingError::Header { line: line(0), fault });
+    }
     let mut runs = times.runs();
     if runs.len() == 1 {
         let blocks = times.blocks();
         if !blocks.is_empty() {
             runs = blocks;
         }
+    }
+    if let [_, _, ..] = runs[..]
+        && let Some(run) = runs.iter().find(|run| run.len() < SHORTEST_RUN)
+    {
+        let at = |row: usize| times.values.get(row).copied().unwrap_or_default();
+        let last = run.end.saturating_sub(1);
+        let (before, after) = if run.end < times.values.len() {
+            (last, run.end)
+        } else {
+            (run.start.saturating_sub(1), run.start)
+        };
+        let fault = format!(
+            "the time column \"{}\" goes from {} to {} in the next row; export the samples in the order of their time, and \
+             no row of factors or ranges among them",
+            channel.name,
+            at(before),
+            at(after)
+        );
+        return Err(RecordingError::Header { line: line(before), fault });
     }
     let mut steps: Option<Steps> = None;
     for run in &runs {
@@ -189,8 +247,8 @@ pub(super) fn time_column(
                 steps = Some(Steps::Lost { row: line(start + row), gaps, samples, after });
                 break;
             }
-            (_, Steps::Uneven { row, range }) => {
-                steps = Some(Steps::Uneven { row: line(start + row), range });
+            (_, Steps::Uneven(found)) => {
+                steps = Some(Steps::Uneven(found.at(|row| line(start + row))));
                 break;
             }
             (
@@ -213,7 +271,8 @@ pub(super) fn time_column(
     let column = TimeColumn {
         name: channel.name.clone(),
         unit: TimeUnit::of(channel),
-        steps: steps.unwrap_or(Steps::Uneven { range: [0.0; 2], row: 0 }),
+        steps: steps.unwrap_or_else(|| times.steps()),
+        places: Places::Lines,
         first: times.values.first().copied().unwrap_or_default(),
         is_index: times.count(),
     };
@@ -230,13 +289,23 @@ pub(super) fn beside_the_time(
     (other, own): (&Channel, &Times),
     line: impl Fn(usize) -> usize,
 ) -> Result<&'static str, RecordingError> {
-    const BY_NAME: &str = "its name is that of a time or a count";
+    const BY_NAME: &str = "its name or its values are those of a time or a count";
     if own.count() {
         return Ok("it counts the samples");
     }
     let Some((channel, times)) = time.filter(|_| is_time(other)) else { return Ok(BY_NAME) };
     if !own.rise() || !times.rise() {
         return Ok(BY_NAME);
+    }
+    let contradiction = |fault: String, row: usize| {
+        let fault = format!("{fault}; export channels that were sampled together, with one time");
+        Err(RecordingError::Header { line: line(row), fault })
+    };
+    if let ([first, _, ..], [_]) = (&times.runs()[..], &own.runs()[..]) {
+        let (name, other) = (&channel.name, &other.name);
+        let fault =
+            format!("the time \"{name}\" begins again after this row, and \"{other}\" goes on");
+        return contradiction(fault, first.end.saturating_sub(1));
     }
     let known = |channel: &Channel| match TimeUnit::of(channel) {
         TimeUnit::Known { seconds, .. } => Some(seconds),
@@ -251,12 +320,11 @@ pub(super) fn beside_the_time(
     match times.departs(own, ratio) {
         None => Ok("it repeats the time"),
         Some(row) => {
-            let fault = format!(
-                "the columns \"{}\" and \"{}\" state different times; export channels that were sampled together, with one \
-                 time",
-                channel.name, other.name
-            );
-            Err(RecordingError::Header { line: line(row), fault })
+            let (name, other) = (&channel.name, &other.name);
+            contradiction(
+                format!("the columns \"{name}\" and \"{other}\" state different times"),
+                row,
+            )
         }
     }
 }

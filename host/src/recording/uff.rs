@@ -6,8 +6,10 @@ use std::collections::HashSet;
 
 use super::lvm::EQUAL_RATES;
 use super::steps::{Steps, Times};
-use super::time::{TimeColumn, TimeUnit};
-use super::{Channel, DeclaredRate, MOST_CHANNELS, Recording, RecordingError, Segment, Source};
+use super::time::{Places, TimeColumn, TimeUnit};
+use super::{
+    Channel, DeclaredRate, MOST_CHANNELS, Recording, RecordingError, Segment, Source, six_digits,
+};
 use crate::uff::{Function, UffFile};
 use crate::units::{Measure, is_unstated, unit_size};
 
@@ -24,6 +26,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
     let mut channels: Vec<Channel> =
         records.iter().take(per_segment).map(|f| f.time_channel()).collect();
     Recording::plausible(records.len().div_ceil(per_segment) as u64, per_segment as u64)?;
+    for record in &records {
+        record.check_increment()?;
+    }
     let rate_of_first = rate(first)?;
     let mut segments = Vec::new();
     for group in records.chunks(per_segment) {
@@ -45,11 +50,34 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
         segments.push(Segment(group.iter().map(|f| f.time_samples()).collect()));
     }
     name_apart(&mut channels);
-    let declared =
-        rate_of_first.map(|hz| DeclaredRate { hz, uncertainty: 0.0, entry: "the abscissa" });
+    let declared = rate_of_first.map(|hz| DeclaredRate {
+        hz,
+        uncertainty: 0.0,
+        entry: "the abscissa".to_owned(),
+        states_unit: true,
+    });
+    let mut notes = file.notes.clone();
+    for (record, channel) in records.iter().zip(&channels) {
+        notes.extend(contradiction(record, channel));
+    }
     let source = Source { format: "universal file", ..Source::default() };
     let time = records.iter().find_map(|record| uneven(record));
-    Ok(Recording { source, declared, time, channels, segments, ..Recording::default() })
+    Ok(Recording { source, declared, time, channels, segments, notes, ..Recording::default() })
+}
+
+/// What contradicts the unit of a record.
+fn contradiction(record: &Function, channel: &Channel) -> Option<String> {
+    let name = match record.numerator_axis.data_type {
+        9 | 13 => "N",
+        _ => "m/s^2",
+    };
+    let unit = match (channel.unit.as_str(), channel.factor) {
+        ("", None | Some(1.0)) => name.to_owned(),
+        ("", Some(factor)) => format!("{} {name}", six_digits(factor)),
+        (unit, _) => unit.to_owned(),
+    };
+    let found = record.time_contradiction()?;
+    Some(found.sentence(&unit, &format!("values of {}", channel.name), six_digits))
 }
 
 /// The abscissa of a record that states each time and is not even, from which no rate is taken.
@@ -59,14 +87,15 @@ fn uneven(record: &Function) -> Option<TimeColumn> {
     record.abscissa.iter().for_each(|&time| times.push(time, digit(time)));
     let steps = match times.steps() {
         Steps::Even { .. } => return None,
-        Steps::Lost { gaps, samples, after, .. } => {
-            Steps::Lost { gaps, samples, row: record.line, after }
+        Steps::Lost { gaps, samples, row, after } => {
+            Steps::Lost { gaps, samples, row: row + 1, after }
         }
-        Steps::Uneven { range, .. } => Steps::Uneven { range, row: record.line },
+        Steps::Uneven(found) => Steps::Uneven(found.at(|row| row + 1)),
     };
     let name = format!("abscissa of {}", record.time_channel().name);
     let unit = TimeUnit::Known { label: "s".into(), seconds: 1.0 };
-    Some(TimeColumn { name, unit, steps, first, is_index: false })
+    let places = Places::ValuesOfRecord(record.line);
+    Some(TimeColumn { name, unit, steps, places, first, is_index: false })
 }
 
 /// The last digit of a time as the format writes it, with six of them (`E13.5`).
@@ -140,7 +169,12 @@ impl Function {
             stated => stated,
         };
         let factor = if unit.is_empty() { self.time_factor() } else { None };
-        Channel { name: name.trim().to_owned(), unit: unit.to_owned(), factor, fault: None }
+        Channel {
+            name: name.trim().to_owned(),
+            unit: unit.to_owned(),
+            factor,
+            ..Channel::default()
+        }
     }
 }
 

@@ -137,22 +137,8 @@ impl Reading {
     pub(super) fn suspicions(&self) -> impl Iterator<Item = Suspicion> + '_ {
         self.understood.iter().filter_map(|Understood { unit, source, contradiction, .. }| {
             match (contradiction, source) {
-                (Some(contradiction), _) if contradiction.is_of_factors => {
-                    let message = format!(
-                        "the units code of dataset {} (164) and its factors belong to different units: the code is used, \
-                         which is {unit}; by the factors the accelerances would be {} times as large",
-                        contradiction.dataset,
-                        number(contradiction.factor)
-                    );
-                    Some(Suspicion::new(Doubt::UnitContradicted, message))
-                }
                 (Some(contradiction), _) => {
-                    let message = format!(
-                        "the labels of the file state {unit} and its dataset {} (164) states other units: the labels are \
-                         used; by dataset 164 the accelerances would be {} times as large",
-                        contradiction.dataset,
-                        number(contradiction.factor)
-                    );
+                    let message = contradiction.sentence(unit, "accelerances", number);
                     Some(Suspicion::new(Doubt::UnitContradicted, message))
                 }
                 (None, UnitSource::Assumed | UnitSource::LabelAndAssumed) => {

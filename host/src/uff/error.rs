@@ -89,6 +89,30 @@ pub enum UffFault {
         /// Number of bytes that the header states.
         bytes: usize,
     },
+    /// Binary numbers in the other byte order.
+    #[error(
+        "the header states {stated} numbers, by which {absurd} of the {values} values are below 1e-20 or above 1e20; as \
+         {other} numbers they are not: the byte order in the first line of the dataset is wrong, correct it or export the \
+         function as ASCII"
+    )]
+    ByteOrder {
+        /// The order that the header states.
+        stated: &'static str,
+        /// The order of the numbers.
+        other: &'static str,
+        /// How many values no measurement has.
+        absurd: usize,
+        /// How many values there are.
+        values: usize,
+    },
+    /// An abscissa that does not rise.
+    #[error(
+        "the increment of the abscissa (record 7) is {value}, and it must be positive; export the function again"
+    )]
+    Increment {
+        /// The increment.
+        value: f64,
+    },
     /// The function is not a frequency response.
     #[error(
         "function type {found} ({}) is not a frequency response; export functions of type 4",

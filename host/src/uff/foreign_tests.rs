@@ -2,6 +2,7 @@
 
 use nalgebra::Complex;
 
+use super::contradiction::OtherUnit;
 use super::*;
 use crate::units::POUND_FORCE;
 use massline_shared::STANDARD_GRAVITY as G;
@@ -160,14 +161,17 @@ fn dataset_164_holds_wherever_it_stands_and_a_label_precedes_it() {
         let found = understood(&bytes).contradiction;
         assert_eq!(found.is_some(), factor.is_some(), "{length}");
         if let Some((found, factor)) = found.zip(factor) {
-            assert!(found.is_of_factors && (found.factor / factor - 1.0).abs() < 1e-6, "{found:?}");
+            assert!(
+                found.source == OtherUnit::Factors && (found.factor / factor - 1.0).abs() < 1e-6,
+                "{found:?}"
+            );
         }
     }
     check(&[&unlabelled[..], &units_of(10, 1e3, 1.0)].concat(), None, 1e-3);
     // Of a function whose motion has a label only the force counts.
     let motion = dataset((12, "NONE", b"in/s^2"), (13, "NONE", b"NONE"));
     let found = understood(&[&motion[..], &units_of(7, 1.0, 1.0)].concat()).contradiction;
-    let factor = found.filter(|found| found.is_of_factors).unwrap().factor;
+    let factor = found.filter(|found| found.source == OtherUnit::Factors).unwrap().factor;
     assert!((factor / POUND_FORCE - 1.0).abs() < 1e-6, "{factor}");
     // One part by its label, the other by the dataset.
     let half = [&dataset((12, "NONE", b"in/s^2"), (13, "NONE", b"NONE"))[..], &inches].concat();

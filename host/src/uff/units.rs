@@ -3,6 +3,7 @@
 //! A label holds; where there is none, dataset 164 does; without both, SI is assumed and reported as that. A label that
 //! is not understood is refused.
 
+use super::contradiction::{Contradiction, described};
 use super::error::{UffError, UffFault};
 use super::lines::Lines;
 use super::values::real;
@@ -17,10 +18,14 @@ use crate::units::{
 pub(super) struct UnitSystem {
     /// The number of the dataset.
     pub(super) dataset: usize,
-    length: f64,
-    force: f64,
+    pub(super) length: f64,
+    pub(super) force: f64,
+    /// Whether they are those of its code; else they are those of its factors.
+    pub(super) is_named: bool,
     /// Length and force by the factors of the dataset, where they belong to other units than its code.
-    by_factors: Option<[f64; 2]>,
+    pub(super) by_factors: Option<[f64; 2]>,
+    /// Length and force by the description of the dataset, where it states other units.
+    pub(super) by_description: Option<[f64; 2]>,
 }
 
 impl UnitSystem {
@@ -30,7 +35,7 @@ impl UnitSystem {
     }
 
     /// The sizes of the units of this measure: m or N, and what belongs to it.
-    fn size(&self, measure: Measure) -> f64 {
+    pub(super) fn size(&self, measure: Measure) -> f64 {
         match measure {
             Measure::Motion(_) => 1.0 / self.length,
             Measure::Force => 1.0 / self.force,
@@ -40,7 +45,7 @@ impl UnitSystem {
 }
 
 /// Whether two units are equal to the digits that writers give their factors.
-fn are_close(a: f64, b: f64) -> bool {
+pub(super) fn are_close(a: f64, b: f64) -> bool {
     (a / b - 1.0).abs() < 1e-3
 }
 
@@ -62,18 +67,6 @@ pub(crate) struct Understood {
     pub(crate) source: UnitSource,
     /// What contradicts that unit.
     pub(crate) contradiction: Option<Contradiction>,
-}
-
-/// What contradicts the unit in use.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Contradiction {
-    /// The number of dataset 164.
-    pub(crate) dataset: usize,
-    /// True where the unit is that of the dataset's code and its factors contradict it; else the unit is that of the labels
-    /// and the dataset contradicts it.
-    pub(crate) is_of_factors: bool,
-    /// By how many times the accelerances by what contradicts the unit are larger.
-    pub(crate) factor: f64,
 }
 
 /// Where a unit was read.
@@ -131,6 +124,7 @@ pub(super) fn read_units(
         let text = words.chars().take(80).collect();
         lines.error(UffFault::NotANumber { field: "the units code", text })
     })?;
+    let description: String = text.chars().skip(10).take(20).collect();
     let text = lines.text("the unit factors")?;
     let factors: Vec<f64> = text.split_ascii_whitespace().map_while(real).collect();
     let &[length, force, ..] = factors.as_slice() else {
@@ -138,7 +132,7 @@ pub(super) fn read_units(
         return Err(lines.error(UffFault::NotANumber { field: "the unit factors", text }));
     };
     let named = SYSTEMS.iter().find(|(other, _)| *other == code);
-    let system = match named {
+    let mut system = match named {
         Some(&(_, [named_length, named_force])) => {
             let belong = |length: f64, force: f64| {
                 are_close(length, named_length) && are_close(force, named_force)
@@ -157,7 +151,9 @@ pub(super) fn read_units(
                 dataset: lines.dataset(),
                 length: named_length,
                 force: named_force,
+                is_named: true,
                 by_factors: are_others.then_some([length, force]),
+                by_description: None,
             }
         }
         None => {
@@ -166,9 +162,21 @@ pub(super) fn read_units(
                     return Err(lines.error(UffFault::UnitFactor { value }));
                 }
             }
-            UnitSystem { dataset: lines.dataset(), length, force, by_factors: None }
+            UnitSystem {
+                dataset: lines.dataset(),
+                length,
+                force,
+                is_named: false,
+                by_factors: None,
+                by_description: None,
+            }
         }
     };
+    let [length, force] = described(&description);
+    let by_description = [length.unwrap_or(system.length), force.unwrap_or(system.force)];
+    let is_other =
+        !are_close(by_description[0], system.length) || !are_close(by_description[1], system.force);
+    system.by_description = is_other.then_some(by_description);
     lines.skip_to_delimiter()?;
     Ok(system)
 }
@@ -218,19 +226,7 @@ pub(super) fn conversion(
     };
     let contradiction = units.and_then(|units| {
         let by_dataset = units.size(of_motion) / units.size(of_force);
-        let by_factors = units.by_factors.map(|[length, force]| {
-            ordinate_by(Some(UnitSystem { length, force, by_factors: None, ..units }))
-        });
-        let of = |other: f64, is_of_factors| {
-            let factor = other / ordinate;
-            let dataset = units.dataset;
-            (!are_close(other, ordinate)).then_some(Contradiction {
-                dataset,
-                is_of_factors,
-                factor,
-            })
-        };
-        of(by_dataset, false).or_else(|| of(by_factors?, true))
+        Contradiction::of(units, ordinate, by_dataset, |other| ordinate_by(Some(other)))
     });
     let unit = unit_text(function, quantity, &labels);
     Ok(Conversion {

@@ -31,6 +31,13 @@ pub(super) struct Binary {
     pub(super) big_endian: bool,
 }
 
+impl Binary {
+    /// The byte order and the number by which a header states it.
+    fn name(self) -> &'static str {
+        if self.big_endian { "big-endian (2)" } else { "little-endian (1)" }
+    }
+}
+
 /// Parses a number in Fortran notation, or one of the words that programs write for no number.
 pub(super) fn real(text: &str) -> Option<f64> {
     let text = text.trim();
@@ -172,15 +179,32 @@ pub(super) fn read_binary(
     if lines.peek().is_some_and(<[u8]>::is_empty) {
         lines.next();
     }
-    let mut values = Vec::with_capacity(shape.values());
-    for point in data.chunks_exact((abscissa + ordinate * ordinates).max(1)) {
-        let (first, rest) = point.split_at_checked(abscissa).unwrap_or((point, &[]));
-        if abscissa > 0 {
-            values.push(number(first, binary));
+    let decode = |binary: Binary| {
+        let mut values = Vec::with_capacity(shape.values());
+        for point in data.chunks_exact((abscissa + ordinate * ordinates).max(1)) {
+            let (first, rest) = point.split_at_checked(abscissa).unwrap_or((point, &[]));
+            if abscissa > 0 {
+                values.push(number(first, binary));
+            }
+            values.extend(rest.chunks_exact(ordinate).map(|bytes| number(bytes, binary)));
         }
-        values.extend(rest.chunks_exact(ordinate).map(|bytes| number(bytes, binary)));
+        values
+    };
+    let values = decode(binary);
+    let absurd = absurd(&values);
+    let swapped = Binary { big_endian: !binary.big_endian };
+    if 4 * absurd > values.len() && 50 * self::absurd(&decode(swapped)) <= values.len() {
+        let (stated, other) = (binary.name(), swapped.name());
+        let values = values.len();
+        return Err(lines.error(UffFault::ByteOrder { stated, other, absurd, values }));
     }
     Ok(values)
+}
+
+/// How many of these values no measurement has.
+fn absurd(values: &[f64]) -> usize {
+    let is_plausible = |value: &&f64| **value == 0.0 || (1e-20..1e20).contains(&value.abs());
+    values.len() - values.iter().filter(is_plausible).count()
 }
 
 /// A single or double from 4 or 8 bytes.

@@ -83,7 +83,14 @@ const SYMBOLS: &[Symbol] = &[
     symbol(&["mil", "mils", "thou"], &[], unit(1e-3 * INCH, LENGTH)),
     symbol(&["ft", "foot", "feet"], &[], unit(FOOT, LENGTH)),
     symbol(&["micron", "microns"], &[], unit(1e-6, LENGTH)),
-    symbol(&["s", "sec", "secs", "second", "seconds"], &["m", "u", "n"], unit(1.0, TIME)),
+    symbol(
+        &[
+            "s", "sec", "secs", "second", "seconds", "seconde", "secondes", "sekunde", "sekunden",
+            "segundo", "segundos", "secondo", "secondi",
+        ],
+        &["m", "u", "n"],
+        unit(1.0, TIME),
+    ),
     symbol(&["min", "mins", "minute", "minutes"], &[], unit(60.0, TIME)),
     symbol(&["h", "hr", "hrs", "hour", "hours"], &[], unit(3600.0, TIME)),
     symbol(&["Hz", "hertz", "cps"], &["k", "M", "m"], unit(1.0, FREQUENCY)),

@@ -502,3 +502,26 @@ fn time_records_of_one_dof_are_channels() {
     let run = program::run(&["hits", &path]);
     assert!(run.exit == 2 && run.says("truncated"), "{}", run.stderr);
 }
+
+#[test]
+fn a_description_in_dataset_164_and_an_increment_that_cannot_be_are_named() {
+    let unlabelled = Style {
+        numerator: (12, "NONE", b"NONE"),
+        denominator: (13, "NONE", b"NONE"),
+        scale: 1e3,
+        ..PLAIN
+    }
+    .functions();
+    let system = String::from_utf8(dataset_164(9, 1e3, 1.0)).unwrap();
+    let system = system.replace("units               ", "Meter (newton)      ");
+    let value = answer(&[system.as_bytes(), &unlabelled].concat(), &[]);
+    let words = "by the description the accelerances would be 1000 times as large";
+    assert!(value["diagnostics"].to_string().contains(words), "{value}");
+    let text = String::from_utf8(PLAIN.functions()).unwrap();
+    let spacing = format!("{:13.5e}{:13.5e}{:13.5e}\n", 10.0, 10.0, 0.0);
+    for increment in [0.0, -10.0] {
+        let other = format!("{:13.5e}{increment:13.5e}{:13.5e}\n", 10.0, 0.0);
+        let words = ["the increment of the abscissa (record 7) is", "it must be positive"];
+        refused(text.replace(&spacing, &other).as_bytes(), &[], &words);
+    }
+}

@@ -3,7 +3,8 @@
 use serde_json::Value;
 
 use crate::hits::{
-    RATE, SI, data, run, segments, time_record, time_record_in, triggered_record, verdicts,
+    RATE, SI, data, run, segments, time_header, time_record, time_record_in, triggered_record,
+    verdicts,
 };
 
 #[test]
@@ -224,4 +225,98 @@ fn a_second_force_is_named_also_when_the_first_is_stated() {
     let unit = ["--unit", "Hammer=N", "--unit", "Force 2=g", "--unit", "a=g"];
     let unit = [&stated[..], &unit].concat();
     assert_eq!(grade("Time,Hammer,Force 2,a", &unit).0, 0);
+}
+
+#[test]
+fn a_dataset_164_that_contradicts_itself_or_the_labels_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let hit = &segments()[1];
+    let notes = |system: (i32, &str, [f64; 2]), units: [&str; 2]| {
+        let (code, description, [length, force]) = system;
+        let mut text = format!(
+            "    -1\n   164\n{code:10}{description:20}{:10}\n{length:25.17e}{force:25.17e}{:25.17e}\n{:25.17e}\n    -1\n",
+            2, 1.0, 0.0
+        );
+        for (channel, (data_type, unit)) in [13, 12].into_iter().zip(units).enumerate() {
+            text += &time_record_in(hit, channel, (data_type, unit));
+        }
+        let path = folder.path().join("units.uff");
+        std::fs::write(&path, text).unwrap();
+        let (exit, value, stderr) = run(&[&path.display().to_string()]);
+        assert_eq!(exit, 0, "{value} {stderr}");
+        (value["notes"].to_string(), value["recording"]["channels"][1]["factor_to_si"].clone())
+    };
+    let none = ["NONE", "NONE"];
+    let (silent, factor) = notes((9, "mm, N", [1e3, 1.0]), none);
+    assert_eq!((silent.as_str(), factor), ("[]", 1e-3.into()));
+    for (system, units, words) in [
+        (
+            (9, "Meter (newton)", [1e3, 1.0]),
+            none,
+            "by the description the values of acceleration 2:3 would be 1000 times",
+        ),
+        (
+            (9, "mm, N", [1e-3, 1.0]),
+            none,
+            "the units factors of dataset 1 (164) and its description",
+        ),
+        (
+            (1, "Meter (newton)", [1e3, 1.0]),
+            none,
+            "the units code of dataset 1 (164) and its factors",
+        ),
+        (
+            (1, "mm (newton)", [1.0, 1.0]),
+            none,
+            "by the description the values of acceleration 2:3 would be 0.001 times",
+        ),
+        (
+            (1, "Meter (newton)", [1.0, 1.0]),
+            ["N", "g"],
+            "the labels of the file state g and its dataset 1 (164)",
+        ),
+    ] {
+        let (notes, _) = notes(system, units);
+        assert!(notes.contains(words), "{notes}");
+    }
+}
+
+#[test]
+fn a_byte_order_or_an_increment_that_cannot_be_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let hit = &segments()[1];
+    let refused = |name: &str, bytes: &[u8], words: &[&str]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        let (exit, value, _) = run(&[&path.display().to_string()]);
+        assert_eq!((exit, &value["error"]["code"]), (2, &"uff_corrupt".into()), "{value}");
+        let message = value["error"]["message"].as_str().unwrap();
+        assert!(words.iter().all(|word| message.contains(word)), "{message}");
+    };
+    for (stated, bytes_of) in [(1, f64::to_be_bytes as fn(f64) -> [u8; 8]), (2, f64::to_le_bytes)] {
+        let mut bytes = Vec::new();
+        for (channel, quantity) in [(13, "N"), (12, "m/s^2")].into_iter().enumerate() {
+            let first = format!(
+                "    58b{stated:6}     2          11{:12}     0     0           0           0",
+                8 * hit.len()
+            );
+            let header = time_header(channel, (hit.len(), Some(RATE.recip())), quantity);
+            bytes.extend(header.replacen("    58", &first, 1).bytes());
+            bytes.extend(hit.iter().flat_map(|values| bytes_of(values[channel])));
+            bytes.extend(b"    -1\n");
+        }
+        let order = ["little-endian (1)", "big-endian (2)"][stated - 1];
+        let words = [&format!("the header states {order}"), "of the 4608 values", "byte order"];
+        refused("order.uff", &bytes, &words.map(|word| word.as_ref()));
+    }
+    for step in [0.0, -RATE.recip()] {
+        let header = time_header(0, (hit.len(), Some(step)), (13, "N"));
+        let rows: String = hit
+            .chunks(4)
+            .map(|row| row.iter().map(|of| format!("{:20.11e}", of[0])).collect::<String>() + "\n")
+            .collect();
+        let words =
+            ["dataset 1, line 1", "the increment of the abscissa (record 7) is", "positive"];
+        refused("step.uff", format!("{header}{rows}    -1\n").as_bytes(), &words);
+    }
 }
