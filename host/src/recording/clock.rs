@@ -77,10 +77,9 @@ pub(super) fn with_fractions(clock: &Times, fractions: &Times, unit: f64) -> Opt
     let goes_on = |pair: &[f64]| pair[1] > pair[0];
     let begins_again = |pair: &[f64]| pair[1] < pair[0];
     let mut pairs = clock.values.windows(2).zip(fractions.values.windows(2));
-    let alike = pairs.clone().all(|(clock, other)| goes_on(clock) == begins_again(other));
-    if !(is_whole && alike && fractions.values.iter().all(is_fraction))
-        || !pairs.any(|(clock, _)| goes_on(clock))
-    {
+    let alike = pairs.all(|(clock, other)| goes_on(clock) == begins_again(other));
+    let is_moving = clock.values.windows(2).any(goes_on);
+    if !(is_whole && alike && is_moving && fractions.values.iter().all(is_fraction)) {
         return None;
     }
     let seconds = clock.values.iter().zip(&fractions.values);

@@ -48,6 +48,9 @@ fn scaled(header: &str, factor: f64) -> String {
     text(header, |_, t, [f, a]| format!("{},{f:.5},{a:.5}", t * factor))
 }
 
+/// The time at which a row was sampled, by its number and by the time at which it should have been.
+type TimeOfRow<'t> = &'t dyn Fn(usize, f64) -> f64;
+
 struct Folder(TempDir);
 
 impl Folder {

@@ -307,7 +307,7 @@ fn a_byte_order_or_an_increment_that_cannot_be_is_named() {
         }
         let order = ["little-endian (1)", "big-endian (2)"][stated - 1];
         let words = [&format!("the header states {order}"), "of the 4608 values", "byte order"];
-        refused("order.uff", &bytes, &words.map(|word| word.as_ref()));
+        refused("order.uff", &bytes, &words);
     }
     for step in [0.0, -RATE.recip()] {
         let header = time_header(0, (hit.len(), Some(step)), (13, "N"));

@@ -119,7 +119,7 @@ fn channels_of_a_labview_file_with_times_of_their_own_have_to_agree() {
         folder.write("multi.lvm", lvm("Multi", &header(entries), names, &rows))
     };
     graded(&[&multi("", names, &|_, t| t)]);
-    let others: [(&dyn Fn(usize, f64) -> f64, &str); 3] = [
+    let others: [(TimeOfRow<'_>, &str); 3] = [
         (
             &|k, t| if k < 3000 { t } else { t + 40.0 / RATE },
             "line 3015: the X value of channel 2 \"Acc\"",

@@ -323,7 +323,7 @@ fn what_is_wrong_with_uneven_times_is_named_with_its_place_and_no_loss_is_overri
         folder.write("uneven.csv", stamped(header, |k, t| format!("{:.9}", time(k, t))))
     };
     let jitter = |t: f64| t + 5e-5 * (t * RATE * 0.7).sin();
-    let cases: [(&dyn Fn(usize, f64) -> f64, &[&str]); 5] = [
+    let cases: [(TimeOfRow<'_>, &[&str]); 5] = [
         (&|k, t| if k == 3000 { t - 1.0 / RATE } else { t }, &["1 row has the time", "line 3002"]),
         (&|k, t| if k == 3000 { t - 3.0 / RATE } else { t }, &["goes back", "line 3001"]),
         (&|k, t| if k < 3000 { t } else { 2.0 * t }, &["differ", "samples may be missing"]),
