@@ -149,13 +149,19 @@ fn verdict_of(document: &Place<'_>, value: &Value) -> Result<(Option<Verdict>, V
     Ok((Some(verdict), reasons.iter().filter_map(message).collect()))
 }
 
-/// The answers of all methods in a document, the best first; `source` is its name in errors.
+/// The answers of all methods in a document, the best first with the verdict on it; `source` is its name in errors.
 ///
 /// # Errors
 /// Exit 2 when this is no such document, or an answer is malformed.
 pub fn answers_of_value(value: &Value, source: &str) -> Result<Vec<Exported>> {
-    let listed = Listed::of(&checked(value, source)?)?;
-    listed.entries.iter().map(|entry| answer_of(entry, source)).collect()
+    let document = checked(value, source)?;
+    let listed = Listed::of(&document)?;
+    let answers = listed.entries.iter().map(|entry| answer_of(entry, source));
+    let mut answers = answers.collect::<Result<Vec<_>>>()?;
+    if let Some(best) = answers.first_mut() {
+        (best.verdict, best.doubts) = verdict_of(&document, value)?;
+    }
+    Ok(answers)
 }
 
 /// The document, if a command has printed it and this program can read it.

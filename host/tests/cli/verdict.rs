@@ -119,6 +119,9 @@ fn a_contradicted_measurement_is_kept_and_every_command_says_so() {
     let responses = run(&["export", &archive, "--format", "uff"]);
     assert_eq!(responses.exit, 0, "{}", responses.stderr);
     assert!(responses.says("verdict: do not use"), "{}", responses.stderr);
+    let page = folder.path().join("test.html").display().to_string();
+    assert_eq!(run(&["report", &archive, "-o", &page]).exit, 0);
+    assert!(std::fs::read_to_string(&page).unwrap().contains("Do not use this answer"));
     let (exit, history) = answer(&["history", &folder.path().display().to_string()]);
     assert_eq!((exit, &history["archives"][0]["verdict"]), (0, &"do_not_use".into()));
     let (exit, list) = rig.run(&["results", "list"]);

@@ -21,7 +21,7 @@ const SOFT_HZ: f64 = 3.0;
 const STIFF_HZ: f64 = 7.5;
 
 /// Part of a sensor's range up to which a person lets an object move.
-const COMFORTABLE: f64 = 0.6;
+const COMFORTABLE: f64 = 0.7;
 /// Part of it below which a person hits harder.
 const FEEBLE: f64 = 0.05;
 /// A person does not hit harder, N: the hammer's channel ends at 128 N.
