@@ -22,6 +22,7 @@ mod dialect;
 mod error;
 mod factors;
 mod header;
+mod line;
 mod losses;
 mod lvm;
 mod npy;
@@ -39,7 +40,7 @@ use std::path::Path;
 
 pub use error::RecordingError;
 pub use number::Decimal;
-pub(crate) use rate::six_digits;
+pub(crate) use number::six_digits;
 pub use rate::{DeclaredRate, Rate, RateSource};
 use scale::called;
 pub(crate) use scale::column;

@@ -14,6 +14,7 @@ mod error;
 mod function;
 mod lines;
 mod of_layout;
+mod unit_system;
 mod units;
 mod values;
 mod write;
@@ -32,7 +33,7 @@ pub use write_model::{BODY_AXES, ModelNode, write_nodes, write_units};
 use crate::encoding::Text;
 use function::read_function;
 use lines::Lines;
-use units::UnitSystem;
+use unit_system::UnitSystem;
 pub(crate) use units::{Understood, UnitSource};
 
 /// Largest universal file that is read, bytes.
@@ -176,7 +177,7 @@ impl UffFile {
                     list.push(function);
                 }
                 Some(164) => {
-                    let system = units::read_units(&mut lines, &mut file.notes)?;
+                    let system = unit_system::read_units(&mut lines, &mut file.notes)?;
                     if !systems.last().is_some_and(|last| last.equals(&system)) {
                         systems.push(system);
                     }

@@ -93,6 +93,13 @@ fn no_number(field: &str) -> Option<f64> {
     (text.starts_with("1.#") || text.starts_with("nan(")).then_some(f64::NAN)
 }
 
+/// A number with six significant digits.
+pub(crate) fn six_digits(value: f64) -> String {
+    format!("{value:.5e}")
+        .parse::<f64>()
+        .map_or_else(|_| value.to_string(), |rounded| rounded.to_string())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

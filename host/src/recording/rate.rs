@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use super::Recording;
+use super::number::six_digits;
 use super::steps::Steps;
 use super::time::{TimeColumn, TimeUnit};
 use super::uneven::Unevenness;
@@ -69,13 +70,6 @@ pub struct Rate {
     pub source: RateSource,
     /// What a person should know about it.
     pub notes: Vec<String>,
-}
-
-/// A number with six significant digits.
-pub(crate) fn six_digits(value: f64) -> String {
-    format!("{value:.5e}")
-        .parse::<f64>()
-        .map_or_else(|_| value.to_string(), |rounded| rounded.to_string())
 }
 
 impl Recording {

@@ -5,18 +5,15 @@
 
 use std::ops::Range;
 
+use super::line::{EVEN, Line};
 use super::uneven::Unevenness;
 
-/// Largest deviation of a step from the mean, relative to it, at which the steps count as even.
-const EVEN: f64 = 1e-2;
 /// A step longer than this many steps is a gap.
 const GAP: f64 = 1.5;
 /// Number of stamps below which the rate is that between the first and the last of them.
 const FEW_STAMPS: usize = 20;
 /// Rows by which one stamp may have fewer than the others without a loss.
 const MISSING_OF_STAMP: f64 = 1.75;
-/// How many last digits a rounded or truncated time may be away from its line.
-const DIGITS: f64 = 1.05;
 /// Relative resolution of a number of 32 bits, in which many programs hold times.
 const SINGLE: f64 = 1.2e-7;
 
@@ -166,7 +163,7 @@ impl Times {
                 rounded_to: Some(digit),
             };
         }
-        self.lost(&digits).unwrap_or_else(|| Steps::Uneven(self.unevenness(&digits)))
+        self.lost(&digits).unwrap_or_else(|| Steps::Uneven(Unevenness::of(&self.values, &digits)))
     }
 
     /// Times whose last digit is longer than a step: several rows have the same stamp, and equally many between any two.
@@ -206,7 +203,7 @@ impl Times {
         let line = Line::through(&self.values, digits, longest);
         let fits = |part: &Range<usize>| {
             let own = Line::through(&self.values, digits, part.clone());
-            let line = Line { step: line.step, ..own };
+            let line = own.with_step_of(&line);
             line.fits(&self.values, digits)
         };
         let &first = gaps.first()?;
@@ -280,60 +277,6 @@ impl Times {
             self.digit(k) + single + 2.0 * f64::EPSILON * value.abs()
         };
         self.values.iter().enumerate().map(resolution).collect()
-    }
-}
-
-/// A straight line through times over their rows.
-#[derive(Clone, Debug)]
-pub(super) struct Line {
-    rows: Range<usize>,
-    /// Mean row and mean time, which the line goes through.
-    center: [f64; 2],
-    step: f64,
-    uncertainty: f64,
-}
-
-impl Line {
-    /// The line of least squares, weighted by the digits of the times.
-    pub(super) fn through(values: &[f64], digits: &[f64], rows: Range<usize>) -> Self {
-        let first = values.get(rows.start).copied().unwrap_or_default();
-        let last = rows.end.checked_sub(1).and_then(|k| values.get(k)).copied().unwrap_or(first);
-        let mean = (last - first) / rows.len().saturating_sub(1).max(1) as f64;
-        let points = || {
-            rows.clone().zip(values.get(rows.clone()).unwrap_or_default()).map(|(k, value)| {
-                let digit = digits.get(k).copied().unwrap_or_default();
-                let weight = mean * mean / (digit * digit + EVEN * EVEN * mean * mean);
-                let weight = if weight.is_finite() { weight } else { 1.0 };
-                (weight, (k - rows.start) as f64, value - first)
-            })
-        };
-        let total: f64 = points().map(|(w, ..)| w).sum();
-        let row = points().map(|(w, k, _)| w * k).sum::<f64>() / total;
-        let time = points().map(|(w, _, t)| w * t).sum::<f64>() / total;
-        let square: f64 = points().map(|(w, k, _)| w * (k - row) * (k - row)).sum();
-        let product: f64 = points().map(|(w, k, t)| w * (k - row) * (t - time)).sum();
-        let step = if square > 0.0 { product / square } else { mean };
-        // The weights are those of deviations of a digit, in steps.
-        let uncertainty = if square > 0.0 { square.sqrt().recip() } else { 1.0 };
-        Self { center: [rows.start as f64 + row, first + time], rows, step, uncertainty }
-    }
-
-    /// Whether all times lie on this line to within their digits.
-    fn fits(&self, values: &[f64], digits: &[f64]) -> bool {
-        self.is_near(values, digits, EVEN)
-    }
-
-    /// Whether all times lie within so many steps of this line, and their digits.
-    pub(super) fn is_near(&self, values: &[f64], digits: &[f64], steps: f64) -> bool {
-        let [row, time] = self.center;
-        self.rows.clone().all(|k| {
-            let (value, digit) = (
-                values.get(k).copied().unwrap_or(f64::NAN),
-                digits.get(k).copied().unwrap_or_default(),
-            );
-            let deviation = (value - time - (k as f64 - row) * self.step).abs();
-            deviation <= DIGITS * digit + steps * self.step.abs()
-        })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Times whose steps differ: how, where, and whether the rows may be even samples all the same.
 
-use super::six_digits;
-use super::steps::{Line, Times};
+use super::line::Line;
+use super::number::six_digits;
 
 /// How far a time may be from even steps, in steps, where no sample is missing.
 const NEAR: f64 = 0.5;
@@ -20,6 +20,30 @@ pub struct Unevenness {
 }
 
 impl Unevenness {
+    /// What is uneven about times whose last digits are `digits`.
+    pub(super) fn of(times: &[f64], digits: &[f64]) -> Self {
+        let mut found = Self {
+            shortest: (f64::INFINITY, 0),
+            longest: (f64::NEG_INFINITY, 0),
+            repeats: (0, 0),
+            may_be_even: are_near_even(times, digits) || are_stamps_of_equal_length(times),
+        };
+        for (row, pair) in times.windows(2).enumerate() {
+            let step = pair[1] - pair[0];
+            if step < found.shortest.0 {
+                found.shortest = (step, row);
+            }
+            if step > found.longest.0 {
+                found.longest = (step, row);
+            }
+            if step == 0.0 {
+                let first = if found.repeats.0 == 0 { row + 1 } else { found.repeats.1 };
+                found.repeats = (found.repeats.0 + 1, first);
+            }
+        }
+        found
+    }
+
     /// The same with the places of its rows, which are from 0.
     pub fn at(self, place: impl Fn(usize) -> usize) -> Self {
         let (shortest, longest, repeats) = (self.shortest, self.longest, self.repeats);
@@ -68,61 +92,30 @@ impl Unevenness {
     }
 }
 
-impl Times {
-    /// What is uneven about these times, which have the digits `digits`.
-    pub(super) fn unevenness(&self, digits: &[f64]) -> Unevenness {
-        let mut found = Unevenness {
-            shortest: (f64::INFINITY, 0),
-            longest: (f64::NEG_INFINITY, 0),
-            repeats: (0, 0),
-            may_be_even: self.are_near_even(digits) || self.are_stamps_of_equal_length(),
-        };
-        for (row, pair) in self.values.windows(2).enumerate() {
-            let step = pair[1] - pair[0];
-            if step < found.shortest.0 {
-                found.shortest = (step, row);
-            }
-            if step > found.longest.0 {
-                found.longest = (step, row);
-            }
-            if step == 0.0 {
-                let first = if found.repeats.0 == 0 { row + 1 } else { found.repeats.1 };
-                found.repeats = (found.repeats.0 + 1, first);
-            }
-        }
-        found
-    }
+/// Whether each time is less than half a step from a straight line: no row can be missing then.
+fn are_near_even(times: &[f64], digits: &[f64]) -> bool {
+    Line::through(times, digits, 0..times.len()).is_near(times, digits, NEAR)
+}
 
-    /// Whether each time is less than half a step from a straight line: no row can be missing then.
-    fn are_near_even(&self, digits: &[f64]) -> bool {
-        Line::through(&self.values, digits, 0..self.values.len()).is_near(
-            &self.values,
-            digits,
-            NEAR,
-        )
-    }
-
-    /// Whether each stamp stands in equally many rows, but for the first and the last one, and the stamps are even.
-    fn are_stamps_of_equal_length(&self) -> bool {
-        let begins: Vec<usize> =
-            (1..self.values.len()).filter(|&k| self.values[k - 1] != self.values[k]).collect();
-        let lengths: Vec<usize> = begins.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let Some(&length) = lengths.first() else { return false };
-        let ends = [begins.first(), begins.last().map(|last| self.values.len() - last).as_ref()]
-            .into_iter()
-            .flatten()
-            .all(|&end| end <= length);
-        let stamps: Vec<f64> = begins.iter().filter_map(|&k| self.values.get(k)).copied().collect();
-        let steps: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let mean = steps.iter().sum::<f64>() / steps.len() as f64;
-        let is_even = steps.iter().all(|step| (step - mean).abs() <= 0.01 * mean);
-        length > 1 && ends && is_even && lengths.iter().all(|other| *other == length)
-    }
+/// Whether each stamp stands in equally many rows, but for the first and the last one, and the stamps are even.
+fn are_stamps_of_equal_length(times: &[f64]) -> bool {
+    let begins: Vec<usize> = (1..times.len()).filter(|&k| times[k - 1] != times[k]).collect();
+    let lengths: Vec<usize> = begins.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let Some(&length) = lengths.first() else { return false };
+    let ends = [begins.first(), begins.last().map(|last| times.len() - last).as_ref()]
+        .into_iter()
+        .flatten()
+        .all(|&end| end <= length);
+    let stamps: Vec<f64> = begins.iter().filter_map(|&k| times.get(k)).copied().collect();
+    let steps: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let mean = steps.iter().sum::<f64>() / steps.len() as f64;
+    let is_even = steps.iter().all(|step| (step - mean).abs() <= 0.01 * mean);
+    length > 1 && ends && is_even && lengths.iter().all(|other| *other == length)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::steps::Steps;
+    use super::super::steps::{Steps, Times};
     use super::*;
 
     fn uneven(values: Vec<f64>) -> Unevenness {

@@ -1,8 +1,8 @@
 //! What contradicts the unit of a function: dataset 164 against its labels, or one part of that dataset against another.
 
 use super::Function;
-use super::units::{UnitSystem, are_close};
-use crate::units::{Measure, Quantity, force_unit, unit_size};
+use super::unit_system::{UnitSystem, are_close};
+use crate::units::{Measure, Quantity, unit_size};
 
 /// What contradicts the unit in use.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,67 +92,6 @@ impl Function {
             label => {
                 let used = unit_size(label, measure).ok()?;
                 Contradiction::of(units, used, by_dataset, |_| used)
-            }
-        }
-    }
-}
-
-/// The values of 1 m and 1 N by the description of the units, such as `Meter (newton)` or `mm, N`, as far as it states them.
-pub(super) fn described(description: &str) -> [Option<f64>; 2] {
-    let text = description.rsplit(':').next().unwrap_or_default().to_owned();
-    let text =
-        [("pound f", "lbf"), ("kilogram f", "kgf"), ("milli-newton", "mN"), ("centi-newton", "cN")]
-            .iter()
-            .fold(text, |text, (words, unit)| replaced(&text, words, unit));
-    let words = || text.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
-    let read = |word: &str, size: &dyn Fn(&str) -> Option<f64>| {
-        size(word).or_else(|| size(&word.to_lowercase())).map(f64::recip)
-    };
-    let length = |word: &str| unit_size(word, Measure::Motion(Quantity::Displacement)).ok();
-    [
-        words().find_map(|word| read(word, &length)),
-        words().find_map(|word| read(word, &|word| force_unit(word))),
-    ]
-}
-
-/// A text with words, in whatever case, replaced.
-fn replaced(text: &str, words: &str, by: &str) -> String {
-    match text.to_ascii_lowercase().find(words) {
-        Some(at) => {
-            let (before, after) = (text.get(..at), text.get(at + words.len()..));
-            format!("{}{by}{}", before.unwrap_or_default(), after.unwrap_or_default())
-        }
-        None => text.to_owned(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_are_read_from_their_description() {
-        for (text, length, force) in [
-            ("Meter (newton)", Some(1.0), Some(1.0)),
-            ("SI: Meter (newton)", Some(1.0), Some(1.0)),
-            ("Foot (pound f)", Some(1.0 / 0.3048), Some(1.0 / 4.448_221_615_260_5)),
-            ("Meter (kilogram f)", Some(1.0), Some(1.0 / 9.806_65)),
-            ("mm (milli-newton)", Some(1e3), Some(1e3)),
-            ("CM (Centi-Newton)", Some(1e2), Some(1e2)),
-            ("Inch (Pound f)", Some(1.0 / 0.0254), Some(1.0 / 4.448_221_615_260_5)),
-            ("mm, N", Some(1e3), Some(1.0)),
-            ("MM_NEWTON", Some(1e3), Some(1.0)),
-            ("USER_DEFINED", None, None),
-            ("units", None, None),
-            ("", None, None),
-        ] {
-            for (found, expected) in described(text).into_iter().zip([length, force]) {
-                let is_equal = match (found, expected) {
-                    (Some(a), Some(b)) => (a / b - 1.0).abs() < 1e-9,
-                    (None, None) => true,
-                    _ => false,
-                };
-                assert!(is_equal, "{text}: {found:?}");
             }
         }
     }

@@ -5,7 +5,7 @@ use nalgebra::Complex;
 use super::columns::{Columns, unit_label};
 use super::error::{UffError, UffFault};
 use super::lines::Lines;
-use super::units::UnitSystem;
+use super::unit_system::UnitSystem;
 use super::values::{Binary, Shape, read_ascii, read_binary, real};
 use super::{AxisProperties, Function, MOST_POINTS, NodeDirection};
 use crate::encoding::label;
