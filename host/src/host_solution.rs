@@ -6,7 +6,7 @@
 //!
 //! | in JSON | from |
 //! | --- | --- |
-//! | `results` | the rig: its estimates with its diagnostics; in `solve`, `simulate` and `demo` the host, where it has an answer |
+//! | `results` | the rig: its estimates with its diagnostics [^2] |
 //! | `diagnostics` | the rig; an entry with `"found_by": "host"` is the host's |
 //! | `not_applicable` | the methods without an answer by the rig, and why; `found_by` is `host` where the host found the reason [^1] |
 //! | `host` | the host: `results`, `not_applicable`, `details`, `agreement`, `diagnostics`, `single_faults` |
@@ -15,6 +15,8 @@
 //!
 //! [^1]: A rig does not store to which method a reason belongs. The host's reason is given where the host
 //!     has no answer either.
+//!
+//! [^2]: In `solve`, `simulate` and `demo` the host's, where it has an answer.
 
 use massline_protocol::object::MeasurementResult;
 use massline_shared::body::scale;

@@ -161,9 +161,10 @@ impl Client {
             if is_overdue {
                 self.unless_interrupted(|| "did not answer".into())?;
                 let (port, waited) = (self.transport.name(), seconds(started.elapsed()));
-                let what = if self.peer.is_strange() { "no answer of a rig" } else { "no answer" };
+                let missing =
+                    if self.peer.is_strange() { "no answer of a rig" } else { "no answer" };
                 let said = format!(
-                    "{what} from {port} for {waited}; asking again ({attempt} of {attempts})"
+                    "{missing} from {port} for {waited}; asking again ({attempt} of {attempts})"
                 );
                 (self.listener)(&said);
             }

@@ -102,10 +102,10 @@ impl ShownTest<'_> {
         output.answer(&value, |output| {
             let heading = output.toned(&self.file.title, Tone::Strong);
             let first = verdict.map(|(verdict, line)| output.verdict_line(verdict, &line) + "\n");
-            let found = &comparison.result.diagnostics;
-            let found = sentences(found, |d| message_of_result(d, &comparison.result));
+            let result = &comparison.result;
+            let findings = sentences(&result.diagnostics, |d| message_of_result(d, result));
             format!(
-                "{}{heading}\n{}\n{}{table}{}{found}worst: {worst:+.3} % of scale at {symbol}\n{remark}\n{}",
+                "{}{heading}\n{}\n{}{table}{}{findings}worst: {worst:+.3} % of scale at {symbol}\n{remark}\n{}",
                 first.unwrap_or_default(),
                 self.description,
                 again.which_to_use(),

@@ -1,5 +1,7 @@
 //! Dates before the times of day in a column of text: `2026-01-02`, `05.01.2026`, `1/2/2026`, `2-Jan-2026`.
 
+use jiff::civil;
+
 /// The first letters of the months, in English, German, French and Spanish where they differ.
 const MONTHS: [&[&str]; 12] = [
     &["jan", "ene"],
@@ -75,16 +77,12 @@ fn month(group: &str) -> Option<i64> {
     i64::try_from(place + 1).ok()
 }
 
-/// The day since 1970 in the calendar of today, with years that begin in March.
+/// The day since 1970.
 fn day_of(year: i64, month: i64, day: i64) -> Option<i64> {
-    if !((1..=12).contains(&month) && (1..=31).contains(&day)) {
-        return None;
-    }
-    let years = if month > 2 { year } else { year - 1 };
-    let months = (month + 9) % 12;
-    let of_years =
-        365 * years + years.div_euclid(4) - years.div_euclid(100) + years.div_euclid(400);
-    Some(of_years + (153 * months + 2) / 5 + day - 1 - 719_468)
+    let date =
+        civil::Date::new(year.try_into().ok()?, month.try_into().ok()?, day.try_into().ok()?);
+    let since = date.ok()?.since(civil::Date::constant(1970, 1, 1)).ok()?;
+    Some(since.get_days().into())
 }
 
 #[cfg(test)]

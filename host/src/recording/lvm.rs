@@ -198,7 +198,8 @@ fn segments(
 /// Marks the channels whose own X values are not those of the first channel: they were not sampled with it.
 fn mark_other_times(channels: &mut [Channel], header: &SegmentHeader, rows: &Rows) {
     let reference = header.reference();
-    let first = channels.get(reference).map_or_else(String::new, |of| called(reference, of));
+    let first =
+        channels.get(reference).map_or_else(String::new, |channel| called(reference, channel));
     for (k, channel) in channels.iter_mut().enumerate() {
         let Some(row) = rows.parts_from(k, reference).filter(|_| header.is_filled(k)) else {
             continue;

@@ -116,8 +116,8 @@ impl Suspicion {
 
 /// What looks like another unit or convention in the layout and in these answers to its test, the best first.
 pub(crate) fn suspicions(test: &NominalTest, estimates: &[Estimate<f64>]) -> Vec<Suspicion> {
-    let of = |doubt| move |message| Suspicion::new(doubt, message);
-    let stated = test.unit_suspicions.iter().cloned().map(of(Doubt::UnitOfLayout));
+    let suspicion = |doubt| move |message| Suspicion::new(doubt, message);
+    let stated = test.unit_suspicions.iter().cloned().map(suspicion(Doubt::UnitOfLayout));
     // What is known beforehand pulls the answers of some methods.
     let free = estimates.iter().find(|estimate| !estimate.method.entry().uses_priors);
     let Some(answer) = free.or(estimates.first()) else { return stated.collect() };
@@ -133,13 +133,13 @@ pub(crate) fn suspicions(test: &NominalTest, estimates: &[Estimate<f64>]) -> Vec
         true => size_suspicions(&positions, "the answer", &properties),
         false => Vec::new(),
     };
-    let responses = unit_of_responses(test, answer).map(of(Doubt::UnitOfResponses));
+    let responses = unit_of_responses(test, answer).map(suspicion(Doubt::UnitOfResponses));
     let products =
         test.reference.as_ref().and_then(|reference| opposite_products(reference, answer));
     stated
         .chain(responses)
-        .chain(sizes.into_iter().map(of(Doubt::UnitOfLayout)))
-        .chain(products.map(of(Doubt::SignsOfProducts)))
+        .chain(sizes.into_iter().map(suspicion(Doubt::UnitOfLayout)))
+        .chain(products.map(suspicion(Doubt::SignsOfProducts)))
         .collect()
 }
 

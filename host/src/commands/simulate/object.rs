@@ -77,8 +77,8 @@ pub(in crate::commands) fn describe(bench: &Bench, place: &str) -> String {
     format!("simulated: {kind} of {mass} kg, {elastic}, {suspension}{place}")
 }
 
-/// Lets a person hit a light object so gently that no sensor comes near the end of its range, but as hard as the rig accepts,
-/// and a heavy one harder than usual; returns how, for a description.
+/// Lets a person hit a light object so gently that no sensor comes near the end of its range, but as hard as the rig
+/// accepts, and a heavy one harder than usual; returns how, for a description.
 fn suit(force_n: &mut [f64; 2], layout: &HostLayout, body: &RigidBody<f64>) -> String {
     let hits = (0..layout.hits.len()).filter_map(|hit| layout.accelerance(body, hit));
     let most = hits.map(|accelerance| accelerance.amax()).fold(0.0, f64::max);
