@@ -7,7 +7,7 @@
 //! | in JSON | from |
 //! | --- | --- |
 //! | `results` | the rig: its estimates with its diagnostics [^2] |
-//! | `diagnostics` | the rig; an entry with `"found_by": "host"` is the host's |
+//! | `diagnostics` | the rig: what it saw while measuring and, where the host has no answer, what it concluded; an entry with `"found_by": "host"` is the host's |
 //! | `not_applicable` | the methods without an answer by the rig, and why; `found_by` is `host` where the host found the reason [^1] |
 //! | `host` | the host: `results`, `not_applicable`, `details`, `agreement`, `diagnostics`, `single_faults` |
 //! | `suspension`, `global_fit` | the host, in the suspension profile |
@@ -27,9 +27,10 @@ use massline_shared::layout::{HostLayout, TestProfile};
 use nalgebra::SVector;
 
 use crate::Error;
-use crate::document::{FoundBy, HostFindings, Marked, Measurement, Unseen};
+use crate::document::{Finding, FoundBy, HostFindings, Marked, Measurement, Unseen};
 use crate::identification::{
     Identification, MeasuredLines, Selection, contradicted, identify, layout_of, learned, lines_of,
+    sensors_not_rigid,
 };
 use crate::judgement::{Evidence, Judgement, verdict_line, verdict_reasons};
 use crate::report::{
@@ -37,6 +38,7 @@ use crate::report::{
     global_fit_json, global_fit_text, hammer_text, message_in, modes_json, modes_text,
     refusals_json, refusals_text, sentences, table,
 };
+use crate::rig_findings::of_measuring;
 use crate::rig_lines::StoredTest;
 use crate::single_fault::{Examination, NominalTest};
 use crate::solve::{Suspicion, band_of_modes, first_error, no_modal_answer, suspicions};
@@ -58,7 +60,7 @@ pub struct HostSolution<'a> {
     pub identification: Identification,
     /// The search for a single mistake that explains the data, where one was done.
     pub examination: Option<Examination>,
-    /// Hits that move against their force or are not reciprocal; in the suspension profile what was found about modes and
+    /// Hits that move against their force or are not reciprocal, sensors that do not move with the others; in the suspension profile what was found about modes and
     /// lines.
     found: Vec<Diagnostic>,
     /// The suspension modes, in the suspension profile.
@@ -104,7 +106,11 @@ impl<'a> HostSolution<'a> {
         let identification = identify(&observed, selection, &IdentifySettings::default());
         let comparison = comparison(&identification, &layout, &lines);
         Self {
-            found: reciprocity_of_mass_lines(&layout, &lines).to_vec(),
+            found: [
+                reciprocity_of_mass_lines(&layout, &lines).as_slice(),
+                &sensors_not_rigid(&layout, &lines),
+            ]
+            .concat(),
             comparison,
             ..Self::without_answer(result, layout, selection, identification)
         }
@@ -212,7 +218,7 @@ impl<'a> HostSolution<'a> {
             examination: self.examination.as_ref(),
             comparison: Some(&self.comparison),
             refusals: self.identification.refusals(),
-            diagnostics: [priors.as_slice(), &self.found, &self.result.diagnostics].concat(),
+            diagnostics: [priors.as_slice(), &self.found, &self.findings_of_rig()].concat(),
             unit_suspicions: self.suspicions.iter().filter_map(Suspicion::warning).collect(),
             is_unconfirmed: estimates.is_empty() && !not_applicable.is_empty(),
             ..Evidence::of(&answer)
@@ -224,6 +230,14 @@ impl<'a> HostSolution<'a> {
     pub fn verdict(&self) -> Option<(Verdict, String)> {
         let judgement = self.judgement()?;
         Some((judgement.verdict(), verdict_line(&judgement, &self.layout)))
+    }
+
+    /// The findings of the rig that stand beside this answer.
+    pub fn findings_of_rig(&self) -> Vec<Diagnostic> {
+        match self.identification.estimates.is_empty() {
+            true => self.result.diagnostics.to_vec(),
+            false => of_measuring(&self.result.diagnostics),
+        }
     }
 
     /// What is to be said of the host's findings before and instead of the rig's.
@@ -293,9 +307,9 @@ impl<'a> HostSolution<'a> {
         let message_of = |d: &Diagnostic| message_in(d, layout);
         let warnings = [identification.warnings(), self.found.clone()].concat();
         // A diagnostic that the rig has reported itself is not repeated.
-        let is_new = |d: &&Diagnostic| {
-            !self.result.diagnostics.iter().any(|of| (of.code, of.subject) == (d.code, d.subject))
-        };
+        let of_rig = self.findings_of_rig();
+        let is_new =
+            |d: &&Diagnostic| !of_rig.iter().any(|of| (of.code, of.subject) == (d.code, d.subject));
         let new: Vec<Diagnostic> = warnings.iter().filter(is_new).copied().collect();
         let (mut diagnostics, mut new) =
             (diagnostics_json(&warnings, message_of), diagnostics_json(&new, message_of));
@@ -332,6 +346,8 @@ impl<'a> HostSolution<'a> {
         document.details = Some(host.details.clone().map(of_host));
         document.agreement = Some(host.agreement.clone().map(of_host));
         document.single_faults = host.single_faults.clone().map(of_host);
+        let stands = |finding: &Finding| of_rig.iter().any(|of| of.code.name() == finding.code);
+        document.diagnostics.retain(|marked| stands(&marked.what));
         document.diagnostics.extend(new.into_iter().map(of_host));
         document.host = Some(host);
     }

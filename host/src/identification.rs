@@ -3,6 +3,7 @@
 
 mod priors;
 mod report;
+mod rigidity;
 
 use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::body::RigidBody;
@@ -20,6 +21,7 @@ use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Layout};
 
 pub(crate) use priors::contradicted;
 use priors::inconsistent_priors;
+pub(crate) use rigidity::sensors_not_rigid;
 
 /// Mass lines of the measured hit DOFs, with the index of each DOF in the layout.
 pub type MeasuredLines = Vec<DofMassLines<f64, HOST_SENSORS>>;

@@ -85,6 +85,7 @@ pub mod recording;
 pub mod report;
 pub mod result_file;
 pub mod rig;
+mod rig_findings;
 pub mod rig_lines;
 mod screen;
 pub mod self_test;

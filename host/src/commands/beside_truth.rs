@@ -103,7 +103,8 @@ impl ShownTest<'_> {
             let heading = output.toned(&self.file.title, Tone::Strong);
             let first = verdict.map(|(verdict, line)| output.verdict_line(verdict, &line) + "\n");
             let result = &comparison.result;
-            let findings = sentences(&result.diagnostics, |d| message_of_result(d, result));
+            let findings =
+                sentences(&again.findings_of_rig(), |d| message_of_result(d, result));
             format!(
                 "{}{heading}\n{}\n{}{table}{}{findings}worst: {worst:+.3} % of scale at {symbol}\n{remark}\n{}",
                 first.unwrap_or_default(),

@@ -19,6 +19,7 @@ use crate::document::{
     Marked, MeasuredDof, MeasuredMassLine, Measurement, Properties, Refusal, RigAgreement, RigMode,
     Spread,
 };
+use crate::rig_findings::of_measuring;
 
 /// The rig's estimates by the methods that this program knows, the best first, converted to double precision.
 pub fn estimates_of(result: &MeasurementResult) -> Vec<Estimate<f64>> {
@@ -199,7 +200,7 @@ fn modes_text(result: &MeasurementResult, here: &SolvedHere) -> String {
 pub struct SolvedHere {
     /// The text about the answer to use, which stands before all others.
     pub answer: String,
-    /// The methods with an answer here. With one, no answer of the rig has a table.
+    /// The methods with an answer here. With one, no answer of the rig has a table, and what the rig concluded is not said.
     pub answered: Vec<Method>,
     /// The methods without one, whose reasons are given here.
     pub refused: Vec<Method>,
@@ -238,8 +239,12 @@ pub fn measurement_text(result: &MeasurementResult, here: &SolvedHere) -> String
     for note in notes(result) {
         text += &format!("note: {note}\n");
     }
-    text += &sentences(&result.diagnostics, |d| message_of_result(d, result));
-    text
+    let stands = if here.answered.is_empty() {
+        result.diagnostics.to_vec()
+    } else {
+        of_measuring(&result.diagnostics)
+    };
+    text + &sentences(&stands, |d| message_of_result(d, result))
 }
 
 /// The band of every DOF; a single band when all are equal.

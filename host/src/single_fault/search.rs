@@ -53,7 +53,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
     }
 
     pub(super) fn examine(&self, with_hidden: bool) -> Examination {
-        let plain = self.nominal_fit(ErrorBudget::Stated);
+        let plain = self.nominal_fit();
         let consistency = plain.as_ref().and_then(|estimate| estimate.consistency);
         let agrees = consistency.is_some_and(|c| !c.rejects_budget());
         let mut fitted = if agrees {
@@ -96,15 +96,25 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         })
     }
 
-    /// The answer of the nominal layout.
-    fn nominal_fit(&self, budget: ErrorBudget) -> Option<Estimate<f64>> {
-        let (start, mut room) = (Start::InertiaRestraint, self.room());
-        solve(self.layout, self.lines, start, budget, &mut room)
+    /// The answer of the nominal layout under the stated budget, from any start that leads to one: where there is none,
+    /// every mistake explains the data.
+    fn nominal_fit(&self) -> Option<Estimate<f64>> {
+        let mut room = self.room();
+        let mut from = |start: Start<'_, f64>, budget| {
+            solve(self.layout, self.lines, start, budget, &mut room)
+        };
+        from(Start::InertiaRestraint, ErrorBudget::Stated)
+            .or_else(|| from(Start::Crude, ErrorBudget::Stated))
+            .or_else(|| {
+                let learned = from(Start::InertiaRestraint, ErrorBudget::Learned)?;
+                from(Start::At(&learned.body), ErrorBudget::Stated)
+            })
     }
 
     /// The factors on the stated errors with which they explain the data: a person who hits less well, or coarser sensors.
     fn larger_errors(&self) -> Option<BudgetScales<f64>> {
-        let learned = self.nominal_fit(ErrorBudget::Learned)?;
+        let (start, budget) = (Start::InertiaRestraint, ErrorBudget::Learned);
+        let learned = solve(self.layout, self.lines, start, budget, &mut self.room())?;
         agrees_when_learned(&learned).then_some(learned.learned?.scales)
     }
 
@@ -200,6 +210,9 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         let without = without.or(of_channel.as_ref());
         let fit = sized_fit::fit(fault, self.layout, self.lines, without, room)?;
         let SizedFit { size, covariance, estimate } = fit;
+        if fault.is_nothing(&size, &covariance) {
+            return None;
+        }
         let mistake = fault.with_size(size, &covariance, self.layout)?;
         let mut consistency = estimate.consistency?;
         let freedom = &mut consistency.degrees_of_freedom;

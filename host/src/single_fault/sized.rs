@@ -5,6 +5,7 @@
 
 use massline_shared::Estimated;
 use massline_shared::body::RigidBody;
+use massline_shared::identify::single_fault::DECISIVE_CHI_SQUARED;
 use massline_shared::identify::{DofMassLines, ForceTrend, MassLines};
 use massline_shared::layout::{Axis, Layout, Prior};
 use massline_shared::responses::{ResponseSquare, Responses};
@@ -97,6 +98,19 @@ impl SizedFault {
     /// The size of no mistake.
     pub(super) fn none(self) -> Size {
         if self.is_gain() { Vector2::new(1.0, 0.0) } else { Vector2::zeros() }
+    }
+
+    /// True for a size that chance makes of no mistake: no fit that such a size improves says anything about the layout.
+    /// `covariance` is that of the steps that [`Self::slopes`] measures.
+    pub(super) fn is_nothing(self, size: &Size, covariance: &Matrix2<f64>) -> bool {
+        let away = size - self.none();
+        // The steps of a gain are relative to it.
+        let away = if self.is_gain() { away / size.x } else { away };
+        let distance = match self.unknowns() {
+            1 => Some(away.x * away.x / covariance[(0, 0)]),
+            _ => covariance.try_inverse().map(|inverse| away.dot(&(inverse * away))),
+        };
+        distance.is_none_or(|distance| distance < DECISIVE_CHI_SQUARED)
     }
 
     /// True when the mistake changes this reading of this DOF.

@@ -19,7 +19,7 @@ use crate::linalg::{all_finite, cholesky};
 /// the limit is a hundred roundings.
 const CLOSE: f64 = 1e-10;
 /// The same limit where only physical bodies are admitted: on the way from a crude start, and at the boundary
-/// of the physical bodies, which log-Cholesky parameters approach without ever reaching it.
+/// of the physical bodies, along which the fit goes in short steps.
 const NEAR: f64 = 1e-3;
 /// Number of dampings tried before a step is given up.
 const MOST_TRIALS: u8 = 20;
@@ -50,29 +50,31 @@ impl<R: Real> Fit<R> {
         trials: u8,
     ) -> Result<(), Diagnostics> {
         let (information, gradient) = self.slope(equations);
-        let levels = self.parameters.levels(&information);
+        let gain = |step: &SVector<R, 10>| {
+            step.dot(&gradient) * R::of(2.0) - step.dot(&(information * step))
+        };
         if trials >= MOST_TRIALS {
             // No step lowers the cost: this is the minimum within the precision.
-            let undamped = damped_step(&information, &gradient, R::zero(), &levels);
-            return match undamped.map(|step| step.dot(&gradient)) {
+            let undamped = self.parameters.step(&information, &gradient, R::zero());
+            return match undamped.map(|step| gain(&step)) {
                 Some(gain) if gain < R::of(1e-2) => {
-                    self.settle();
+                    self.settle(equations);
                     Ok(())
                 }
                 _ => Err(fatal(Code::NotConverged, f32::from(self.steps))),
             };
         }
         let close = self.close();
-        let step = damped_step(&information, &gradient, self.damping, &levels);
+        let step = self.parameters.step(&information, &gradient, self.damping);
         // Where the data contradict their budget, the covariance may change so much with the body that full
         // steps go back and forth.
         let part = R::of(if self.steps > STEADY_STEPS { 0.5 } else { 1.0 });
         if let Some(step) = step
             && let Some(moved) = self.parameters.moved(&(step * part))
         {
-            if step.dot(&gradient) < close && self.damping <= R::of(UNDAMPED) {
+            if gain(&step) < close && self.damping <= R::of(UNDAMPED) {
                 self.parameters = moved;
-                self.settle();
+                self.settle(equations);
                 return Ok(());
             }
             let body = problem.body_of(&moved.phi());
@@ -81,8 +83,8 @@ impl<R: Real> Fit<R> {
                 self.parameters = moved;
                 self.damping = (self.damping * R::of(0.1)).max(R::of(1e-9));
                 self.stage = Stage::Arrived;
-                if self.parameters.is_consistent() && self.cost - cost < close + self.rounding {
-                    self.settle();
+                if self.parameters.are_physical() && self.cost - cost < close + self.rounding {
+                    self.settle(equations);
                 }
                 return Ok(());
             }
@@ -113,7 +115,7 @@ impl<R: Real> Fit<R> {
             // The refinement goes on from here.
             Parameters::Free(_) if self.budget != ErrorBudget::FirstOrder => R::of(NEAR),
             Parameters::Free(_) => return self.short().max(self.rounding),
-            Parameters::Consistent { .. } => R::of(NEAR),
+            Parameters::Bounded(_) | Parameters::OnTheWay(_) => R::of(NEAR),
         };
         let least = least * self.consistency().reduced().max(R::one());
         least.max(self.rounding)

@@ -1,14 +1,17 @@
-//! The fit, step by step: Levenberg-Marquardt over phi, or over log-Cholesky parameters where only physical
-//! bodies are admitted.
+//! The fit, step by step: Levenberg-Marquardt over phi, held to the physical bodies where the free minimum is none, or
+//! over log-Cholesky parameters on the way from a crude start.
+
+use nalgebra::SVector;
 
 use super::fit_problem::FitProblem;
 use super::intervals::Shares;
+use super::nearest_body::{raised, step_to_body};
 use super::normal_equations::NormalEquations;
-use super::parameters::{Parameters, RAISED};
+use super::parameters::Parameters;
 use super::score::Suspected;
 use super::{check_data, equations_in, fatal, pulls, start, undetermined};
 use crate::Real;
-use crate::body::{LogCholesky, RigidBody};
+use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::budget::{BudgetScales, ErrorBudget, LearnedBudget};
 use crate::identify::inertia_restraint::{self, InertiaRestraintSettings};
@@ -216,11 +219,14 @@ impl<R: Real> Fit<R> {
                     return Err(fatal(Code::NotConverged, MOST_STEPS as f32));
                 }
                 self.evaluate(&problem, dofs, &mut equations)?;
-                self.stage = if self.goes_astray() {
-                    Stage::LearnScatter
-                } else {
-                    Stage::Evaluated { trials: 0 }
-                };
+                self.stage = Stage::Evaluated { trials: 0 };
+                if self.goes_astray() {
+                    if self.budget == ErrorBudget::Learned && self.learned.is_none() {
+                        self.stage = Stage::LearnScatter;
+                    } else {
+                        self.hold_to_consistency(&equations);
+                    }
+                }
             }
             Stage::Evaluated { trials } => self.descend(&problem, dofs, &mut equations, trials)?,
             Stage::Refining(refinement) => {
@@ -291,7 +297,7 @@ impl<R: Real> Fit<R> {
                 self.test_memory(suspected, &problem, dofs, &mut equations)?;
                 equations.restore();
                 self.stage = Stage::Final;
-                self.hold_to_consistency();
+                self.hold_to_consistency(&equations);
             }
             Stage::Settled => {
                 self.evaluate(&problem, dofs, &mut equations)?;
@@ -315,13 +321,10 @@ impl<R: Real> Fit<R> {
         FitProblem::new(layout).with_budget(scales, self.budget != ErrorBudget::FirstOrder)
     }
 
-    /// True when the data contradict the stated budget so much that no minimum is found under it, and they may teach a
-    /// larger one before they lead further away.
+    /// True when no minimum is found under the budget in use: the data may teach a larger one, or the way leads ever further
+    /// from the physical bodies.
     fn goes_astray(&self) -> bool {
-        self.steps > STEADY_STEPS
-            && self.budget == ErrorBudget::Learned
-            && self.learned.is_none()
-            && !self.parameters.is_consistent()
+        self.steps > STEADY_STEPS && !self.parameters.are_physical()
     }
 
     /// Number of steps so far.
@@ -393,11 +396,11 @@ impl<R: Real> Fit<R> {
     /// Called at a minimum. A fit that has come from a crude start continues with free parameters; a free
     /// minimum that is not a physical body is abandoned for a fit over physical bodies, once it has taught the
     /// budget.
-    pub(super) fn settle(&mut self) {
+    pub(super) fn settle(&mut self, equations: &NormalEquations<'_, R>) {
         self.stage = Stage::Settled;
         match self.parameters {
-            Parameters::Consistent { on_the_way: false, .. } => {}
-            Parameters::Consistent { body, on_the_way: true } => {
+            Parameters::Bounded(_) => {}
+            Parameters::OnTheWay(body) => {
                 self.depart(Parameters::Free(body.body().phi()));
             }
             // A body without a positive inertia teaches nothing.
@@ -405,21 +408,25 @@ impl<R: Real> Fit<R> {
                 if self.budget == ErrorBudget::FirstOrder
                     || self.object().is_none_or(|object| !start::is_usable(&object)) =>
             {
-                self.hold_to_consistency();
+                self.hold_to_consistency(equations);
             }
             Parameters::Free(_) => self.stage = Stage::Refining(Refinement::begin()),
         }
     }
 
     /// Abandons a free minimum that is not a physical body for a fit over physical bodies.
-    fn hold_to_consistency(&mut self) {
+    fn hold_to_consistency(&mut self, equations: &NormalEquations<'_, R>) {
         let inconsistent = self.object().filter(|body| !body.is_physically_consistent());
         let Some(object) = inconsistent else { return };
-        let projected = object.made_consistent(R::of(RAISED));
-        let start = projected.and_then(|body| LogCholesky::from_body(&body));
-        let Some(body) = start else { return };
+        let (phi, none) = (object.phi(), SVector::zeros());
+        let step = step_to_body(&phi, &equations.information(), &none, R::zero(), &none);
+        let nearest = match step {
+            Some(step) => Some(phi + step),
+            None => raised(&object).map(|body| body.phi()),
+        };
+        let Some(phi) = nearest else { return };
         self.push_diagnostic(Code::HeldToConsistency, Severity::Warning, self.margin(&object));
-        self.depart(Parameters::Consistent { body, on_the_way: false });
+        self.depart(Parameters::Bounded(phi));
     }
 
     /// Starts again from other parameters.

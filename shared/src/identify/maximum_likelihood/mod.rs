@@ -30,6 +30,7 @@ mod intervals;
 mod learning;
 mod linearity;
 pub(super) mod model;
+mod nearest_body;
 mod normal_equations;
 mod nuisances;
 mod parameters;
