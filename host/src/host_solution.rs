@@ -36,7 +36,7 @@ use crate::judgement::{Evidence, Judgement, verdict_line, verdict_reasons};
 use crate::report::{
     SolvedHere, cannot_see, comparison_json, comparison_text, diagnostics_json, estimates_of,
     global_fit_json, global_fit_text, hammer_text, message_in, modes_json, modes_text,
-    refusals_json, refusals_text, sentences, table,
+    refusals_json, refusals_text, sentences, table, two_digits,
 };
 use crate::rig_findings::of_measuring;
 use crate::rig_lines::StoredTest;
@@ -229,7 +229,8 @@ impl<'a> HostSolution<'a> {
     /// The verdict, and the first line of the text that states it; `None` without an answer.
     pub fn verdict(&self) -> Option<(Verdict, String)> {
         let judgement = self.judgement()?;
-        Some((judgement.verdict(), verdict_line(&judgement, &self.layout)))
+        let message_of = |diagnostic: &Diagnostic| message_in(diagnostic, &self.layout);
+        Some((judgement.verdict(), verdict_line(&judgement, &self.layout, message_of)))
     }
 
     /// The findings of the rig that stand beside this answer.
@@ -403,7 +404,8 @@ impl<'a> HostSolution<'a> {
     fn comparison(&self, host: &Estimate<f64>, rig: &Estimate<f64>) -> String {
         let scale = scale(host.body.mass, self.layout.characteristic_length());
         let difference = 100.0 * (host.theta() - rig.theta()).component_div(&scale).amax();
-        format!("{}: the rig's answer within {difference:.2e} % of scale\n", host.method.name())
+        let difference = two_digits(difference);
+        format!("{}: the rig's answer within {difference} % of scale\n", host.method.name())
     }
 
     /// The methods without an answer by the rig for which it has stored no reason, the reasons, and who found them.

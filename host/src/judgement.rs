@@ -243,10 +243,16 @@ impl<'a> Evidence<'a> {
         all.filter(move |diagnostic| {
             diagnostic.severity > Severity::Note
                 && !is_of_other_form(diagnostic.code)
+                && !self.is_said_of_the_body(diagnostic.code)
                 && !self.is_relied_on(diagnostic.code)
                 && !is_reason(diagnostic)
         })
         .copied()
+    }
+
+    /// True for a warning that says of the answer what [`Concern::Unphysical`] says.
+    fn is_said_of_the_body(&self, code: Code) -> bool {
+        code == Code::NotPhysicallyConsistent && !self.answer.body.is_physically_consistent()
     }
 
     /// True for a warning about a flexible mode beside an answer by the one method that takes it into account.

@@ -119,7 +119,7 @@ impl Exported {
                 "unphysical_result",
                 format!(
                     "{source}: the answer by {} is not that of a physical body: {condition}. Simulators refuse it; \
-                     measure again, choose another answer with --method, or write it all the same with \
+                     measure again, or write it all the same with \
                      --despite-verdict",
                     self.method
                 ),

@@ -14,7 +14,7 @@ const SAME_DIRECTION: f64 = 1e-6;
 
 /// The file of a result.
 pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
-    universal_file(&exported.test)
+    universal_file(&TestData { verdict: exported.verdict, ..exported.test.clone() })
 }
 
 /// Datasets 164 (units), 2420 (local axes, if there are any but the body's), 15 (nodes) and 58 (responses along the
@@ -46,6 +46,11 @@ pub fn universal_file(test: &TestData) -> Result<Vec<u8>> {
     let mut bytes = write_units();
     bytes.extend(write_nodes(&title, &nodes));
     let about = format!("{PROGRAM}: {title}");
+    // Of what the responses lead to; the responses themselves are as they were measured.
+    let window = match test.verdict {
+        Some(verdict) => format!("{window}; answer: {}", verdict.words()),
+        None => window,
+    };
     bytes.extend(write_described(&frfs, Encoding::Ascii, [&about, &window]));
     Ok(bytes)
 }

@@ -33,7 +33,8 @@ fn judgement_of(result: &MeasurementResult) -> Option<Judgement> {
 /// The verdict on a result as the rig stored it, and the first line of the text that states it.
 pub fn verdict_on_rig(result: &MeasurementResult) -> Option<(Verdict, String)> {
     let judgement = judgement_of(result)?;
-    Some((judgement.verdict(), verdict_line(&judgement, &HostLayout::default())))
+    let message_of = |diagnostic: &Diagnostic| message_of_result(diagnostic, result);
+    Some((judgement.verdict(), verdict_line(&judgement, &HostLayout::default(), message_of)))
 }
 
 /// States the verdict in the document of a result as the rig stored it.

@@ -12,8 +12,13 @@ use crate::verdict::Verdict;
 pub const NO_ANSWER_HERE: &str =
     "solved again in double precision, the same data give no answer by any method";
 
-/// The first line of a result: the verdict, its gravest reason, and how many more there are.
-pub fn verdict_line(judgement: &Judgement, layout: &HostLayout) -> String {
+/// The first line of a result: the verdict, its gravest reason, and how many more there are; `message_of` makes the sentence
+/// of a finding, of which the first clause is given.
+pub fn verdict_line(
+    judgement: &Judgement,
+    layout: &HostLayout,
+    message_of: impl Fn(&Diagnostic) -> String,
+) -> String {
     let head = match judgement.verdict() {
         Verdict::Good => return "Good: nothing puts this answer in doubt".into(),
         Verdict::UseWithCare => "Use with care",
@@ -24,7 +29,8 @@ pub fn verdict_line(judgement: &Judgement, layout: &HostLayout) -> String {
         0 => String::new(),
         count => format!(" (and {count} more, below)"),
     };
-    format!("{head}: {}{more}", clause(first, layout, in_words))
+    let beginning = |diagnostic: &Diagnostic| first_clause(&message_of(diagnostic)).to_owned();
+    format!("{head}: {}{more}", clause(first, layout, beginning))
 }
 
 /// The reasons of a verdict, the gravest first; `message_of` makes the sentence of a finding.
@@ -95,7 +101,31 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
     }
 }
 
-/// The name of a finding as words: the sentence stands below.
-fn in_words(diagnostic: &Diagnostic) -> String {
-    diagnostic.code.name().replace('_', " ")
+/// The first clause of a sentence, which stands below as a whole.
+fn first_clause(sentence: &str) -> &str {
+    let ends = ["; ", ": ", ", so ", ", and "].into_iter().filter_map(|end| sentence.find(end));
+    let end = ends.filter(|end| *end > 0).min();
+    end.and_then(|end| sentence.get(..end)).unwrap_or(sentence)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_first_clause_ends_where_the_next_begins() {
+        for (sentence, clause) in [
+            (
+                "the best fit was not a physical body; the best one is given",
+                "the best fit was not a physical body",
+            ),
+            (
+                "the object moves as on a suspension of 3.5 Hz, and the band begins below",
+                "the object moves as on a suspension of 3.5 Hz",
+            ),
+            ("DOF 4:-X was skipped", "DOF 4:-X was skipped"),
+        ] {
+            assert_eq!(first_clause(sentence), clause);
+        }
+    }
 }

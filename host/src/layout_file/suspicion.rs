@@ -6,7 +6,9 @@ use super::LayoutFile;
 use super::tensor::tensor_fault;
 
 /// Objects on cords are not larger, m.
-const LARGEST_M: f64 = 20.0;
+const LARGEST_M: f64 = 5.0;
+/// Nodes that are farther apart are millimetres rather than inches or centimetres, which would be an object of 2 m and more.
+const MILLIMETRES: f64 = 80.0;
 /// A mass of less in the cube of the nodes' extent, kg/m³, is that of no object: a rod of 3 m and 1 kg has 0.04.
 const LIGHTEST: f64 = 0.01;
 /// A mass of more there, kg/m³: osmium has 2.3e4, and nodes may lie on a tenth of the object.
@@ -37,10 +39,14 @@ impl LayoutFile {
             .iter()
             .flat_map(|(name, properties)| size_suspicions(&positions, name, properties));
         let extent = extent(&positions);
+        let (unit, example) = match extent > MILLIMETRES {
+            true => ("millimetres", "0.2 for 200 mm"),
+            false => ("inches or centimetres", "0.2032 for 8 in, 0.2 for 20 cm"),
+        };
         let of_nodes = (extent > LARGEST_M).then(|| {
             format!(
-                "the nodes are up to {extent:.0} m apart: positions are in metres, and these look like millimetres; \
-                 write 0.2 for 200 mm"
+                "the nodes are up to {extent:.0} m apart: positions are in metres, and these look like {unit}; write \
+                 {example}"
             )
         });
         let expected = self.reference.as_ref().and_then(|reference| reference.inertia_kg_m2);
@@ -52,6 +58,16 @@ impl LayoutFile {
             .chain(of_bodies)
             .chain(self.uncertainty_suspicions(extent))
             .collect()
+    }
+
+    /// True when `[reference]` looks like values in another unit, or is the inertia of no body.
+    pub fn is_reference_doubtful(&self) -> bool {
+        let positions: Vec<_> = self.nodes.iter().map(|node| node.position).collect();
+        self.reference.is_some_and(|reference| {
+            let inertia = reference.inertia_kg_m2.map(Matrix3::from);
+            inertia.is_some_and(|inertia| tensor_fault(&inertia).is_some())
+                || !size_suspicions(&positions, "[reference]", &reference.properties()).is_empty()
+        })
     }
 
     /// What looks like degrees or millimetres among the uncertainties.

@@ -85,7 +85,7 @@ impl Examination {
             if let Some(corrected) = &suspect.corrected {
                 text += &format!(
                     "what the ten properties would be (not the answer of this test) if {}:\n{}",
-                    words::suspect_clause(suspect, layout),
+                    words::condition(suspect, layout),
                     table(corrected, None)
                 );
             }
@@ -140,7 +140,21 @@ impl Examination {
         if let Some(next) = &self.runner_up {
             text += &format!("; next best: {}", with_chi_squared(next, layout));
         }
-        text + "; put it right and measure again, or correct the layout"
+        // Names of sensors and hits are those of the recorded data, so that a layout with others does not go with them.
+        let is_of_positions = |suspect: &Suspect| match suspect.mistake {
+            Mistake::Listed(fault) => {
+                matches!(fault, SingleFault::SensorAxes { .. } | SingleFault::NodesSwapped { .. })
+            }
+            Mistake::Sized(sized) => matches!(
+                sized.fault,
+                SizedFault::NodeCoordinate { .. } | SizedFault::HitDisplaced { .. }
+            ),
+        };
+        text += "; put it right and measure again";
+        if is_of_positions(best) || tied.iter().any(is_of_positions) {
+            text += ", or correct the layout";
+        }
+        text
     }
 
     fn plain_text(&self) -> String {

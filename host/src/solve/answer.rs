@@ -152,7 +152,8 @@ impl FrfSolution {
     /// The verdict, and the first line of the text that states it; `None` without an answer.
     pub fn verdict(&self) -> Option<(Verdict, String)> {
         let judgement = self.judgement()?;
-        Some((judgement.verdict(), verdict_line(&judgement, &self.layout)))
+        let message_of = |diagnostic: &Diagnostic| message_in(diagnostic, &self.layout);
+        Some((judgement.verdict(), verdict_line(&judgement, &self.layout, message_of)))
     }
 
     /// The solution as JSON, in the form of all results.

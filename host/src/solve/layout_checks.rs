@@ -67,10 +67,12 @@ fn prior_mass(file: &LayoutFile) -> Option<f64> {
 }
 
 /// The body that a design is checked with, and a sentence that names its origin: what `[reference]` states,
-/// for the rest the mass of `[prior]` or 1 kg, near the centroid of the nodes, with the inertia `m L² I`.
+/// for the rest the mass of `[prior]` or 1 kg, near the centroid of the nodes, with the inertia `m L² I`. A `[reference]`
+/// that looks like values in another unit is left out.
 pub fn body_for_checks(file: &LayoutFile) -> (RigidBody<f64>, String) {
     let none = Reference { mass_kg: None, center_of_mass_m: None, inertia_kg_m2: None };
-    let reference = file.reference.unwrap_or(none);
+    let stated = file.reference.filter(|_| !file.is_reference_doubtful());
+    let reference = stated.unwrap_or(none);
     if let Some(ten) = reference.complete() {
         let body = RigidBody::from_theta(&SVector::from(ten));
         return (body, "the layout was checked with the body of [reference]".into());
@@ -91,9 +93,34 @@ pub fn body_for_checks(file: &LayoutFile) -> (RigidBody<f64>, String) {
         }
         None => "an assumed centre of mass near the centroid of the nodes",
     };
+    let more = match (file.reference, stated) {
+        (Some(_), None) => "put [reference] right",
+        _ => "give [reference]",
+    };
     let text = format!(
         "the layout was checked with {mass_from}, {center_from} and an assumed inertia m L² I, L being the \
-         extent of the nodes; give [reference] to check it with the body itself"
+         extent of the nodes; {more} to check it with the body itself"
     );
     (body, text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reference_in_another_unit_is_not_what_a_design_is_checked_with() {
+        let example = include_str!("../../examples/three-bar-test-1.toml");
+        let sound = LayoutFile::parse(example, "l").expect("a layout");
+        let (body, whose) = body_for_checks(&sound);
+        assert!(whose.ends_with("with the body of [reference]"), "{whose}");
+        let mut doubtful = sound.clone();
+        let reference = doubtful.reference.as_mut().expect("a reference");
+        // g mm²
+        reference.inertia_kg_m2 =
+            reference.inertia_kg_m2.map(|rows| rows.map(|row| row.map(|v| v * 1e9)));
+        let (assumed, whose) = body_for_checks(&doubtful);
+        assert!(whose.contains("put [reference] right"), "{whose}");
+        assert!(assumed.inertia.trace() < 1e3 * body.inertia.trace());
+    }
 }

@@ -16,6 +16,9 @@ fn millimetres_and_other_units_are_suspected() {
     assert_eq!(suspicions(EXAMPLE), [""; 0]);
     let far = suspicions(&nodes(200.0, ""));
     assert!(far[0].contains("283 m") && far[0].contains("look like millimetres"), "{far:?}");
+    // 0.25 m in inches.
+    let inches = suspicions(&nodes(9.8, ""));
+    assert!(inches[0].contains("14 m") && inches[0].contains("inches or cent"), "{inches:?}");
     let reference = |inertia: f64| {
         let tensor =
             format!("[[{inertia}, 0.0, 0.0], [0.0, {inertia}, 0.0], [0.0, 0.0, {inertia}]]");
@@ -41,18 +44,20 @@ fn lengths_in_inches_and_angles_in_degrees_are_suspected() {
         let said = suspicions(scale, tables);
         assert!(said.len() == 1 && said[0].contains(words), "{said:?}");
     };
-    // A fifth of a metre in inches, in centimetres, in metres.
+    // Nodes 0.13 m apart in inches.
     only(
-        7.9,
+        3.5,
         "[reference]\nmass_kg = 1.0",
-        "[reference] describes a body of 1.000 kg on nodes 11.172 m apart",
+        "[reference] describes a body of 1.000 kg on nodes 4.950 m apart",
     );
     only(
-        7.9,
+        3.5,
         "[prior]\nmass_kg = { value = 1.0, sigma = 0.1 }",
         "[prior] describes a body of 1.000 kg",
     );
-    only(14.0, "[reference]\nmass_kg = 5.0", "1 in is 0.0254 m");
+    only(3.5, "[reference]\nmass_kg = 1.0", "1 in is 0.0254 m");
+    // Nodes as far apart as no object on cords are named alone.
+    only(14.0, "[reference]\nmass_kg = 5.0", "inches or centimetres");
     assert_eq!(suspicions(0.2, "[reference]\nmass_kg = 1.0"), [""; 0]);
     // A rod, and a large frame.
     assert_eq!(suspicions(3.0, "[reference]\nmass_kg = 1.5"), [""; 0]);

@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::descent::damped_step;
+use super::damped_step::damped_step;
 use super::fit::{Fit, Stage};
 use super::fit_problem::FitProblem;
 use super::normal_equations::NormalEquations;

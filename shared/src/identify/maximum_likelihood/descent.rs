@@ -12,7 +12,6 @@ use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics};
 use crate::identify::budget::ErrorBudget;
 use crate::identify::{DofMassLines, by_reference};
-use crate::linalg::{all_finite, cholesky};
 
 /// The fit ends with a step that lowers the cost by less than this fraction of χ² over its degrees of
 /// freedom, or of one if that is larger: the square of a shift in standard deviations. In single precision
@@ -129,29 +128,4 @@ impl<R: Real> Fit<R> {
         let least = R::of(limit).max(R::default_epsilon() * R::of(100.0));
         least * self.consistency().reduced().max(R::one())
     }
-}
-
-/// `(I + λ D)⁻¹ g` with diagonal `D`; `None` when that is not positive definite.
-pub(super) fn damped_step<R: Real>(
-    information: &SMatrix<R, 10, 10>,
-    gradient: &SVector<R, 10>,
-    damping: R,
-    levels: &SVector<R, 10>,
-) -> Option<SVector<R, 10>> {
-    // Scaled to a unit diagonal, since the properties have different units.
-    let scale = information.diagonal().zip_map(levels, |i, d| (i + damping * d).sqrt().recip());
-    let mut scaled =
-        SMatrix::<R, 10, 10>::from_fn(|i, j| information[(i, j)] * scale[i] * scale[j]);
-    for i in 0..10 {
-        scaled[(i, i)] = R::one();
-    }
-    if !all_finite(&scaled) {
-        return None;
-    }
-    let factor = cholesky(&scaled)?;
-    let mut step = gradient.component_mul(&scale);
-    crate::linalg::forward_substitute(&factor, &mut step);
-    crate::linalg::back_substitute_transposed(&factor, &mut step);
-    step.component_mul_assign(&scale);
-    all_finite(&step).then_some(step)
 }

@@ -23,6 +23,7 @@ mod band_shift;
 mod bound;
 mod changes;
 mod crosstalk;
+mod damped_step;
 mod descent;
 mod fit;
 mod fit_problem;

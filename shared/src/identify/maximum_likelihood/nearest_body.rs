@@ -9,7 +9,7 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use super::descent::damped_step;
+use super::damped_step::damped_step;
 use crate::Real;
 use crate::body::RigidBody;
 

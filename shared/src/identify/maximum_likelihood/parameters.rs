@@ -3,7 +3,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::descent::damped_step;
+use super::damped_step::damped_step;
 use super::fit_problem::FitProblem;
 use super::nearest_body::{raised, step_to_body};
 use crate::Real;
