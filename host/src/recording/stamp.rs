@@ -1,9 +1,35 @@
-//! Times of day in a column of text: `12:00:01.250`, `2026-01-02T12:00:00.000195Z`, `05.01.2026 10:00:00,5`.
+//! Times of day in a column of text: `12:00:01.250`, `2026-01-02T12:00:00.000195Z`, `20260102T120000.25Z`,
+//! `05.01.2026 10:00:00,5`.
 
 use super::date::Date;
 
 /// Half a day, s.
 const HALF_A_DAY: f64 = 43_200.0;
+
+/// By how many hours the clocks of these zones are ahead of UTC. Only how a zone changes from row to row counts, so it does
+/// not matter that some of the names are those of several zones.
+const ZONES: [(&str, f64); 20] = [
+    ("wet", 0.0),
+    ("west", 1.0),
+    ("bst", 1.0),
+    ("cet", 1.0),
+    ("mez", 1.0),
+    ("cest", 2.0),
+    ("mesz", 2.0),
+    ("eet", 2.0),
+    ("eest", 3.0),
+    ("jst", 9.0),
+    ("kst", 9.0),
+    ("ast", -4.0),
+    ("edt", -4.0),
+    ("est", -5.0),
+    ("cdt", -5.0),
+    ("cst", -6.0),
+    ("mdt", -6.0),
+    ("mst", -7.0),
+    ("pdt", -7.0),
+    ("pst", -8.0),
+];
 
 /// A time of day.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +48,8 @@ impl Stamp {
     /// Reads a time of day with or without a date before it and a zone behind it.
     pub fn parse(field: &str) -> Option<Self> {
         let field = field.trim().trim_matches('"').trim();
+        let with_colons = basic(field);
+        let field = with_colons.as_deref().unwrap_or(field);
         let colon = field.find(':')?;
         let (before, _) = field.split_at_checked(colon)?;
         let hour = before.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -43,6 +71,16 @@ impl Stamp {
         };
         Some(Self { date: Date::parse(date), seconds, zone, digit })
     }
+}
+
+/// A basic stamp of ISO 8601, `20260102T120000.25Z`, with colons in its time.
+fn basic(field: &str) -> Option<String> {
+    let is_number = |text: &str| text.bytes().all(|b| b.is_ascii_digit());
+    let (date, clock) = field.split_once(['T', 't'])?;
+    let (hours, minutes) = (clock.get(..2)?, clock.get(2..4)?);
+    let (seconds, rest) = (clock.get(4..6)?, clock.get(6..)?);
+    let is_basic = date.len() == 8 && [date, hours, minutes, seconds].into_iter().all(is_number);
+    is_basic.then(|| format!("{date} {hours}:{minutes}:{seconds}{rest}"))
 }
 
 /// True for a date alone, such as 2026-01-02 or 05.01.2026.
@@ -68,7 +106,12 @@ fn half_and_zone(rest: &str) -> Option<(Option<bool>, f64)> {
         "" | "z" | "utc" | "gmt" => Some((None, 0.0)),
         "am" => Some((Some(false), 0.0)),
         "pm" => Some((Some(true), 0.0)),
-        zone => Some((None, offset(zone.trim_start_matches("utc").trim_start_matches("gmt"))?)),
+        zone => {
+            let named = ZONES.iter().find(|(name, _)| *name == zone);
+            let ahead = named.map(|(_, hours)| 3600.0 * hours);
+            let stated = || offset(zone.trim_start_matches("utc").trim_start_matches("gmt"));
+            Some((None, ahead.or_else(stated)?))
+        }
     }
 }
 
@@ -125,6 +168,10 @@ mod tests {
             ("2026-01-02T01:00:00.25+01:00", 0.25, 0.01),
             ("01:00:00.25-0530", 23_400.25, 0.01),
             ("01:00:00.25 UTC+2", -3599.75, 0.01),
+            ("20260102T120000.25Z", 43_200.25, 0.01),
+            ("20260102T010000+0100", 0.0, 1.0),
+            ("25.10.2026 02:00:00.5 CEST", 0.5, 0.1),
+            ("2026-01-02 01:00:00.5 CET", 0.5, 0.1),
             ("05.01.2026 10:00:00,500", 36_000.5, 1e-3),
             ("1/2/2026 1:00:01.5 PM", 46_801.5, 0.1),
             ("12:30:00 AM", 1800.0, 1.0),
@@ -151,6 +198,9 @@ mod tests {
             "12:61:00",
             "12:00:61",
             "Rate: 5120",
+            "20260102T1200",
+            "2026T120000",
+            "12:00:00 XYZ",
             "12:00:01.25 m/s",
             "1:2:3:4:5",
         ] {

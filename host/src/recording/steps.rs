@@ -14,6 +14,8 @@ const GAP: f64 = 1.5;
 const FEW_STAMPS: usize = 20;
 /// Rows by which one stamp may have fewer than the others without a loss.
 const MISSING_OF_STAMP: f64 = 1.75;
+/// Bits of the counters of clocks and samples, which begin at zero again after the largest number of so many.
+const COUNTER_BITS: [i32; 3] = [16, 24, 32];
 /// Relative resolution of a number of 32 bits, in which many programs hold times.
 const SINGLE: f64 = 1.2e-7;
 
@@ -62,6 +64,33 @@ impl Times {
     pub fn exact(values: Vec<f64>) -> Self {
         let digits = vec![0.0; values.len()];
         Self { values, digits }
+    }
+
+    /// The same where a counter of whole numbers goes on at zero after its largest one, as the microseconds of a
+    /// microcontroller do after 71.6 minutes: there the step is that of the rows before, by whole counters.
+    pub fn unwrapped(mut self) -> Self {
+        if self.digits.iter().any(|digit| *digit != 1.0) {
+            return self;
+        }
+        let (mut before, mut ahead, mut start) = (None, 0.0, 0);
+        for k in 0..self.values.len() {
+            let value = self.values[k];
+            if let Some(last) = before.filter(|last| value < *last) {
+                let rows = (k - 1 - start) as f64;
+                let usual = (last + ahead - self.values[start]) / rows;
+                let size = COUNTER_BITS.map(|bits| 2_f64.powi(bits)).into_iter().find(|size| {
+                    let step = value + size - last;
+                    last < *size && (0.5 * usual..1.5 * usual).contains(&step)
+                });
+                match size {
+                    Some(size) => ahead += size,
+                    None => (ahead, start) = (0.0, k),
+                }
+            }
+            before = Some(value);
+            self.values[k] += ahead;
+        }
+        self
     }
 
     /// The rows of this range.
@@ -358,6 +387,26 @@ mod tests {
             "{:?}",
             one.steps()
         );
+    }
+
+    #[test]
+    fn a_counter_that_is_full_goes_on_and_one_that_is_set_begins_again() {
+        let counter = |from: f64, step: f64, size: f64| {
+            let values = (0..2000).map(|k| (from + f64::from(k) * step).rem_euclid(size)).collect();
+            Times { values, digits: vec![1.0; 2000] }
+        };
+        let sizes = [(4_294_900_000.0, 195.0, 32), (65_000.0, 1.0, 16), (0.0, 90.0, 16)];
+        for (from, step, bits) in sizes {
+            let times = counter(from, step, 2_f64.powi(bits)).unwrapped();
+            let Steps::Even { step: found, .. } = times.steps() else { panic!("{from}") };
+            // A line through 2000 numbers of ten digits.
+            assert!((found / step - 1.0).abs() < 1e-9, "{found}");
+            assert_eq!(times.values[1999], from + 1999.0 * step);
+        }
+        // A time that begins again elsewhere, and one with decimals.
+        assert_eq!(counter(1000.0, 195.0, 195_000.0).unwrapped().runs().len(), 3);
+        let decimals = Times { digits: vec![0.1; 2000], ..counter(0.0, 90.0, 65_536.0) };
+        assert_eq!(decimals.unwrapped().runs().len(), 3);
     }
 
     #[test]

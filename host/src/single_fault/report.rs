@@ -142,9 +142,9 @@ impl Examination {
         }
         // Names of sensors and hits are those of the recorded data, so that a layout with others does not go with them.
         let is_of_positions = |suspect: &Suspect| match suspect.mistake {
-            Mistake::Listed(fault) => {
-                matches!(fault, SingleFault::SensorAxes { .. } | SingleFault::NodesSwapped { .. })
-            }
+            // The axes of a layout are right-handed.
+            Mistake::Listed(SingleFault::SensorAxes { reads, .. }) => reads.is_turn(),
+            Mistake::Listed(fault) => matches!(fault, SingleFault::NodesSwapped { .. }),
             Mistake::Sized(sized) => matches!(
                 sized.fault,
                 SizedFault::NodeCoordinate { .. } | SizedFault::HitDisplaced { .. }

@@ -83,7 +83,7 @@ impl Column {
 
     /// Its values as times, for a column that may be a time.
     pub fn times(&self) -> Option<Times> {
-        Some(Times { values: self.values.clone(), digits: self.digits.clone()? })
+        Some(Times { values: self.values.clone(), digits: self.digits.clone()? }.unwrapped())
     }
 
     /// The values of a column without a unit as times, if each is above the one before: no reading of a sensor does that.

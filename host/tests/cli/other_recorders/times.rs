@@ -46,6 +46,8 @@ fn times_of_a_clock_and_since_1970_are_read() {
         csv(&clock),
         csv(&|t| format!("2026-01-02T{}Z", clock(t))),
         csv(&|t| format!("2026-01-02 {}+01:00", clock(t))),
+        csv(&|t| format!("20260102T{}Z", clock(t).replace(':', ""))),
+        csv(&|t| format!("2026-01-02 {} CET", clock(t))),
         csv(&|t| {
             format!(
                 "{}:{:09.6}",
@@ -56,6 +58,13 @@ fn times_of_a_clock_and_since_1970_are_read() {
     ] {
         graded(&[&folder.write("clock.csv", text)]);
     }
+    // The microseconds of an Arduino, full after a third of a second.
+    let micros = |t: f64| (4_294_637_312.0 + 1e6 * t).round() % 4_294_967_296.0;
+    let file = text("micros,force (N),acc (m/s^2)\n", |_, t, [f, a]| {
+        format!("{:.0},{f:.5},{a:.5}", micros(t))
+    });
+    let value = graded(&[&folder.write("micros.csv", file)]);
+    assert_eq!(value["recording"]["segments"], 1, "{value}");
     for (first, factor) in [(1.7e9, 1.0), (1.7e12, 1e3), (1.7e15, 1e6), (1.7e18, 1e9)] {
         let file = text("timestamp,force (N),acc (m/s^2)\n", |_, t, [f, a]| {
             format!("{},{f:.5},{a:.5}", first + factor * t)
@@ -454,7 +463,7 @@ fn seconds_and_their_fractions_in_two_columns_are_one_time_and_a_strange_zone_is
     });
     graded(&[&folder.write("split.csv", split)]);
     let named =
-        stamped("time,Force (N),Acc (m/s^2)\n", |_, t| format!("2026-01-05 {} CET", clock(t)));
-    let words = ["line 2, column 1", "CET", "+01:00"];
+        stamped("time,Force (N),Acc (m/s^2)\n", |_, t| format!("2026-01-05 {} XYZ", clock(t)));
+    let words = ["line 2, column 1", "XYZ", "+01:00"];
     refused(&[&folder.write("named.csv", named)], "recording_malformed", &words);
 }

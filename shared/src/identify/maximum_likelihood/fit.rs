@@ -23,6 +23,9 @@ const MOST_STEPS: u8 = 60;
 /// Number of full steps; a fit that has not converged by then learns its budget, or goes on by half steps. Six are
 /// usual.
 pub(super) const STEADY_STEPS: u8 = 15;
+/// χ² over its degrees of freedom below which a fit that does not end may end at a physical body; above it the errors are
+/// three times those stated, and the budget is learned first.
+const NEAR_ENOUGH: f64 = 9.0;
 /// First damping, relative to the diagonal of the information.
 const FIRST_DAMPING: f64 = 1e-6;
 
@@ -221,10 +224,12 @@ impl<R: Real> Fit<R> {
                 self.evaluate(&problem, dofs, &mut equations)?;
                 self.stage = Stage::Evaluated { trials: 0 };
                 if self.goes_astray() {
-                    if self.budget == ErrorBudget::Learned && self.learned.is_none() {
-                        self.stage = Stage::LearnScatter;
-                    } else {
+                    let is_near = self.consistency().reduced() < R::of(NEAR_ENOUGH);
+                    if is_near || !self.is_to_learn() {
                         self.hold_to_consistency(&equations);
+                    }
+                    if self.is_to_learn() && !self.parameters.are_physical() {
+                        self.stage = Stage::LearnScatter;
                     }
                 }
             }
@@ -327,6 +332,11 @@ impl<R: Real> Fit<R> {
         self.steps > STEADY_STEPS && !self.parameters.are_physical()
     }
 
+    /// True before the data have taught the budget that they are to teach.
+    fn is_to_learn(&self) -> bool {
+        self.budget == ErrorBudget::Learned && self.learned.is_none()
+    }
+
     /// Number of steps so far.
     pub fn steps(&self) -> u8 {
         self.steps
@@ -399,6 +409,10 @@ impl<R: Real> Fit<R> {
     pub(super) fn settle(&mut self, equations: &NormalEquations<'_, R>) {
         self.stage = Stage::Settled;
         match self.parameters {
+            // Held before it has taught the budget: where the stated one suffices, it stays.
+            Parameters::Bounded(_) if self.is_to_learn() && self.consistency().rejects_budget() => {
+                self.stage = Stage::LearnScatter;
+            }
             Parameters::Bounded(_) => {}
             Parameters::OnTheWay(body) => {
                 self.depart(Parameters::Free(body.body().phi()));

@@ -1,30 +1,35 @@
 //! The step to the best physical body, where the best fit is none.
 //!
-//! A body is physical when its pseudo-inertia P is positive definite (Wensing, Kim & Slotine 2018), that is when
-//! `wᵀ P w = nᵀ φ` is positive for every w. Each φ that is not physical violates the one with the smallest eigenvalue of
-//! the second moments about the centre of mass most: a plane that cuts it off. The quadratic model of χ² is minimized
-//! within the planes found so far, by ascent of their multipliers one after the other (Hildreth 1957), until no further
-//! plane cuts. The step goes where the data say little; raising an eigenvalue alone would make another body of a slender
-//! one, because moments of inertia that are known well would change with it.
+//! A body is physical when its pseudo-inertia P is positive definite (Wensing, Kim & Slotine 2018), and P is linear in the
+//! inertial parameters. The quadratic model of χ² is minimized together with the barrier `−μ ln det P`, which grows beyond
+//! all bounds at the boundary of the physical bodies, by Newton's method, while its weight μ falls (Boyd & Vandenberghe,
+//! Convex Optimization, 11.3). The step goes where the data say little; raising an eigenvalue alone would make another body
+//! of a slender one, because moments of inertia that are known well would change with it.
 
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{Matrix4, SMatrix, SVector};
 
 use super::damped_step::damped_step;
 use crate::Real;
-use crate::body::RigidBody;
+use crate::body::{RigidBody, tensor};
+use crate::linalg::{cholesky, forward_substitute};
 
-/// Part of the largest second moment to which the others are at least held, that of a rod a hundred times as long as it is
-/// thick: inside the boundary of the physical bodies by more than a rounding error of single precision.
-const LEAST: f64 = 1e-5;
-/// Part of the largest second moment to which the others are raised where no step leads to a body.
+/// Part of the largest second moment to which the others are raised for a start.
 const RAISED: f64 = 0.05;
-/// Largest number of planes; two are usual.
-const MOST_PLANES: usize = 12;
-/// Number of rounds over all planes.
-const ROUNDS: usize = 30;
+/// The weight of the barrier at the end. Half of χ² is above its smallest value at a body by less than four times this.
+const LEAST_WEIGHT: f64 = 1e-3;
+/// By what the weight falls.
+const FALL: f64 = 0.1;
+/// Largest number of Newton steps under one weight; three are usual.
+const MOST_STEPS: usize = 12;
+/// Newton's method ends before a step that lowers the sum by less than this part of the weight.
+const SHORT: f64 = 0.01;
+/// Number of halvings of a step that leaves the bodies or does not lower the sum.
+const MOST_HALVINGS: usize = 20;
+/// A step lowers the sum by at least this part of what its slope promises.
+const LOWERED: f64 = 0.1;
 
 /// The step from `phi` along which the quadratic model with this information and gradient falls to its smallest value at a
-/// physical body. `None` when the information is not positive definite, or no body is found.
+/// physical body. `None` when the information is not positive definite, or a number leaves its range.
 // Not inlined, for the firmware's deepest stack.
 #[inline(never)]
 pub(super) fn step_to_body<R: Real>(
@@ -34,24 +39,52 @@ pub(super) fn step_to_body<R: Real>(
     damping: R,
     levels: &SVector<R, 10>,
 ) -> Option<SVector<R, 10>> {
-    let solve = |right: &SVector<R, 10>| damped_step(information, right, damping, levels);
-    let mut step = solve(gradient)?;
-    let mut planes = heapless::Vec::<Plane<R>, MOST_PLANES>::new();
-    while let Some((normal, least)) = cutting_plane(&(phi + step))? {
-        let direction = solve(&normal)?;
-        let own = Plane { normal, direction, least, multiplier: R::zero() };
-        planes.push(own).ok()?;
-        for _ in 0..ROUNDS {
-            for plane in &mut planes {
-                let missing = plane.least - plane.normal.dot(&(phi + step));
-                let change = missing / plane.normal.dot(&plane.direction);
-                let change = change.max(-plane.multiplier);
-                plane.multiplier += change;
-                step += plane.direction * change;
-            }
-        }
+    let none = SVector::zeros();
+    let free = damped_step(information, gradient, damping, levels)?;
+    if Barrier::at(&(phi + free)).is_some() {
+        return Some(free);
     }
-    Some(step)
+    let mut information = *information;
+    for k in 0..10 {
+        information[(k, k)] += damping * levels[k];
+    }
+    let cost =
+        |step: &SVector<R, 10>| step.dot(&(information * step)) * R::of(0.5) - gradient.dot(step);
+    let mut step = match Barrier::at(phi) {
+        Some(_) => none,
+        None => raised(&RigidBody::from_phi(phi)?)?.phi() - phi,
+    };
+    let least = R::of(LEAST_WEIGHT);
+    let mut weight = (cost(&step) - cost(&free)).max(least);
+    loop {
+        for _ in 0..MOST_STEPS {
+            let barrier = Barrier::at(&(phi + step))?;
+            let (slope, curvature) = barrier.derivatives();
+            let slope = gradient - information * step + slope * weight;
+            let curvature = information + curvature * weight;
+            let change = damped_step(&curvature, &slope, R::zero(), &none)?;
+            let promised = slope.dot(&change);
+            if promised < R::of(SHORT) * weight {
+                break;
+            }
+            let sum = cost(&step) + barrier.value() * weight;
+            let mut part = R::one();
+            let lower = (0..MOST_HALVINGS).find_map(|_| {
+                let next = step + change * part;
+                let value = Barrier::at(&(phi + next)).map(|of| cost(&next) + of.value() * weight);
+                let most = sum - R::of(LOWERED) * part * promised;
+                part *= R::of(0.5);
+                value.is_some_and(|value| value <= most).then_some(next)
+            });
+            // No step lowers the sum within the precision.
+            let Some(next) = lower else { break };
+            step = next;
+        }
+        if weight <= least {
+            return Some(step);
+        }
+        weight = (weight * R::of(FALL)).max(least);
+    }
 }
 
 /// A physical body near one that is none, for a start without equations.
@@ -59,93 +92,119 @@ pub(super) fn raised<R: Real>(body: &RigidBody<R>) -> Option<RigidBody<R>> {
     body.made_consistent(R::of(RAISED))
 }
 
-/// A plane `nᵀ φ = least` in the space of the inertial parameters, on whose one side there are no bodies.
-struct Plane<R> {
-    normal: SVector<R, 10>,
-    /// `I⁻¹ n`.
-    direction: SVector<R, 10>,
-    least: R,
-    multiplier: R,
-}
+/// `−ln det P` at a body: P is `[Σ, h; hᵀ, m]` with the second moments Σ about the origin and the first moments h.
+struct Barrier<R>(
+    /// The lower triangle L of `P = L Lᵀ`.
+    Matrix4<R>,
+);
 
-/// The plane that cuts off these inertial parameters, and the value that its bodies have at least; no plane for a body.
-/// `None` when the numbers are those of no plane.
-fn cutting_plane<R: Real>(phi: &SVector<R, 10>) -> Option<Option<(SVector<R, 10>, R)>> {
-    let body = RigidBody::from_phi(phi)?;
-    let principal = body.principal()?;
-    let [smallest, middle, largest] = principal.moments.into();
-    let half = R::of(0.5);
-    let least = (middle + largest - smallest) * half * R::of(LEAST);
-    let margin = (smallest + middle - largest) * half;
-    if body.mass <= R::zero() || least <= R::zero() {
-        return None;
+impl<R: Real> Barrier<R> {
+    /// The barrier at these inertial parameters; `None` when they are those of no body.
+    fn at(phi: &SVector<R, 10>) -> Option<Self> {
+        let mut pseudo_inertia = Matrix4::zeros();
+        for (k, value) in phi.iter().enumerate() {
+            pseudo_inertia += element(k) * *value;
+        }
+        cholesky(&pseudo_inertia).map(Self)
     }
-    // Half of it is enough, as the planes that were found only nearly bound the bodies.
-    let is_body = margin > least * half;
-    Some((!is_body).then(|| (normal(&body, &principal.axes.column(2).into_owned()), least)))
+
+    fn value(&self) -> R {
+        self.0.diagonal().iter().fold(R::zero(), |sum, v| sum - v.ln() * R::of(2.0))
+    }
+
+    /// The negative gradient `tr(P⁻¹ Eₖ)` and the curvature `tr(P⁻¹ Eₖ P⁻¹ Eₗ)`.
+    fn derivatives(&self) -> (SVector<R, 10>, SMatrix<R, 10, 10>) {
+        // L⁻¹ Eₖ L⁻ᵀ
+        let turned: [Matrix4<R>; 10] = core::array::from_fn(|k| {
+            let half = self.solve(&element(k));
+            self.solve(&half.transpose())
+        });
+        let slope = SVector::from_fn(|k, _| turned[k].trace());
+        (slope, SMatrix::from_fn(|i, j| turned[i].dot(&turned[j])))
+    }
+
+    /// `L⁻¹ A`.
+    fn solve(&self, matrix: &Matrix4<R>) -> Matrix4<R> {
+        let mut solved = *matrix;
+        for mut column in solved.column_iter_mut() {
+            let mut right = column.clone_owned();
+            forward_substitute(&self.0, &mut right);
+            column.copy_from(&right);
+        }
+        solved
+    }
 }
 
-/// The derivative of `wᵀ P w` with respect to the inertial parameters, for `w = (v, −v · c)`.
-fn normal<R: Real>(body: &RigidBody<R>, v: &Vector3<R>) -> SVector<R, 10> {
-    let (half, two) = (R::of(0.5), R::of(2.0));
-    let last = -v.dot(&body.center_of_mass);
-    let [x, y, z] = (*v).into();
-    SVector::from([
-        last * last,
-        two * last * x,
-        two * last * y,
-        two * last * z,
-        half - x * x,
-        half - y * y,
-        half - z * z,
-        -two * x * y,
-        -two * x * z,
-        -two * y * z,
-    ])
+/// The derivative of P with respect to one of the inertial parameters `[m, m c, J about the origin]`.
+fn element<R: Real>(k: usize) -> Matrix4<R> {
+    let mut element = Matrix4::zeros();
+    match k {
+        0 => element[(3, 3)] = R::one(),
+        1..=3 => {
+            element[(k - 1, 3)] = R::one();
+            element[(3, k - 1)] = R::one();
+        }
+        _ => {
+            let mut one = nalgebra::Vector6::zeros();
+            one[k - 4] = R::one();
+            let inertia = tensor(&one);
+            let half = inertia.trace() * R::of(0.5);
+            for i in 0..3 {
+                element[(i, i)] = half;
+                for j in 0..3 {
+                    element[(i, j)] -= inertia[(i, j)];
+                }
+            }
+        }
+    }
+    element
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Matrix3;
+    use nalgebra::{Matrix3, Vector3};
 
     use super::*;
 
-    fn body(moments: [f64; 3]) -> RigidBody<f64> {
+    fn body(moments: [f64; 3], center_of_mass: [f64; 3]) -> RigidBody<f64> {
         RigidBody {
             mass: 3.0,
-            center_of_mass: Vector3::new(0.1, -0.2, 0.3),
+            center_of_mass: Vector3::from(center_of_mass),
             inertia: Matrix3::from_diagonal(&Vector3::from(moments)),
         }
     }
 
     #[test]
-    fn the_normal_is_the_derivative_of_the_smallest_eigenvalue() {
-        let inertia = Matrix3::new(0.02, 0.001, 0.002, 0.001, 0.03, -0.003, 0.002, -0.003, 0.045);
-        let body = RigidBody { inertia, ..body([0.0; 3]) };
-        let margin = |phi: &SVector<f64, 10>| {
-            RigidBody::from_phi(phi).and_then(|body| body.physical_margin()).expect("a body")
-        };
-        let axes = body.principal().expect("principal axes").axes;
-        let normal = normal(&body, &axes.column(2).into_owned());
-        let difference = 1e-6;
+    fn the_derivatives_are_those_of_the_barrier() {
+        let phi = body([0.02, 0.03, 0.045], [0.1, -0.2, 0.3]).phi();
+        let at = |phi: &SVector<f64, 10>| Barrier::at(phi).expect("a body");
+        let (slope, curvature) = at(&phi).derivatives();
         for k in 0..10 {
+            let difference = 1e-6;
             let moved = |by: f64| {
-                let mut phi = body.phi();
-                phi[k] += by;
-                margin(&phi)
+                let mut moved = phi;
+                moved[k] += by;
+                at(&moved)
             };
-            let slope = (moved(difference) - moved(-difference)) / (2.0 * difference);
-            // The error of the difference is its square times a third derivative, below 1e4 here.
-            assert!((normal[k] - slope).abs() < 1e-7, "{k}: {} {slope}", normal[k]);
+            let (ahead, behind) = (moved(difference), moved(-difference));
+            let found = (behind.value() - ahead.value()) / (2.0 * difference);
+            // The third derivatives are those of ln at an eigenvalue of 0.0025: 2 / 0.0025³.
+            assert!(
+                (slope[k] - found).abs() < 1e-3 + 1e-5 * found.abs(),
+                "{k}: {} {found}",
+                slope[k]
+            );
+            let change = (behind.derivatives().0 - ahead.derivatives().0) / (2.0 * difference);
+            let error = (curvature.column(k) - change).norm();
+            assert!(error < 1e-4 * curvature.column(k).norm(), "{k}: {error}");
         }
     }
 
     #[test]
     fn a_step_ends_at_a_body_and_changes_what_the_data_do_not_tell() {
-        let center_of_mass = Vector3::zeros();
-        let impossible = RigidBody { center_of_mass, ..body([0.001, 0.30, 0.31]) };
-        // J_xx is known to 1e-5 kg m², everything else to 0.1 of its unit.
-        let mut information = SMatrix::<f64, 10, 10>::identity() * 1e2;
+        let impossible = body([0.001, 0.30, 0.31], [0.0; 3]);
+        // J_xx is known to 1e-5 kg m², everything else to 1e-3 of its unit.
+        let mut information = SMatrix::<f64, 10, 10>::identity() * 1e6;
         information[(4, 4)] = 1e10;
         let none = SVector::zeros();
         let step =
@@ -153,13 +212,30 @@ mod tests {
         let physical = RigidBody::from_phi(&(impossible.phi() + step)).expect("a body");
         assert!(physical.is_physically_consistent());
         // A hundredth of what J_xx is known to; the cheapest way leads over the two large moments.
-        assert!(step[4].abs() < 1e-7, "{step}");
+        assert!(step[4].abs() < 1e-6, "{step}");
         assert!((step[5] - 0.0045).abs() < 1e-4 && (step[6] + 0.0045).abs() < 1e-4, "{step}");
     }
 
     #[test]
-    fn a_body_is_cut_off_by_no_plane() {
-        assert!(cutting_plane(&body([0.2, 0.25, 0.3]).phi()).expect("numbers").is_none());
-        assert!(cutting_plane(&(-body([0.2, 0.25, 0.3]).phi())).is_none());
+    fn a_rod_is_found_again_however_thin_it_is() {
+        for thickness in [0.1, 0.03, 0.01, 0.003] {
+            let across = thickness * thickness / 4.0;
+            let rod = body([across, 0.25 + across / 2.0, 0.25 + across / 2.0], [0.1, 0.01, -0.02]);
+            let mut information = SMatrix::<f64, 10, 10>::identity() * 1e4;
+            information[(4, 4)] = 1e4 / (across * across);
+            // Off by three standard deviations each.
+            let off = SVector::<f64, 10>::from_fn(|k, _| {
+                let sign = if k % 2 == 0 { 3.0 } else { -3.0 };
+                sign / information[(k, k)].sqrt()
+            });
+            let none = SVector::zeros();
+            let phi = rod.phi() + off;
+            let step = step_to_body(&phi, &information, &none, 0.0, &none).expect("a step");
+            let physical = RigidBody::from_phi(&(phi + step)).expect("a body");
+            assert!(physical.is_physically_consistent());
+            // The rod itself is a body, so the best one is no farther; the barrier may cost four times its weight.
+            let cost = |step: &SVector<f64, 10>| step.dot(&(information * step));
+            assert!(cost(&step) < cost(&off) + 8.0 * LEAST_WEIGHT, "{thickness}: {}", cost(&step));
+        }
     }
 }
