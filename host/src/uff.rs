@@ -90,8 +90,8 @@ pub struct Function {
     pub numerator_axis: AxisProperties,
     /// Quantity and unit of the ordinate's denominator.
     pub denominator_axis: AxisProperties,
-    /// The increment of an even abscissa, where it tells two points apart.
-    increment: Option<f64>,
+    /// Minimum and increment of an even abscissa of several points.
+    even: Option<[f64; 2]>,
     /// The units of the last dataset 164 before this one, else of the first after it, if there is any.
     units: Option<UnitSystem>,
 }
@@ -299,10 +299,12 @@ impl Function {
     /// Refuses an abscissa that does not rise.
     ///
     /// # Errors
-    /// When its increment is zero or negative.
+    /// When its increment is zero or negative, or vanishes beside the minimum.
     pub(crate) fn check_increment(&self) -> Result<(), UffError> {
-        match self.increment {
-            Some(value) if value <= 0.0 => Err(self.error(UffFault::Increment { value })),
+        match self.even {
+            Some([minimum, value]) if minimum + value <= minimum => {
+                Err(self.error(UffFault::Increment { value, minimum }))
+            }
             _ => Ok(()),
         }
     }

@@ -107,11 +107,14 @@ pub enum UffFault {
     },
     /// An abscissa that does not rise.
     #[error(
-        "the increment of the abscissa (record 7) is {value}, and it must be positive; export the function again"
+        "the increment of the abscissa (record 7) is {value}, and it must be positive and not vanish beside the minimum of {minimum}; \
+         export the function again"
     )]
     Increment {
         /// The increment.
         value: f64,
+        /// The minimum.
+        minimum: f64,
     },
     /// The function is not a frequency response.
     #[error(

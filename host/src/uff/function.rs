@@ -98,7 +98,7 @@ pub(super) fn read_function(
         abscissa_axis,
         numerator_axis,
         denominator_axis,
-        increment: shape.even.filter(|_| shape.points > 1).map(|[_, increment]| increment),
+        even: shape.even.filter(|_| shape.points > 1),
         units,
     })
 }

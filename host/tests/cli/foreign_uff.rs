@@ -524,4 +524,7 @@ fn a_description_in_dataset_164_and_an_increment_that_cannot_be_are_named() {
         let words = ["the increment of the abscissa (record 7) is", "it must be positive"];
         refused(text.replace(&spacing, &other).as_bytes(), &[], &words);
     }
+    let far = format!("{:13.5e}{:13.5e}{:13.5e}\n", 1e30, 10.0, 0.0);
+    let words = ["is 10,", "not vanish beside the minimum of"];
+    refused(text.replace(&spacing, &far).as_bytes(), &[], &words);
 }
