@@ -71,7 +71,7 @@ pub(crate) fn line(stream: &mut impl BufRead, most: usize) -> io::Result<Option<
 /// Exit 2 when the file exists and is kept, its folder does not exist, or its name is that of the standard streams.
 pub fn check(path: &Path, existing: Existing) -> Result<()> {
     if path == Path::new("-") {
-        return Err(cannot(path, "it is not the name of a file; give one, as FILE"));
+        return Err(cannot(path, "it names no file here; give the name of a file"));
     }
     if path.is_dir() {
         return Err(cannot(path, "it is a folder; give the name of a file"));

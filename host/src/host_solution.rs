@@ -7,7 +7,7 @@
 //! | in JSON | from |
 //! | --- | --- |
 //! | `results` | the rig: its estimates with its diagnostics [^2] |
-//! | `diagnostics` | the rig: what it saw while measuring and, where the host has no answer, what it concluded; an entry with `"found_by": "host"` is the host's |
+//! | `diagnostics` | the rig [^3]; an entry with `"found_by": "host"` is the host's |
 //! | `not_applicable` | the methods without an answer by the rig, and why; `found_by` is `host` where the host found the reason [^1] |
 //! | `host` | the host: `results`, `not_applicable`, `details`, `agreement`, `diagnostics`, `single_faults` |
 //! | `suspension`, `global_fit` | the host, in the suspension profile |
@@ -17,6 +17,8 @@
 //!     has no answer either.
 //!
 //! [^2]: In `solve`, `simulate` and `demo` the host's, where it has an answer.
+//!
+//! [^3]: What it saw while measuring and, where the host has no answer, what it concluded.
 
 use massline_protocol::object::MeasurementResult;
 use massline_shared::body::scale;
@@ -48,6 +50,8 @@ use crate::suspension::{
 };
 use crate::verdict::Verdict;
 
+/// Largest difference between answers of rig and host from one layout, % of scale; a corrected layout makes more.
+const SAME_PERCENT: f64 = 1.0;
 /// Heading of the host's findings in text.
 const HEADING: &str = "solved again here, in double precision";
 /// The same where the rig leaves all of it to the host.
@@ -60,8 +64,8 @@ pub struct HostSolution<'a> {
     pub identification: Identification,
     /// The search for a single mistake that explains the data, where one was done.
     pub examination: Option<Examination>,
-    /// Hits that move against their force or are not reciprocal, sensors that do not move with the others; in the suspension profile what was found about modes and
-    /// lines.
+    /// Hits that move against their force or are not reciprocal, sensors that do not move with the others; in the
+    /// suspension profile what was found about modes and lines.
     found: Vec<Diagnostic>,
     /// The suspension modes, in the suspension profile.
     modes: Option<(SuspensionModes, [f64; 2])>,
@@ -309,8 +313,10 @@ impl<'a> HostSolution<'a> {
         let warnings = [identification.warnings(), self.found.clone()].concat();
         // A diagnostic that the rig has reported itself is not repeated.
         let of_rig = self.findings_of_rig();
-        let is_new =
-            |d: &&Diagnostic| !of_rig.iter().any(|of| (of.code, of.subject) == (d.code, d.subject));
+        let is_new = |diagnostic: &&Diagnostic| {
+            let (code, subject) = (diagnostic.code, diagnostic.subject);
+            !of_rig.iter().any(|other| (other.code, other.subject) == (code, subject))
+        };
         let new: Vec<Diagnostic> = warnings.iter().filter(is_new).copied().collect();
         let (mut diagnostics, mut new) =
             (diagnostics_json(&warnings, message_of), diagnostics_json(&new, message_of));
@@ -347,7 +353,9 @@ impl<'a> HostSolution<'a> {
         document.details = Some(host.details.clone().map(of_host));
         document.agreement = Some(host.agreement.clone().map(of_host));
         document.single_faults = host.single_faults.clone().map(of_host);
-        let stands = |finding: &Finding| of_rig.iter().any(|of| of.code.name() == finding.code);
+        let stands = |finding: &Finding| {
+            of_rig.iter().any(|diagnostic| diagnostic.code.name() == finding.code)
+        };
         document.diagnostics.retain(|marked| stands(&marked.what));
         document.diagnostics.extend(new.into_iter().map(of_host));
         document.host = Some(host);
@@ -404,8 +412,13 @@ impl<'a> HostSolution<'a> {
     fn comparison(&self, host: &Estimate<f64>, rig: &Estimate<f64>) -> String {
         let scale = scale(host.body.mass, self.layout.characteristic_length());
         let difference = 100.0 * (host.theta() - rig.theta()).component_div(&scale).amax();
-        let difference = two_digits(difference);
-        format!("{}: the rig's answer within {difference} % of scale\n", host.method.name())
+        let (method, percent) = (host.method.name(), two_digits(difference));
+        match difference > SAME_PERCENT {
+            true => format!(
+                "{method}: the rig's answer, under its own layout and in single precision, differs by {percent} % of scale\n"
+            ),
+            false => format!("{method}: the rig's answer within {percent} % of scale\n"),
+        }
     }
 
     /// The methods without an answer by the rig for which it has stored no reason, the reasons, and who found them.

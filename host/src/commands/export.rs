@@ -107,12 +107,19 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if let Some((archive, name)) = archive.as_ref().filter(|_| format.holds_responses()) {
         // Also of a test without an answer.
         let test = with_layout(test_of_archive(archive, name)?);
-        if archive.verdict() == Some(Verdict::DoNotUse) {
+        let verdict = archive.verdict();
+        if verdict == Some(Verdict::DoNotUse) {
             output.warn(
                 "verdict: do not use the answer of this test; the responses are written as they were measured",
             );
         }
-        return args.deliver(&universal_file(&test)?, &test, None, "the responses", output);
+        return args.deliver(
+            &universal_file(&test, verdict)?,
+            &test,
+            None,
+            "the responses",
+            output,
+        );
     }
     let exported = match (&archive, args.number()) {
         (Some((archive, name)), _) => {

@@ -90,7 +90,6 @@ pub fn test_of_archive(archive: &Archive, source: &str) -> Result<TestData> {
         nodes: layout.nodes.iter().map(node).collect(),
         responses,
         layout_hash: Some(archive.result.head.layout_hash),
-        verdict: archive.verdict(),
         ..TestData::of_source(source)
     };
     Ok(test.titled(&layout.title))

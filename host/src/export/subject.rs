@@ -119,8 +119,7 @@ impl Exported {
                 "unphysical_result",
                 format!(
                     "{source}: the answer by {} is not that of a physical body: {condition}. Simulators refuse it; \
-                     measure again, or write it all the same with \
-                     --despite-verdict",
+                     measure again, or write it all the same with --despite-verdict",
                     self.method
                 ),
             ));

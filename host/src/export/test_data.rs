@@ -5,7 +5,6 @@ use massline_shared::layout::HostLayout;
 use crate::layout_file::{self, LayoutFile};
 use crate::single_fault::NominalTest;
 use crate::uff::Frf;
-use crate::verdict::Verdict;
 
 /// A numbered point of the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,8 +49,6 @@ pub struct TestData {
     pub layout_hash: Option<u32>,
     /// What a person should know about how the result was read.
     pub notes: Vec<String>,
-    /// The verdict on the answer of the test, where it has one.
-    pub verdict: Option<Verdict>,
 }
 
 impl TestData {
@@ -65,7 +62,6 @@ impl TestData {
             responses: None,
             layout_hash: None,
             notes: Vec::new(),
-            verdict: None,
         }
     }
 

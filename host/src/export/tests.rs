@@ -237,7 +237,7 @@ fn a_universal_file_reads_back_and_without_responses_it_is_refused() {
     let file = crate::uff::UffFile::parse(&Format::Uff.write(&exported).unwrap()).unwrap();
     let frfs = &exported.test.responses.as_ref().unwrap().frfs;
     assert_eq!(file.functions[0].accelerance(None).unwrap(), frfs[0]);
-    let error = universal_file(&TestData { responses: None, ..exported.test }).unwrap_err();
+    let error = universal_file(&TestData { responses: None, ..exported.test }, None).unwrap_err();
     assert_eq!((error.code(), error.exit_code()), ("no_responses", 2));
     assert!(error.to_string().contains("frequency responses"), "{error}");
 }
@@ -255,7 +255,7 @@ fn without_a_covariance_every_format_of_properties_still_writes() {
 /// The file that `tests/export/run` reads with pyuff. A document has no responses: these are made up.
 #[test]
 fn the_universal_file_is_as_committed() {
-    let now = universal_file(&exported().test.titled("three-bar frame")).unwrap();
+    let now = universal_file(&exported().test.titled("three-bar frame"), None).unwrap();
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/export");
     let path = folder.join("frame.uff");
     if std::env::var_os("MASSLINE_BLESS").is_some() {

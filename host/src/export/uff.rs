@@ -8,21 +8,22 @@ use super::subject::Exported;
 use super::test_data::{Node, Responses, TestData};
 use crate::error::{Error, Result};
 use crate::uff::{BODY_AXES, Encoding, Frf, ModelNode, write_described, write_nodes, write_units};
+use crate::verdict::Verdict;
 
 /// Largest difference of two unit vectors that are the same: the rounding of a rig's numbers.
 const SAME_DIRECTION: f64 = 1e-6;
 
 /// The file of a result.
 pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
-    universal_file(&TestData { verdict: exported.verdict, ..exported.test.clone() })
+    universal_file(&exported.test, exported.verdict)
 }
 
 /// Datasets 164 (units), 2420 (local axes, if there are any but the body's), 15 (nodes) and 58 (responses along the
-/// local axes of their nodes). A test without an answer may have them, too.
+/// local axes of their nodes, with the verdict on the answer). A test without an answer may have them, too.
 ///
 /// # Errors
 /// Exit 2 without responses, and when they cannot be along the axes of the nodes.
-pub fn universal_file(test: &TestData) -> Result<Vec<u8>> {
+pub fn universal_file(test: &TestData, verdict: Option<Verdict>) -> Result<Vec<u8>> {
     let measured = test.responses.as_ref().filter(|responses| !responses.frfs.is_empty());
     let Some(responses) = measured else {
         return Err(Error::input(
@@ -47,7 +48,7 @@ pub fn universal_file(test: &TestData) -> Result<Vec<u8>> {
     bytes.extend(write_nodes(&title, &nodes));
     let about = format!("{PROGRAM}: {title}");
     // Of what the responses lead to; the responses themselves are as they were measured.
-    let window = match test.verdict {
+    let window = match verdict {
         Some(verdict) => format!("{window}; answer: {}", verdict.words()),
         None => window,
     };
@@ -147,10 +148,10 @@ mod tests {
     fn a_hit_along_other_axes_than_those_of_its_node_is_refused() {
         let mut test = exported().test;
         test.nodes[3].axes = None;
-        let error = universal_file(&test).unwrap_err();
+        let error = universal_file(&test, None).unwrap_err();
         assert_eq!((error.code(), error.exit_code()), ("hit_not_along_node", 2));
         assert!(error.to_string().contains("the hit 4:-X pushes along [-0.6 -0.8 0.0]"), "{error}");
         test.nodes.truncate(3);
-        assert_eq!(universal_file(&test).unwrap_err().code(), "unknown_node");
+        assert_eq!(universal_file(&test, None).unwrap_err().code(), "unknown_node");
     }
 }

@@ -12,8 +12,8 @@ use crate::verdict::Verdict;
 pub const NO_ANSWER_HERE: &str =
     "solved again in double precision, the same data give no answer by any method";
 
-/// The first line of a result: the verdict, its gravest reason, and how many more there are; `message_of` makes the sentence
-/// of a finding, of which the first clause is given.
+/// The first line of a result: the verdict, its gravest reason, and how many more there are; `message_of` makes the
+/// sentence of a finding, of which the first clause is given.
 pub fn verdict_line(
     judgement: &Judgement,
     layout: &HostLayout,
@@ -116,12 +116,12 @@ mod tests {
     fn a_first_clause_ends_where_the_next_begins() {
         for (sentence, clause) in [
             (
-                "the best fit was not a physical body; the best one is given",
-                "the best fit was not a physical body",
+                "this is the best body, as the best fit was none; it is rough",
+                "this is the best body, as the best fit was none",
             ),
             (
-                "the object moves as on a suspension of 3.5 Hz, and the band begins below",
-                "the object moves as on a suspension of 3.5 Hz",
+                "mass and inertia come out wrong: the object moves as on a suspension",
+                "mass and inertia come out wrong",
             ),
             ("DOF 4:-X was skipped", "DOF 4:-X was skipped"),
         ] {

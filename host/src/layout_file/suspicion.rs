@@ -7,7 +7,8 @@ use super::tensor::tensor_fault;
 
 /// Objects on cords are not larger, m.
 const LARGEST_M: f64 = 5.0;
-/// Nodes that are farther apart are millimetres rather than inches or centimetres, which would be an object of 2 m and more.
+/// Nodes that are farther apart are millimetres rather than inches or centimetres, which would be an object of 2 m and
+/// more.
 const MILLIMETRES: f64 = 80.0;
 /// A mass of less in the cube of the nodes' extent, kg/m³, is that of no object: a rod of 3 m and 1 kg has 0.04.
 const LIGHTEST: f64 = 0.01;

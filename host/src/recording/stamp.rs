@@ -6,8 +6,8 @@ use super::date::Date;
 /// Half a day, s.
 const HALF_A_DAY: f64 = 43_200.0;
 
-/// By how many hours the clocks of these zones are ahead of UTC. Only how a zone changes from row to row counts, so it does
-/// not matter that some of the names are those of several zones.
+/// By how many hours the clocks of these zones are ahead of UTC. Only how a zone changes from row to row counts, so it
+/// does not matter that some of the names are those of several zones.
 const ZONES: [(&str, f64); 20] = [
     ("wet", 0.0),
     ("west", 1.0),

@@ -186,7 +186,9 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
     /// True when the hits and sensors determine the ten properties with this mistake too.
     fn is_determined_with(&self, fault: &SingleFault<f64>) -> bool {
         let diagnostics = fault.applied(self.layout).map(|layout| check_geometry(&layout, None));
-        diagnostics.is_some_and(|all| all.iter().all(|d| d.severity < Severity::Error))
+        diagnostics.is_some_and(|diagnostics| {
+            diagnostics.iter().all(|diagnostic| diagnostic.severity < Severity::Error)
+        })
     }
 
     fn fit_listed(&self, fault: &SingleFault<f64>, room: &mut [f64]) -> Option<Suspect> {

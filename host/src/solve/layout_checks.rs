@@ -94,7 +94,7 @@ pub fn body_for_checks(file: &LayoutFile) -> (RigidBody<f64>, String) {
         None => "an assumed centre of mass near the centroid of the nodes",
     };
     let more = match (file.reference, stated) {
-        (Some(_), None) => "put [reference] right",
+        (Some(_), None) => "put the units of positions and [reference] right",
         _ => "give [reference]",
     };
     let text = format!(
@@ -120,7 +120,7 @@ mod tests {
         reference.inertia_kg_m2 =
             reference.inertia_kg_m2.map(|rows| rows.map(|row| row.map(|v| v * 1e9)));
         let (assumed, whose) = body_for_checks(&doubtful);
-        assert!(whose.contains("put [reference] right"), "{whose}");
+        assert!(whose.contains("put the units of positions and [reference] right"), "{whose}");
         assert!(assumed.inertia.trace() < 1e3 * body.inertia.trace());
     }
 }

@@ -161,8 +161,8 @@ codes! {
     /// margin of the best fit, kg m².
     HeldToConsistency = 47, "held_to_consistency", Whole, KilogramSquareMeters;
         "Best fit: not a body.\nNearest body shown,\n+- is rough.";
-        "the best fit was not a physical body; the best physical one is given, on the boundary of what a \
-         body can be: its standard deviations are rough";
+        "this is the best physical body, on the boundary of what a body can be, as the best fit was none; its \
+         standard deviations are rough";
     /// The fit did not converge. Value: the number of steps; zero when the computation left the range of
     /// numbers.
     NotConverged = 48, "not_converged", Whole, Count;
@@ -242,8 +242,8 @@ codes! {
     /// with the same effect. Value: that frequency, Hz.
     SuspensionInBand = 61, "suspension_in_band", Whole, Hertz;
         "Hangs too stiffly for\nthe band: softer\ncords, loose cables.";
-        "the object moves as on a suspension of {value}, and the band begins below three times that, so mass and \
-         inertia come out wrong; hang it on softer cords, let cables hang loose, or raise the lower end of \
+        "mass and inertia come out wrong: the object moves as on a suspension of {value}, and the band begins below \
+         three times that; hang it on softer cords, let cables hang loose, or raise the lower end of \
          test.band_hz";
     /// Modes near the ends of the band move a property. Subject: the property. Value: its change when the ends of the
     /// band are left out, SI.

@@ -224,8 +224,8 @@ impl<R: Real> Fit<R> {
                 self.evaluate(&problem, dofs, &mut equations)?;
                 self.stage = Stage::Evaluated { trials: 0 };
                 if self.goes_astray() {
-                    let is_near = self.consistency().reduced() < R::of(NEAR_ENOUGH);
-                    if is_near || !self.is_to_learn() {
+                    let is_far = self.consistency().reduced() >= R::of(NEAR_ENOUGH);
+                    if !(is_far && self.is_to_learn()) {
                         self.hold_to_consistency(&equations);
                     }
                     if self.is_to_learn() && !self.parameters.are_physical() {
@@ -409,8 +409,10 @@ impl<R: Real> Fit<R> {
     pub(super) fn settle(&mut self, equations: &NormalEquations<'_, R>) {
         self.stage = Stage::Settled;
         match self.parameters {
-            // Held before it has taught the budget: where the stated one suffices, it stays.
+            // Held before it has taught the budget: where the stated one suffices, it stays. Otherwise it goes on freely, and
+            // whether its end is held is seen there.
             Parameters::Bounded(_) if self.is_to_learn() && self.consistency().rejects_budget() => {
+                self.diagnostics.retain(|diagnostic| diagnostic.code != Code::HeldToConsistency);
                 self.stage = Stage::LearnScatter;
             }
             Parameters::Bounded(_) => {}
