@@ -474,7 +474,7 @@ fn an_archive_is_solved_with_a_corrected_layout_but_not_with_that_of_another_tes
     let text_of = run(&["solve", path.to_str().unwrap(), VERSION_1]).stdout;
     let tables = text_of.lines().filter(|line| line.contains("± 95 %")).count();
     assert_eq!(tables, corrected["results"].as_array().unwrap().len(), "{text_of}");
-    let compared = text_of.matches("the rig's answer within").count();
+    let compared = text_of.matches(": the rig's answer").count();
     assert!(compared > 0 && compared <= tables, "{text_of}");
     // A band has no effect on mass lines, and the program says so.
     let (run, same) = solve("hits_per_dof = 3", "hits_per_dof = 3\nband_hz = [20.0, 100.0]");
