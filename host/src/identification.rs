@@ -181,6 +181,17 @@ pub fn answers<L: SpectrumBins<f64>>(
             }
         }
     }
+    let is_lost = |(method, reasons): &(Method, Diagnostics)| {
+        *method == Method::MaximumLikelihood
+            && reasons.iter().any(|reason| reason.code == Code::NotConverged)
+    };
+    // On the way from the mass-line answer a fit may get lost: a crude start leads through physical bodies.
+    if let Some(place) = answered.not_applicable.iter().position(is_lost)
+        && let Ok(solution) = solve_learned(layout, mass_lines, Start::Crude)
+    {
+        answered.not_applicable.remove(place);
+        answered.estimates.insert(0, solution.estimate);
+    }
     answered
 }
 

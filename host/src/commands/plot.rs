@@ -125,6 +125,9 @@ impl Args {
     /// Exit 2 for a name that ends as that of a file in another format.
     fn one_file(&self) -> Result<Option<(&Path, ImageFormat)>> {
         let Some(path) = self.output.as_deref() else { return Ok(None) };
+        if path == Path::new("-") {
+            return Err(Error::input("usage", "-o -: give the name of a file or of a folder"));
+        }
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         let format = match extension.to_ascii_lowercase().as_str() {
             "svg" => ImageFormat::Svg,

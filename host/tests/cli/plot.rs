@@ -128,6 +128,7 @@ fn what_cannot_be_drawn_is_named() {
         (vec!["plot", &archive, "--picture", "hits"], 3, "--records"),
         (vec!["plot", &archive, "--picture", "taps"], 2, "stabilisation"),
         (vec!["plot", &archive, "-o", "x.gif"], 2, "a .svg or a .png file, not .gif"),
+        (vec!["plot", &archive, "-o", "-"], 2, "the name of a file or of a folder"),
     ] {
         let found = run(&arguments);
         assert_eq!(found.exit, exit, "{arguments:?}: {}", found.stderr);

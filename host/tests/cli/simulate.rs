@@ -293,6 +293,19 @@ fn without_an_object_one_is_asked_for() {
 }
 
 #[test]
+fn an_object_whose_numbers_look_like_another_unit_is_not_simulated() {
+    let grams_and_millimetres = OWN
+        .replace("0.045, 0.002", "4.5e7, 2e6")
+        .replace("0.002, 0.05, -0.003", "2e6, 5e7, -3e6")
+        .replace("-0.003, 0.06", "-3e6, 6e7");
+    let file = changed(|_| grams_and_millimetres);
+    let (code, value) = answer(&["simulate", file.path().to_str().unwrap()]);
+    assert_eq!((code, &value["error"]["code"]), (2, &"object_doubtful".into()), "{value}");
+    let message = value["error"]["message"].as_str().unwrap();
+    assert!(message.contains("radius of gyration"), "{message}");
+}
+
+#[test]
 fn a_study_whose_first_five_runs_all_fail_ends() {
     let bench = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
     std::fs::write(bench.path(), "[tap]\nforce_n = [500.0, 600.0]\n").unwrap();

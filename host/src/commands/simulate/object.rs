@@ -106,6 +106,10 @@ fn stated(file: &LayoutFile, suspension_hz: Option<f64>) -> Result<(Bench, Strin
              the three-bar frame of the demo",
         )
     })?;
+    if file.is_reference_doubtful() {
+        let text = format!("this object is not simulated: {}", file.suspicions().join("; "));
+        return Err(Error::input("object_doubtful", text));
+    }
     let body = RigidBody::from_theta(&SVector::from(theta));
     let (chain, usual_hz) = match file.layout.test.profile {
         TestProfile::MassLine => ("default", SOFT_HZ),

@@ -3,6 +3,7 @@
 
 use nalgebra::SVector;
 
+use super::damped_step::damped_step;
 use super::fit_problem::FitProblem;
 use super::intervals::Shares;
 use super::nearest_body::{raised, step_to_body};
@@ -409,11 +410,19 @@ impl<R: Real> Fit<R> {
     pub(super) fn settle(&mut self, equations: &NormalEquations<'_, R>) {
         self.stage = Stage::Settled;
         match self.parameters {
-            // Held before it has taught the budget: where the stated one suffices, it stays. Otherwise it goes on freely, and
-            // whether its end is held is seen there.
-            Parameters::Bounded(_) if self.is_to_learn() && self.consistency().rejects_budget() => {
-                self.diagnostics.retain(|diagnostic| diagnostic.code != Code::HeldToConsistency);
-                self.stage = Stage::LearnScatter;
+            // Held on the way: the minimum may lie inside the physical bodies all the same, and where the stated budget does
+            // not suffice it is learned first. Either way the fit goes on freely, and whether its end is held is seen there.
+            Parameters::Bounded(phi) if self.is_to_learn() => {
+                let free = free_minimum(phi, equations);
+                let is_inside = free.is_some_and(|body| body.is_physically_consistent());
+                let is_rejected = self.consistency().rejects_budget();
+                if is_inside || is_rejected {
+                    self.diagnostics.retain(|found| found.code != Code::HeldToConsistency);
+                    self.stage = match is_rejected {
+                        true => Stage::LearnScatter,
+                        false => Stage::Refining(Refinement::begin()),
+                    };
+                }
             }
             Parameters::Bounded(_) => {}
             Parameters::OnTheWay(body) => {
@@ -461,4 +470,14 @@ impl<R: Real> Fit<R> {
         // There are only a handful of diagnostics.
         let _ = self.diagnostics.push(Diagnostic::whole(code, severity, value.to_f32()));
     }
+}
+
+/// The body at the minimum of the quadratic model of the cost, whether physical or not.
+fn free_minimum<R: Real>(
+    phi: SVector<R, 10>,
+    equations: &NormalEquations<'_, R>,
+) -> Option<RigidBody<R>> {
+    let none = SVector::zeros();
+    let step = damped_step(&equations.information(), &equations.gradient(), R::zero(), &none)?;
+    RigidBody::from_phi(&(phi + step))
 }
