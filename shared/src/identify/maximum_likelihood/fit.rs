@@ -410,19 +410,19 @@ impl<R: Real> Fit<R> {
     pub(super) fn settle(&mut self, equations: &NormalEquations<'_, R>) {
         self.stage = Stage::Settled;
         match self.parameters {
-            // Held on the way: the minimum may lie inside the physical bodies all the same, and where the stated budget does
-            // not suffice it is learned first. Either way the fit goes on freely, and whether its end is held is seen there.
+            // Held on the way: where the stated budget does not suffice, it is learned first, and the minimum may be
+            // a physical body all the same. Either way the fit goes on freely, and whether its end is held is seen
+            // there.
             Parameters::Bounded(phi) if self.is_to_learn() => {
                 let free = free_minimum(phi, equations);
-                let is_inside = free.is_some_and(|body| body.is_physically_consistent());
-                let is_rejected = self.consistency().rejects_budget();
-                if is_inside || is_rejected {
-                    self.diagnostics.retain(|found| found.code != Code::HeldToConsistency);
-                    self.stage = match is_rejected {
-                        true => Stage::LearnScatter,
-                        false => Stage::Refining(Refinement::begin()),
-                    };
-                }
+                self.stage = if self.consistency().rejects_budget() {
+                    Stage::LearnScatter
+                } else if free.is_some_and(|body| body.is_physically_consistent()) {
+                    Stage::Refining(Refinement::begin())
+                } else {
+                    return;
+                };
+                self.diagnostics.retain(|diagnostic| diagnostic.code != Code::HeldToConsistency);
             }
             Parameters::Bounded(_) => {}
             Parameters::OnTheWay(body) => {
