@@ -9,6 +9,7 @@ use massline_shared::units::ScanIndex;
 
 pub use crate::info::{BoardInfo, BrownOut, Circuit, NO_CONVERTER_FAULT, StackUse, Supply};
 pub use crate::panel::Panel;
+pub use crate::screen_setting::ScreenSetting;
 pub use massline_protocol::{BootReason, Clock, ConverterFault};
 
 /// Why a block of scans could not be read.

@@ -15,17 +15,15 @@ use massline_shared::diagnosis::Diagnostics;
 use massline_shared::layout::{RIG_HITS, TestProfile};
 use massline_shared::measurement::campaign::{CampaignProgress, DofProgress};
 use massline_shared::measurement::{DofData, RestoredDof};
-use massline_shared::signal::{COMPACT_RESPONSE, CompactLines, expand_response};
+use massline_shared::signal::CompactLines;
 use serde::{Deserialize, Serialize};
 
-use crate::deadline::Deadline;
 use crate::rig::Rig;
 use crate::store::{DofWithLines, MAX_DOF, MAX_PROGRESS, Store};
 
-/// Buffer in which a finished DOF or the progress of a campaign is encoded for the flash, and the lines of a response are
-/// read from it.
-pub(crate) type CheckpointBuffer = [u8; COMPACT_RESPONSE];
-const _: () = assert!(MAX_DOF <= COMPACT_RESPONSE && MAX_PROGRESS <= COMPACT_RESPONSE);
+/// Buffer in which a finished DOF or the progress of a campaign is encoded for the flash.
+pub(crate) type CheckpointBuffer = [u8; MAX_DOF];
+const _: () = assert!(MAX_PROGRESS <= MAX_DOF);
 
 /// The progress of a campaign as it is stored.
 #[derive(Debug, Serialize, Deserialize)]
@@ -203,34 +201,6 @@ async fn put_lines<F: NorFlash>(
     }
 }
 
-/// Reads the stored lines of a response, and passes them to the measurement.
-pub(crate) async fn fetch_lines<F: NorFlash>(
-    rig: &Rig<'_>,
-    store: &Mutex<NoopRawMutex, Store<F>>,
-    room: &mut CheckpointBuffer,
-    (dof, response): (usize, usize),
-) {
-    let read = read_lines(rig, &mut *store.lock().await, room, (dof, response)).await;
-    take_lines(rig, read.then_some(&*room));
-}
-
-/// Reads the stored lines of a response into `room`; false when that fails.
-async fn read_lines<F: NorFlash>(
-    rig: &Rig<'_>,
-    store: &mut Store<F>,
-    room: &mut CheckpointBuffer,
-    (dof, response): (usize, usize),
-) -> bool {
-    let Some(stored) = store.dof_of_campaign(dof as u8) else { return false };
-    let responses = rig.measurement.borrow().adc_in_use().responses();
-    // The lines are at the end of the DOF.
-    let Some(head) = stored.length().checked_sub(responses * COMPACT_RESPONSE) else {
-        return false;
-    };
-    let read = store.read_dof(&stored, head + response * COMPACT_RESPONSE, room).await;
-    read == Ok(COMPACT_RESPONSE)
-}
-
 // Plain functions: their locals take no memory in the futures that wait for the flash.
 
 /// Encodes the progress of the current campaign; returns the number of bytes.
@@ -265,16 +235,6 @@ fn encode_lines_head(
     let place = result.lines.iter().position(|lines| usize::from(lines.dof) == dof)?;
     let head = LinesHead::of(result.dofs.get(place)?, result.lines.get(place)?);
     Some((head.index, postcard::to_slice(&head, room).ok()?.len()))
-}
-
-/// Passes the lines of a response to the measurement, or that they cannot be read. Deadline: [`crate::deadline::DEADLINE`].
-fn take_lines(rig: &Rig<'_>, bytes: Option<&CheckpointBuffer>) {
-    let _deadline = Deadline::begin(&rig.stats);
-    let mut measurement = rig.measurement.borrow_mut();
-    match bytes.and_then(expand_response) {
-        Some(lines) => measurement.take_lines(&lines),
-        None => measurement.lines_not_readable(),
-    }
 }
 
 /// Restores the campaign from its stored DOFs and progress.

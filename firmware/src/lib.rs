@@ -30,6 +30,7 @@ mod pulse;
 mod rig;
 mod safe_mode;
 pub mod scan_ring;
+mod screen_setting;
 mod session;
 pub mod store;
 
@@ -42,7 +43,6 @@ use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_protocol::{BootReason, MAX_LAYOUT};
 use massline_shared::measurement;
-use massline_shared::signal::COMPACT_RESPONSE;
 
 use crate::board::{Board, Link, Panel, Sampler};
 use crate::checkpoint::{Checkpoint, CheckpointBuffer};
@@ -51,7 +51,7 @@ use crate::own_frame::poll_in_own_frame;
 use crate::panel::task::{PanelMemory, PanelTask};
 use crate::rig::Rig;
 use crate::session::{Session, SessionMemory};
-use crate::store::Store;
+use crate::store::{MAX_DOF, Store};
 
 /// All large memory of the application, about 80 KiB. It starts as all zeros, so that it lies in `.bss`.
 pub struct Memory {
@@ -72,7 +72,7 @@ impl Memory {
     pub const fn new() -> Self {
         Self {
             measurement: measurement::Memory::<f32>::new(),
-            room: [0; COMPACT_RESPONSE],
+            room: [0; MAX_DOF],
             session: SessionMemory::new(),
             panel: PanelMemory::new(),
         }

@@ -8,13 +8,12 @@ use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
-use massline_protocol::message::EstimatedMass;
 use massline_shared::measurement::NextAction;
 use massline_shared::signal::{CHANNELS, Scan};
 use massline_shared::units::ScanIndex;
 
 use crate::board::{SampleError, Sampler};
-use crate::checkpoint::{Checkpoint, CheckpointBuffer, fetch_lines};
+use crate::checkpoint::{Checkpoint, CheckpointBuffer};
 use crate::deadline::Deadline;
 use crate::levels::Levels;
 use crate::outcome::StoredResult;
@@ -58,9 +57,6 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
                 }
                 NextAction::StoreLines { dof } => {
                     self.checkpoint.store_lines(self.rig, self.store, self.room, dof).await;
-                }
-                NextAction::FetchLines { dof, response } => {
-                    fetch_lines(self.rig, self.store, self.room, (dof, response)).await;
                 }
                 NextAction::Store => self.keep_result().await,
             }
@@ -143,7 +139,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
     async fn keep_result(&mut self) {
         let rig = self.rig;
         let mut store = self.store.lock().await;
-        let mass = best_mass(rig);
+        let mass = rig.measurement.borrow().result().estimates.first().map(mass_of);
         let result = StoredResult::new(rig, store.next_number());
         let put = store.put_result(&result, rig.layout_hash.get(), mass).await;
         let mut measurement = rig.measurement.borrow_mut();
@@ -155,13 +151,4 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
             Err(_) => measurement.not_stored(),
         }
     }
-}
-
-/// The mass of the best estimate of the measurement.
-// Not inlined: the estimate is computed on its stack.
-#[inline(never)]
-fn best_mass(rig: &Rig<'_>) -> Option<EstimatedMass> {
-    let measurement = rig.measurement.borrow();
-    let best = measurement.result().estimates.first().map(mass_of);
-    best.or_else(|| measurement.modal_estimates().next().map(|best| mass_of(&best)))
 }

@@ -4,9 +4,7 @@
 use massline_protocol::calibration_checksum;
 use massline_protocol::diagnostic::DiagnosticList;
 use massline_protocol::lines_head::LinesHead;
-use massline_protocol::modes::{StoredAgreement, StoredMode, StoredRefusal};
 use massline_protocol::object::{DofResult, ResultHead, StoredEstimate};
-use massline_shared::measurement::Measurement;
 
 use crate::deadline::Deadline;
 use crate::encoded::{self, Bytes};
@@ -58,49 +56,12 @@ impl<'a, 'm> StoredResult<'a, 'm> {
         for (details, lines) in result.dofs.iter().zip(result.lines) {
             bytes.put(&LinesHead::of(details, lines));
         }
-        let of_modes = count_modal(&measurement);
-        bytes.put(&((result.estimates.len() + of_modes) as u32));
+        bytes.put(&(result.estimates.len() as u32));
         for estimate in result.estimates {
             bytes.put(&StoredEstimate::from(estimate));
         }
-        put_modal(&measurement, bytes);
-        put_modes(&measurement, bytes);
         bytes.put(&DiagnosticList(result.diagnostics.clone()));
     }
-}
-
-/// Number of estimates of the suspension modes.
-#[inline(never)]
-fn count_modal(measurement: &Measurement<'_, f32>) -> usize {
-    measurement.modal_estimates().count()
-}
-
-/// Writes the estimates of the suspension modes.
-// Not inlined: each of them is computed on its stack.
-#[inline(never)]
-fn put_modal(measurement: &Measurement<'_, f32>, bytes: &mut Bytes<'_>) {
-    measurement.modal_estimates().for_each(|estimate| bytes.put(&StoredEstimate::from(&estimate)));
-}
-
-/// Writes the suspension modes, the methods without an answer, and how the methods agree.
-// Not inlined: it has a stack of its own.
-#[inline(never)]
-fn put_modes(measurement: &Measurement<'_, f32>, bytes: &mut Bytes<'_>) {
-    let solver = measurement.solver();
-    let modes = solver.map_or(0, |solver| solver.modes().len());
-    bytes.put(&(modes as u32));
-    for mode in solver
-        .iter()
-        .flat_map(|solver| (0..modes).map(|place| StoredMode::of(solver, place)))
-        .flatten()
-    {
-        bytes.put(&mode);
-    }
-    bytes.put(&(measurement.modal_refusals().count() as u32));
-    for (method, reason) in measurement.modal_refusals() {
-        bytes.put(&StoredRefusal { method: method.number(), reason: (&reason).into() });
-    }
-    bytes.put(&solver.and_then(|solver| solver.agreement()).map(StoredAgreement::of));
 }
 
 impl Source for StoredResult<'_, '_> {

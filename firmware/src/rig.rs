@@ -31,6 +31,8 @@ pub(crate) struct Rig<'m> {
     pub measurement: RefCell<Measurement<'m, f32>>,
     /// Hash of the layout in use, 0 without one.
     pub layout_hash: Cell<u32>,
+    /// True while a result is deleted: a page of flash may be erased, during which nothing can be sampled.
+    deleting: Cell<bool>,
     /// Counters other than those of the measurement and of the store.
     pub stats: RefCell<Stats>,
     /// Level of each channel over the last window: see [`crate::levels::Levels`].
@@ -48,8 +50,6 @@ pub(crate) struct Rig<'m> {
 }
 
 impl<'m> Rig<'m> {
-    // Not inlined: what it is made of lies on its stack.
-    #[inline(never)]
     pub fn new(
         info: BoardInfo,
         adc: AdcProperties,
@@ -61,6 +61,7 @@ impl<'m> Rig<'m> {
             streams,
             measurement: RefCell::new(Measurement::new(adc, memory)),
             layout_hash: Cell::new(0),
+            deleting: Cell::new(false),
             stats: RefCell::new(Stats::default()),
             levels: Cell::new([0; CHANNELS]),
             last_mass: Cell::new(None),
@@ -115,6 +116,9 @@ impl<'m> Rig<'m> {
     /// [`crate::deadline::DEADLINE`].
     pub fn start(&self, start: Start, force: bool, room: bool) -> Result<(), StartError> {
         let _deadline = Deadline::begin(&self.stats);
+        if self.deleting.get() {
+            return Err(StartError::Busy);
+        }
         self.measurement.borrow_mut().start(start, force, room)?;
         self.steered();
         Ok(())
@@ -122,6 +126,7 @@ impl<'m> Rig<'m> {
 
     /// Executes a command from the operator.
     pub fn command(&self, command: Command) -> Result<(), CommandError> {
+        self.unless_deleting()?;
         self.measurement.borrow_mut().command(command)?;
         self.steered();
         Ok(())
@@ -129,6 +134,7 @@ impl<'m> Rig<'m> {
 
     /// Requests a reading of the channels without a hit.
     pub fn take_reading(&self) -> Result<(), CommandError> {
+        self.unless_deleting()?;
         self.measurement.borrow_mut().take_reading()?;
         self.steered();
         Ok(())
@@ -148,6 +154,31 @@ impl<'m> Rig<'m> {
         done
     }
 
+    /// Runs `delete`, which deletes a result while the rig is idle or paused. Until it returns, nothing is started or resumed.
+    ///
+    /// # Errors
+    /// Those of `delete`; [`StartError::WrongPhase`] while the rig measures, [`StartError::Busy`] during another deletion.
+    pub async fn deleting<T, E: From<StartError>>(
+        &self,
+        delete: impl AsyncFnOnce() -> Result<T, E>,
+    ) -> Result<T, E> {
+        if !self.measurement.borrow().rests() {
+            return Err(StartError::WrongPhase.into());
+        }
+        if self.deleting.replace(true) {
+            return Err(StartError::Busy.into());
+        }
+        let done = delete().await;
+        self.deleting.set(false);
+        done
+    }
+
+    /// # Errors
+    /// [`CommandError::WrongPhase`] while a result is deleted.
+    pub fn unless_deleting(&self) -> Result<(), CommandError> {
+        if self.deleting.get() { Err(CommandError::WrongPhase) } else { Ok(()) }
+    }
+
     /// State of the rig.
     pub fn status(&self) -> Status {
         let measurement = self.measurement.borrow();
@@ -165,7 +196,6 @@ impl<'m> Rig<'m> {
             layout_hash: self.layout_hash.get(),
             result: campaign.map_or(0, |campaign| campaign.result()),
             started_unix_s: campaign.map_or(0, |campaign| campaign.started().started_unix_s),
-            computed: computed(&measurement),
             diagnostics: measurement.diagnostics().clone(),
         }
     }
@@ -192,11 +222,6 @@ impl<'m> Rig<'m> {
             ..*stats
         }
     }
-}
-
-/// Percentage of the computation of the suspension modes that is done; `None` unless it runs.
-pub(crate) fn computed(measurement: &Measurement<'_, f32>) -> Option<u8> {
-    measurement.computed().map(|part| (100.0 * part) as u8)
 }
 
 /// Identity of a rig with this converter, whose link carries all scans if `streams` is true.

@@ -8,16 +8,16 @@
 //! | `format`, `schema_version` | `"massline-archive"`, and the version of this table |
 //! | `measured` | when the campaign was started, RFC 3339; null when the rig was not told the time |
 //! | `written`, `program` | when this file was written, and the version of the program that wrote it |
-//! | `rig` | board of the rig, version and commit of its firmware, and its `sampler`: the converter and the scans before the trigger, without which the codes of `hit_records` have no unit; missing in files that older programs have written |
+//! | `rig` | board of the rig, version and commit of its firmware, and its `sampler`: the converter and the scans before the trigger, without which the codes of `hit_records` have no unit |
 //! | `layout` | `title`; `nodes` with positions and axes; `resolved`: sensors, hits and settings as the solvers take them; `toml`: the layout file as it was written, null when the rig supplied the layout |
 //! | `calibration` | the calibration in force, with the keys of a calibration file; null when the rig has another one by now |
 //! | `result` | the result as the rig has stored it: for each DOF its mass lines, their noise, and number and scatter of its hits; the answers of all methods |
 //! | `spectra` | for each DOF whose spectra were read: G_FF, G_XF and G_XX of all responses, each hit divided by the root of its force's energy in the band; H1 = G_XF / G_FF |
 //! | `lines` | for each DOF in the suspension profile, its frequency responses as the rig has stored them; missing in the mass-line profile |
 //! | `hit_records` | codes of all channels for each accepted hit, when they were kept |
-//! | `hit_log` | every hit that was graded while the program followed the campaign: its DOF, number, peaks and time, what became of it and why; missing in files that older programs have written, and when nobody has followed |
+//! | `hit_log` | every hit that was graded while the program followed the campaign: its DOF, number, peaks and time, what became of it and why; missing when nobody has followed |
 //! | `answers` | the document that `measure` or `results get` printed with `--json`; null when there was no answer |
-//! | `checksum` | CRC-32 of the file without white space between values and without this key, which is the last; missing in files that older programs have written. Without it, an edited file is read |
+//! | `checksum` | CRC-32 of the file without white space between values and without this key, which is the last; whoever edits the file on purpose deletes it |
 //!
 //! `layout.resolved` and `result` have the field names of `massline_shared::layout::Layout` and
 //! `massline_protocol::object::MeasurementResult`. Numbers are written with as many digits as they need to be read back
@@ -139,9 +139,8 @@ pub struct ArchivedRig {
     pub git_hash: String,
     /// Whether its sources had changes beside that commit.
     pub git_dirty: bool,
-    /// How it samples; `None` in an archive that does not say so.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sampler: Option<ArchivedSampler>,
+    /// How it samples.
+    pub sampler: ArchivedSampler,
 }
 
 /// What gives the codes of a record their units and their times.
@@ -257,10 +256,10 @@ impl Archive {
                 firmware: identity.firmware.as_str().into(),
                 git_hash: identity.git_hash.as_str().into(),
                 git_dirty: identity.git_dirty,
-                sampler: Some(ArchivedSampler {
+                sampler: ArchivedSampler {
                     adc: identity.adc,
                     pre_trigger_scans: identity.pre_trigger_scans,
-                }),
+                },
             },
             layout,
             calibration: is_that.then(|| CalibrationTable::of_record(calibration)),
@@ -340,10 +339,8 @@ impl Archive {
     pub fn frfs(&self) -> Result<Vec<Frf>> {
         let sensors = &self.layout.resolved.sensors;
         let nodes: Vec<u16> = sensors.iter().map(|sensor| sensor.node).collect();
-        if let Some(ArchivedSampler { adc, .. }) =
-            self.rig.sampler.filter(|_| !self.lines.is_empty())
-        {
-            let spacing = resolution::<f64>(&adc, TestProfile::Suspension);
+        if !self.lines.is_empty() {
+            let spacing = resolution::<f64>(&self.rig.sampler.adc, TestProfile::Suspension);
             return Ok(self.lines.iter().flat_map(|of| of.frfs(&nodes, spacing)).collect());
         }
         let Some(calibration) = self.calibration()? else { return Ok(Vec::new()) };

@@ -7,9 +7,9 @@
 use std::time::{Duration, Instant};
 
 use massline_protocol::event::{HitEvent, ScanBlock};
-use massline_protocol::message::{CampaignCommand, CommandRequest, Reason, Status};
+use massline_protocol::message::{Reason, StartRequest, Status};
 use massline_shared::diagnosis::Diagnostic;
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Object, Phase, Start};
 
 use crate::calibration::day::age_in_days;
 use crate::client::{Client, ClientError, Event};
@@ -52,7 +52,7 @@ pub trait Observer {
     ///
     /// # Errors
     /// An error makes `follow` end.
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<CampaignCommand>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Command>> {
         let _ = (client, status);
         Ok(None)
     }
@@ -62,17 +62,13 @@ pub trait Observer {
     ///
     /// # Errors
     /// An error makes `follow` end.
-    fn at_target(
-        &mut self,
-        client: &mut Client,
-        status: &Status,
-    ) -> Result<Option<CampaignCommand>> {
+    fn at_target(&mut self, client: &mut Client, status: &Status) -> Result<Option<Command>> {
         let _ = (client, status);
-        Ok(Some(CampaignCommand::Conclude))
+        Ok(Some(Command::Conclude))
     }
 
     /// The rig refused the command of [`Observer::steer`] and goes on; [`explain_refusal`] has the words.
-    fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+    fn refused(&mut self, command: Command, reason: Reason) {
         let _ = (command, reason);
     }
 }
@@ -132,7 +128,7 @@ pub fn begin(client: &mut Client, how: StartOptions) -> Result<StartOutcome, Cli
     let status = client.status()?;
     match Phase::try_from(status.phase).ok() {
         Some(Phase::Paused) if !how.restart => {
-            client.command(CampaignCommand::Resume)?;
+            client.command(Command::Resume)?;
             Ok(StartOutcome::Resumed)
         }
         Some(
@@ -146,7 +142,7 @@ pub fn begin(client: &mut Client, how: StartOptions) -> Result<StartOutcome, Cli
             | Phase::Paused
             | Phase::Solving,
         ) => {
-            client.command(CampaignCommand::Abort)?;
+            client.command(Command::Abort)?;
             start(client, how)?;
             Ok(StartOutcome::Started)
         }
@@ -161,15 +157,9 @@ pub fn begin(client: &mut Client, how: StartOptions) -> Result<StartOutcome, Cli
 fn start(client: &mut Client, how: StartOptions) -> Result<Status, ClientError> {
     let StartOptions { confirm, force, block_mass, started_unix_s, restart: _ } = how;
     let calibration_age_days = age_in_days(&client.calibration()?);
-    let request = CommandRequest {
-        confirm,
-        force,
-        block_mass,
-        calibration_age_days,
-        started_unix_s,
-        ..CampaignCommand::Start.into()
-    };
-    client.command_with(request)
+    let object = block_mass.map_or(Object::Unknown, |mass| Object::Block { mass });
+    let start = Start { object, confirm, calibration_age_days, started_unix_s };
+    client.start_with(StartRequest { start, force })
 }
 
 /// Follows the running campaign until it ends.
@@ -201,7 +191,7 @@ pub fn follow(
     let waited = |e: &Error| is_out_of_reach(e) || e.code() == Error::INTERRUPTED;
     if ending.as_ref().is_err_and(|e| !waited(e)) {
         let _ = follower.hear_the_rest();
-        let _ = client.command(CampaignCommand::Pause);
+        let _ = client.command(Command::Pause);
     }
     ending
 }
@@ -344,7 +334,7 @@ impl Follower<'_> {
     }
 
     /// Sends a command; returns the status after it, also when the rig refused the command and goes on.
-    fn command(&mut self, command: CampaignCommand) -> Result<Status> {
+    fn command(&mut self, command: Command) -> Result<Status> {
         match self.client.command(command) {
             Ok(status) => {
                 self.client.discard_statuses();
@@ -363,7 +353,7 @@ impl Follower<'_> {
     /// Interrupts the campaign; returns its ending if it has ended meanwhile.
     fn leave(&mut self) -> Result<CampaignOutcome> {
         loop {
-            let status = self.command(CampaignCommand::Pause)?;
+            let status = self.command(Command::Pause)?;
             if let Some(ending) = self.take(&status)? {
                 return Ok(ending);
             }
@@ -415,43 +405,38 @@ pub fn open_dof(status: &Status) -> Option<u8> {
 }
 
 /// True when a refusal is something to tell the operator, and not a failure.
-fn concerns_operator(command: CampaignCommand, reason: Reason) -> bool {
-    // An old rig cannot decode the command.
-    let undo = [Reason::NothingToUndo, Reason::HitOverwritten, Reason::Malformed];
-    reason == Reason::WrongPhase || command == CampaignCommand::Undo && undo.contains(&reason)
+fn concerns_operator(command: Command, reason: Reason) -> bool {
+    let undo = [Reason::NothingToUndo, Reason::HitOverwritten];
+    reason == Reason::WrongPhase || command == Command::Undo && undo.contains(&reason)
 }
 
 /// Why the rig refused a command of the operator, as a sentence.
-pub fn explain_refusal(command: CampaignCommand, reason: Reason) -> String {
+pub fn explain_refusal(command: Command, reason: Reason) -> String {
     let action = match command {
-        CampaignCommand::Undo => {
+        Command::Undo => {
             return match reason {
                 Reason::NothingToUndo => "there is no hit to undo: only the last accepted hit can be undone, once",
                 Reason::HitOverwritten => {
                     "the last accepted hit can no longer be undone, because a later hit has replaced its record; d \
                      redoes the DOF"
                 }
-                Reason::Malformed => {
-                    "the firmware of this rig is too old to undo a hit; `massline flash` updates it, d redoes the DOF"
-                }
                 _ => "a hit can be undone only while the rig waits for the next one",
             }
             .to_owned();
         }
-        CampaignCommand::Start => "starting",
-        CampaignCommand::Pause => "pausing",
-        CampaignCommand::Resume => "resuming",
-        CampaignCommand::Accept => "accepting a hit",
-        CampaignCommand::Reject => "rejecting a hit",
-        CampaignCommand::Redo => "repeating the DOF",
-        CampaignCommand::Skip => "skipping the DOF",
-        CampaignCommand::Finish => "finishing the DOF",
-        CampaignCommand::Abort => "ending the campaign",
-        CampaignCommand::Conclude => "finishing at the target",
-        CampaignCommand::Continue => "going on after the target",
+        Command::Pause => "pausing",
+        Command::Resume => "resuming",
+        Command::Accept => "accepting a hit",
+        Command::Reject => "rejecting a hit",
+        Command::Redo => "repeating the DOF",
+        Command::Skip => "skipping the DOF",
+        Command::Finish => "finishing the DOF",
+        Command::Abort => "ending the campaign",
+        Command::Conclude => "finishing at the target",
+        Command::Continue => "going on after the target",
     };
     let why = match command {
-        CampaignCommand::Finish => ": the DOF has no accepted hit yet, or is being closed",
+        Command::Finish => ": the DOF has no accepted hit yet, or is being closed",
         _ => "",
     };
     format!("{action} is not possible now{why}")

@@ -125,7 +125,6 @@ mod tests {
             layout_hash: 1,
             result: 0,
             started_unix_s: 1,
-            computed: None,
             diagnostics: Diagnostics::new(),
         }
     }

@@ -22,6 +22,7 @@ use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
+use massline_shared::signal::Swing;
 
 use crate::clock;
 use crate::document::{HitRemark, HitVerdict, LoggedHit};
@@ -209,6 +210,7 @@ impl Entry {
         let event = &self.event;
         // A record that was lost has no peaks.
         let known = |peak: f32| (peak.is_finite() && peak > 0.0).then_some(peak);
+        let share = |of: fn(&Swing) -> f32| event.swing.as_ref().map(of).filter(|v| v.is_finite());
         let remark = |(of, message): (&Diagnostic, String)| HitRemark {
             code: code_name(of),
             severity: of.severity.name().into(),
@@ -221,7 +223,9 @@ impl Entry {
             findings: by_code(&event.findings, layout).into_iter().map(remark).collect(),
             peak_force_n: known(event.peak_force),
             peak_acceleration_m_per_s2: known(event.peak_acceleration),
-            impulse_n_s: event.impulse.and_then(known),
+            impulse_n_s: event.swing.and_then(|swing| known(swing.impulse)),
+            rest: share(|swing| swing.rest),
+            remainder: share(|swing| swing.remainder),
             graded: self.graded.clone(),
         })
     }

@@ -247,7 +247,7 @@ impl<'a> HostSolution<'a> {
 
     /// What is to be said of the host's findings before and instead of the rig's.
     pub fn here(&self) -> SolvedHere {
-        let Identification { estimates, not_applicable, .. } = &self.identification;
+        let Identification { estimates, .. } = &self.identification;
         let table_of = |best: &Estimate<f64>| table(best, None) + &self.hammer_text_of(best);
         // The many answers to the suspension modes are compared in one table, after the best.
         let whole = match self.profile {
@@ -258,7 +258,6 @@ impl<'a> HostSolution<'a> {
         SolvedHere {
             answer: self.which_to_use() + &tables,
             answered: estimates.iter().map(|of| of.method).collect(),
-            refused: not_applicable.iter().map(|(method, _)| *method).collect(),
         }
     }
 
@@ -342,6 +341,9 @@ impl<'a> HostSolution<'a> {
             let refusals = refusals_json(&[refused], message_of).into_iter();
             refusals.map(move |refusal| Marked::by(found_by, refusal))
         });
+        if document.results.is_empty() {
+            document.results = host.results.clone();
+        }
         document.verdict = judged;
         let reasons_of = |judgement| verdict_reasons(judgement, layout, message_of);
         document.verdict_reasons = judgement.as_ref().map(reasons_of).unwrap_or_default();
@@ -424,12 +426,8 @@ impl<'a> HostSolution<'a> {
     /// The methods without an answer by the rig for which it has stored no reason, the reasons, and who found them.
     fn missing(&self) -> Vec<((Method, Vec<Diagnostic>), FoundBy)> {
         let of_rig = estimates_of(self.result);
-        let named = |method: Method| {
-            self.result.refusals.iter().any(|refusal| refusal.method == method.number())
-        };
         let missing = |method: &Method| {
             self.selection.contains(*method)
-                && !named(*method)
                 && !of_rig.iter().any(|estimate| estimate.method == *method)
         };
         let refused = |method: Method| {
@@ -440,9 +438,8 @@ impl<'a> HostSolution<'a> {
             }
         };
         if self.profile == TestProfile::Suspension {
-            // A rig runs some of these methods only.
+            // A rig runs none of these methods.
             let refused = self.identification.not_applicable.iter();
-            let refused = refused.filter(|(method, _)| missing(method));
             return refused
                 .map(|(method, reasons)| ((*method, reasons.to_vec()), FoundBy::Host))
                 .collect();

@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | [`Verdict::Good`] | there is no concern |
 //! | [`Verdict::UseWithCare`] | warnings, methods that differ, or data that contradict the error budget within the limits below |
-//! | [`Verdict::DoNotUse`] | no body has these properties; the preferred method has no answer from the same data; the data contradict the layout beyond [`MOST_CONTRADICTION`], or a single mistake explains that they do; no body on its suspension fits the responses |
+//! | [`Verdict::DoNotUse`] | no body has these properties; the preferred method has no answer from the same data; the data contradict the layout beyond [`Consistency::contradicts_layout`], or a single mistake explains that they do; no body on its suspension fits the responses |
 //!
 //! The verdict is computed here and nowhere else. `words` makes the sentences; they decide nothing.
 
@@ -17,18 +17,9 @@ use crate::verdict::Verdict;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::identify::agreement::Outcome as Agreed;
 use massline_shared::identify::maximum_likelihood::BudgetScales;
-use massline_shared::identify::{Consistency, Estimate, Method};
+use massline_shared::identify::{Consistency, Estimate, Method, is_of_data};
 pub use rig::{state_verdict_of_rig, verdict_on_rig};
 pub use words::{NO_ANSWER_HERE, verdict_line, verdict_reasons};
-
-/// χ² of the stated budget over its degrees of freedom from which an answer is not to be used: errors of three times their
-/// stated standard deviations. A bench that is twice as rough as stated has 4, on which the learning of the budget is
-/// tested.
-pub const MOST_CONTRADICTION: f64 = 9.0;
-
-/// Standard normal deviate that χ² must exceed as well: with few degrees of freedom chance alone makes χ² several times as
-/// large as expected. It exceeds this in three of a million tests.
-const BEYOND_CHANCE: f64 = 4.5;
 
 /// χ² of the stated budget over its degrees of freedom from which a single mistake that explains the data is decisive. Below it
 /// one of the hundreds of mistakes that are tried may fit by chance: of healthy tests as rough as stated, one in a thousand
@@ -181,25 +172,10 @@ impl<'a> Evidence<'a> {
     /// Data that contradict the error budget beyond the limit, by the stated budget of the nominal layout or, where that was
     /// not examined, by what the answer itself leaves.
     fn contradiction(&self) -> Option<Concern> {
-        let of_answer = || {
-            // A rig that has learned the budget keeps the χ² of the stated one in a finding.
-            let mut all = self.answer.diagnostics.iter().chain(&self.diagnostics);
-            let stated = all.find(|finding| finding.code == Code::DataInconsistentWithBudget);
-            let of_stated = |consistency: Consistency<f64>| match stated {
-                Some(finding) => Consistency {
-                    chi_squared: f64::from(finding.value)
-                        * f64::from(consistency.degrees_of_freedom),
-                    ..consistency
-                },
-                None => consistency,
-            };
-            self.answer.consistency.map(of_stated)
-        };
+        let of_answer = || self.answer.stated_consistency(&self.diagnostics);
         let consistency =
             self.examination.map_or_else(of_answer, |examination| examination.plain)?;
-        let exceeds = consistency.reduced() > MOST_CONTRADICTION
-            && consistency.equivalent_z() > BEYOND_CHANCE;
-        exceeds.then_some(Concern::Contradicted(consistency))
+        consistency.contradicts_layout().then_some(Concern::Contradicted(consistency))
     }
 
     /// The method that would have been preferred to the answer's, where the data themselves are why it has none.
@@ -290,11 +266,6 @@ fn examined(examination: &Examination) -> Option<Concern> {
         Outcome::LargerErrors(scales) => Some(Concern::LargerErrors(*scales)),
         Outcome::Unexplained => Some(Concern::Unexplained(examination.plain)),
     }
-}
-
-/// True for a reason that lies in the data, not in what the method needs: the method was tried and has failed.
-fn is_of_data(code: Code) -> bool {
-    matches!(code, Code::NotConverged | Code::MassNotPositive | Code::NotPhysicallyConsistent)
 }
 
 /// True for which form of damping does not fit: the method with that form is refused.

@@ -33,7 +33,7 @@ pub use digits::{as_exact_as, deviation, two_digits, with_sigma};
 pub use estimate::estimate_json;
 pub use global_fit::{global_fit_json, global_fit_text};
 pub use hammer::{CALIBRATE_HAMMER, hammer_text};
-pub use hit::HitSaid;
+pub use hit::{HitSaid, swing_words};
 pub use measurement::{SolvedHere, estimates_of, measurement_json, measurement_text};
 pub use message::{
     by_code, channel_name, code_name, message, message_in, message_of_result, messages,
@@ -45,8 +45,8 @@ pub use modes::{
 pub use refusals::{refusals_json, refusals_text};
 pub use summary::{ResultVerdict, Summary};
 pub use table::{INERTIA_CONVENTION, Truth, table};
-pub use where_to_hit::new_direction;
-pub(crate) use where_to_hit::{hardly_shown, not_shown};
+pub use where_to_hit::{HitDirections, new_direction};
+pub(crate) use where_to_hit::{NEW, hardly_shown, not_shown};
 
 /// The text of a layout's hash or a calibration's checksum; `None` for 0, which means that there is none.
 pub fn hash_text(hash: u32) -> Option<String> {

@@ -13,7 +13,7 @@ pub fn of_measuring(findings: &[Diagnostic]) -> Vec<Diagnostic> {
 
 /// True for what a rig concludes from its layout and its readings.
 fn is_conclusion(code: Code) -> bool {
-    is_about_the_layout(code) || is_about_the_answer(code) || is_about_the_modes(code)
+    is_about_the_layout(code) || is_about_the_answer(code)
 }
 
 /// What layout and hits determine, and whether the readings fit it.
@@ -62,30 +62,6 @@ fn is_about_the_answer(code: Code) -> bool {
     )
 }
 
-/// The suspension modes and what follows from them.
-fn is_about_the_modes(code: Code) -> bool {
-    matches!(
-        code,
-        Code::SuspensionModesMissing
-            | Code::FourModesRankNine
-            | Code::SixModesNeeded
-            | Code::ResponsesDoNotSpanSix
-            | Code::ModeAtBandEdge
-            | Code::ModeComplex
-            | Code::ModesClose
-            | Code::ModePoorlyExcited
-            | Code::DampingNotViscous
-            | Code::DampingNotStructural
-            | Code::DrivingPointReversed
-            | Code::AllPointsReversed
-            | Code::LooksLikeMobility
-            | Code::PropertyUndetermined
-            | Code::UnstableUnderNoise
-            | Code::ModesNotSeparated
-            | Code::MoreModesThanSix
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use massline_shared::diagnosis::Severity;
@@ -97,7 +73,7 @@ mod tests {
         let warning = |code| Diagnostic::whole(code, Severity::Warning, 1.0);
         let measured =
             [Code::NoPlateau, Code::SuspensionInBand, Code::DofSkipped, Code::HitsDisagree];
-        let concluded = [Code::MotionNotRigid, Code::NotConverged, Code::ModeComplex];
+        let concluded = [Code::MotionNotRigid, Code::NotConverged, Code::ScaleNotLearned];
         let all: Vec<_> = measured.into_iter().chain(concluded).map(warning).collect();
         assert_eq!(of_measuring(&all), measured.map(warning));
     }

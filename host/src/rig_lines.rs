@@ -4,9 +4,10 @@ use massline_protocol::lines::LinesId;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::layout::{HostLayout, TestProfile};
 use massline_shared::signal::{AdcProperties, ringing_s};
+use nalgebra::Complex;
 
 use crate::archive::{Archive, ArchivedLines};
-use crate::client::{Client, ClientError};
+use crate::client::{Client, ClientError, StoredDof};
 use crate::suspension::{DofLines, TestLines};
 
 /// The lines of the DOFs of a result; none in the mass-line profile.
@@ -46,14 +47,20 @@ impl RigLines {
 
     /// The lines in an archive.
     pub fn of_archive(archive: &Archive) -> Self {
-        let adc = archive.rig.sampler.map(|sampler| sampler.adc);
-        Self { adc, dofs: archive.lines.clone() }
+        Self { adc: Some(archive.rig.sampler.adc), dofs: archive.lines.clone() }
     }
 
     /// The lines, DOF by DOF.
     pub fn into_dofs(self) -> Vec<ArchivedLines> {
         self.dofs
     }
+}
+
+/// The lines of a DOF that a rig has stored, in double precision.
+pub fn lines_of(stored: &StoredDof) -> DofLines {
+    let lines = stored.responses.iter().flatten();
+    let lines = lines.map(|value| Complex::new(f64::from(value.re), f64::from(value.im)));
+    DofLines { dof: stored.head.index.into(), lines: lines.collect() }
 }
 
 impl StoredTest<'_> {

@@ -5,9 +5,9 @@
 //! leaves time to read the spectra before they are overwritten.
 
 use massline_protocol::event::{HitEvent, ScanBlock};
-use massline_protocol::message::{CampaignCommand, Reason, Status};
+use massline_protocol::message::{Reason, Status};
 use massline_shared::layout::RigLayout;
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Phase};
 
 use crate::archive::RecordCollection;
 use crate::campaign::{Observer, open_dof};
@@ -96,7 +96,7 @@ impl Collecting<'_> {
         &mut self,
         client: &mut Client,
         status: &Status,
-        command: Option<CampaignCommand>,
+        command: Option<Command>,
     ) -> Result<()> {
         let Some((records, layout)) = &mut self.records else { return Ok(()) };
         let hit = layout.hits.get(usize::from(status.dof));
@@ -104,8 +104,8 @@ impl Collecting<'_> {
             records.truncate(hit.dof, status.accepted.get(usize::from(open)).copied().unwrap_or(0));
         }
         match command {
-            Some(CampaignCommand::Accept) => records.collect(client, status, layout),
-            Some(CampaignCommand::Redo) => {
+            Some(Command::Accept) => records.collect(client, status, layout),
+            Some(Command::Redo) => {
                 hit.into_iter().for_each(|hit| records.discard(hit.dof));
                 Ok(())
             }
@@ -137,27 +137,23 @@ impl Observer for Collecting<'_> {
         self.observer.scans(block);
     }
 
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<CampaignCommand>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Command>> {
         // Before any command, because most commands make the rig discard the spectra.
         self.collection.collect(client, status)?;
         let steer = self.observer.steer(client, status)?;
         let waits = Phase::try_from(status.phase).ok() == Some(Phase::Confirming);
-        let accept = CampaignCommand::Accept;
+        let accept = Command::Accept;
         let steer = steer.or((waits && self.accepts).then_some(accept));
         self.keep_records(client, status, steer)?;
         Ok(steer)
     }
 
-    fn at_target(
-        &mut self,
-        client: &mut Client,
-        status: &Status,
-    ) -> Result<Option<CampaignCommand>> {
+    fn at_target(&mut self, client: &mut Client, status: &Status) -> Result<Option<Command>> {
         self.collection.collect(client, status)?;
         self.observer.at_target(client, status)
     }
 
-    fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+    fn refused(&mut self, command: Command, reason: Reason) {
         self.observer.refused(command, reason);
     }
 }

@@ -1,5 +1,6 @@
 //! The verdict on a result, as commands, documents and exports name it. [`judgement`](crate::judgement) comes to it.
 
+use massline_shared::identify;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -43,6 +44,16 @@ impl Verdict {
     /// The verdict of this name in JSON.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|verdict| verdict.name() == name)
+    }
+}
+
+impl From<identify::Verdict> for Verdict {
+    fn from(verdict: identify::Verdict) -> Self {
+        match verdict {
+            identify::Verdict::Good => Self::Good,
+            identify::Verdict::UseWithCare => Self::UseWithCare,
+            identify::Verdict::DoNotUse => Self::DoNotUse,
+        }
     }
 }
 

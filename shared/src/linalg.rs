@@ -66,8 +66,6 @@ pub(crate) struct Spectrum<R> {
 /// largest and the smallest singular value and count those above the cut (Golub & Van Loan, Matrix
 /// Computations, sections 5.4.8 and 8.4). The method always terminates, and costs a quarter of computing all
 /// singular values by QR steps.
-// Not inlined, which saves 0.5 KB of the firmware's deepest stack and 2 KB of flash.
-#[inline(never)]
 pub(crate) fn spectrum<R: Real, const N: usize>(matrix: &[[R; N]; N]) -> Option<Spectrum<R>> {
     let zero = R::zero();
     let mut largest_element = zero;

@@ -30,10 +30,6 @@ unit!(
     Newtons
 );
 unit!(
-    /// Impulse of a force, N s.
-    NewtonSeconds
-);
-unit!(
     /// Acceleration, m/s².
     MetersPerSecondSquared
 );

@@ -20,13 +20,13 @@ use massline::commands::demo::LAYOUTS;
 use massline::commands::measure::ScreenArgs;
 use massline::layout_file::LayoutFile;
 use massline::output::Output;
-use massline_protocol::message::{CampaignCommand, CommandRequest};
+use massline_protocol::message::StartRequest;
 use massline_shared::Estimated;
 use massline_shared::calibration::block::BlockMass;
 use massline_shared::calibration::tumble::TumbleLimits;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 use massline_shared::diagnosis::Code;
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Object, Phase, Start};
 use massline_shared::units::Hertz;
 use massline_virtual::bench::{Bench, TumbleSource};
 
@@ -238,7 +238,7 @@ fn accept(rig: &mut BlockRig, test: &BlockTest, hits: u32) {
             return;
         }
         if Phase::try_from(status.phase).ok() == Some(Phase::Confirming) {
-            rig.client.command(CampaignCommand::Accept).unwrap();
+            rig.client.command(Command::Accept).unwrap();
         } else {
             rig.client.next_event(Duration::from_millis(20)).unwrap();
         }
@@ -361,9 +361,8 @@ fn an_interrupted_tumble_test_goes_on_where_it_was() {
 }
 
 fn start_block(client: &mut massline::client::Client, mass: f64, confirm: bool) {
-    let block_mass = Some(mass as f32);
-    let request = CommandRequest { confirm, block_mass, ..CampaignCommand::Start.into() };
-    client.command_with(request).unwrap();
+    let start = Start { object: Object::Block { mass: mass as f32 }, confirm, ..Start::DEFAULT };
+    client.start_with(StartRequest { start, force: false }).unwrap();
 }
 
 /// The breakouts' 100 nF are still in place: 1 / (2π · 32 kΩ · 100 nF) = 49.7 Hz, and 45.2 Hz with the rig's 10 nF,

@@ -39,7 +39,7 @@ fn directly(
                 }
             }
             NextAction::Compute => measurement.work(),
-            NextAction::StoreLines { dof } | NextAction::FetchLines { dof, .. } => {
+            NextAction::StoreLines { dof } => {
                 panic!("DOF {dof} has lines under the mass-line profile")
             }
             NextAction::Store => break,
@@ -53,9 +53,6 @@ fn directly(
         dofs: dofs.map(|(details, lines)| DofResult::of(details, lines)).collect(),
         lines: Default::default(),
         estimates: result.estimates.iter().map(StoredEstimate::from).collect(),
-        modes: Default::default(),
-        refusals: Default::default(),
-        agreement: None,
         diagnostics: result.diagnostics.clone(),
     }
 }

@@ -1,18 +1,21 @@
 //! Flash is written and erased only while the sampler is stopped: on most chips it stops the core, and scans would be lost.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::mpsc::{self, Sender};
+use std::sync::{Arc, Mutex};
 
+use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use massline::campaign::{StartOptions, begin};
 use massline::client::Client;
 use massline_firmware::Memory;
 use massline_firmware::board::{Board, SampleError, Sampler};
+use massline_firmware::panel::{Button, PanelModel};
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Phase};
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_shared::units::ScanIndex;
-use massline_tests::campaign::{connect, scans, steady_hand, three_bar};
+use massline_tests::campaign::{LATE, connect, scans, steady_hand, three_bar};
 use massline_virtual::flash::Flash;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 
@@ -25,6 +28,9 @@ struct Seen {
     writes: AtomicU32,
     /// Of them those while the sampler ran.
     during_samples: AtomicU32,
+    /// Writes are held until this is false again, and the next one says so.
+    held: AtomicBool,
+    holds: Mutex<Option<Sender<()>>>,
 }
 
 impl Seen {
@@ -34,6 +40,25 @@ impl Seen {
         self.during_samples.fetch_add(samples.into(), Ordering::Relaxed);
     }
 }
+
+impl Seen {
+    /// Waits while writes are held, and some rounds of all tasks more.
+    async fn hold(&self) {
+        let holds = self.holds.lock().unwrap().take();
+        if let Some(holds) = holds {
+            holds.send(()).unwrap();
+            while self.held.load(Ordering::Acquire) {
+                yield_now().await;
+            }
+            for _ in 0..ROUNDS {
+                yield_now().await;
+            }
+        }
+    }
+}
+
+/// Rounds of the rig's tasks in which a pressed button has its effect.
+const ROUNDS: u32 = 100;
 
 struct SeenSampler<S>(S, Arc<Seen>);
 
@@ -86,6 +111,7 @@ impl NorFlash for SeenFlash {
     }
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
+        self.1.hold().await;
         self.1.changes_flash(&self.1.writes);
         self.0.write(offset, bytes).await
     }
@@ -139,4 +165,32 @@ fn flash_is_changed_only_while_the_sampler_is_stopped() {
     }
     assert!(seen.starts.load(Ordering::Relaxed) > 15 && seen.writes.load(Ordering::Relaxed) > 15);
     assert_eq!(seen.during_samples.load(Ordering::Relaxed), 0);
+}
+
+/// A person goes on with a paused campaign while a result is being deleted.
+#[test]
+fn nothing_is_resumed_while_a_result_is_deleted() {
+    let seen = Arc::new(Seen::default());
+    let rig = start(&seen);
+    let client = &mut connect(&rig);
+    client.put_layout(&three_bar().rig_layout().unwrap()).unwrap();
+    let (number, _) = insistent_campaign(client);
+    // It waits with its first hit until it is paused.
+    begin(client, StartOptions { confirm: true, ..StartOptions::default() }).unwrap();
+    client.command(Command::Pause).unwrap();
+    let paused = |model: &PanelModel| model.phase == Phase::Paused;
+    rig.wait_for(LATE, paused).expect("it is paused");
+    let (holds, held) = mpsc::channel();
+    seen.held.store(true, Ordering::Release);
+    *seen.holds.lock().unwrap() = Some(holds);
+    std::thread::scope(|scope| {
+        let deleting = scope.spawn(|| client.delete_result(number));
+        held.recv().expect("the deletion is written");
+        // "Go on".
+        rig.press(Button::Ok);
+        seen.held.store(false, Ordering::Release);
+        deleting.join().unwrap().expect("it is deleted");
+    });
+    assert_eq!(seen.during_samples.load(Ordering::Relaxed), 0);
+    rig.wait_for(LATE, paused).expect("it is still paused");
 }

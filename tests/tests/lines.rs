@@ -2,20 +2,24 @@
 
 use embassy_futures::block_on;
 use massline::client::{Client, ClientError};
+use massline_firmware::board::ScreenSetting;
 use massline_firmware::store::{
-    CampaignSize, DOFS, DofWithLines, LAYOUTS, MAX_DOF, MAX_LINES, MAX_PROGRESS, MAX_RESULT,
-    RESULTS, Shortage, Source, Store, StoreError,
+    CampaignSize, DOFS, DofWithLines, LAYOUTS, MAX_DOF, MAX_LINES, MAX_LINES_HEAD, MAX_PROGRESS,
+    MAX_RESULT_HEAD, RESULTS, Shortage, Source, Store, StoreError,
 };
 use massline_protocol::LayoutHash;
 use massline_protocol::crc32;
 use massline_protocol::lines::{CURRENT_CAMPAIGN, LinesId, split_dof};
-use massline_protocol::message::{CampaignCommand, GetObjectInfo, ReadObject, Reason};
+use massline_protocol::message::{GetObjectInfo, ReadObject, Reason};
 use massline_protocol::object::{
     ChunkRequest, DofResult, MAX_CHUNK, ObjectId, ObjectKind, SCATTER, StoredTrend,
 };
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign};
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::layout::{
+    Attached, Axis, Dof, Hit, MAX_ATTACHED, Prior, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign,
+    Target,
+};
+use massline_shared::measurement::campaign::{Command, Phase};
 use massline_shared::nalgebra::Complex;
 use massline_shared::signal::{CompactLines, RESPONSES, expand_response};
 use massline_tests::campaign::{phase, scans, start, three_bar, wait_for};
@@ -160,16 +164,21 @@ fn a_dof_that_is_open_again_gives_its_room_to_the_next() {
     assert!(store.dof_of_campaign(1).is_some());
 }
 
-/// A layout with this number of hits and all sensors.
+/// The longest layout with this number of hits and all sensors.
 fn layout(dofs: usize) -> RigLayout {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let dof = Dof { node: 4, sign: Sign::Plus, axis: Axis::X };
+    let dof = Dof { node: u16::MAX, sign: Sign::Plus, axis: Axis::X };
     let hit = Hit::new(dof, [0.1, 0.2, 0.3], [1.0, 0.0, 0.0]);
     RigLayout {
         title: "a wheel on three springs, with a title of forty-".try_into().unwrap(),
         gravity: Some([0.0, 0.0, -9.80665]),
-        sensors: (0..RIG_SENSORS as u16).map(|node| Sensor::new(node, [0.1; 3], axes)).collect(),
+        sensors: (0..RIG_SENSORS).map(|_| Sensor::new(u16::MAX, [0.1; 3], axes)).collect(),
         hits: (0..dofs).map(|_| hit).collect(),
+        target: Target { mass: Some(0.01), center: Some(0.001), inertia: Some(0.02) },
+        priors: (0..10).map(|property| Prior { property, value: 1.5, sigma: 0.25 }).collect(),
+        attached: (0..MAX_ATTACHED)
+            .map(|_| Attached::point(0.5, 0.125, [1.0, 2.0, -1.0]))
+            .collect(),
         ..RigLayout::default()
     }
 }
@@ -181,21 +190,27 @@ fn prepared<C: Chip>(dofs: usize) -> (FlashMemory, ChipStore<C>) {
     let calibration = CalibrationRecord {
         date: "2026-03-14".try_into().unwrap(),
         hammer: "hammer 12345".try_into().unwrap(),
+        sensors: ["sensor 12345"; 3].map(|id| id.try_into().unwrap()),
+        temperature: Some(21.5),
         ..CalibrationRecord::default()
     };
     block_on(store.put_calibration(&postcard::to_stdvec(&calibration).unwrap())).unwrap();
+    block_on(store.put_screen(ScreenSetting::Sh1106)).unwrap();
     block_on(store.put_layout(&postcard::to_stdvec(&layout(dofs)).unwrap())).unwrap();
     (memory, store)
 }
 
+/// Most bytes of a DOF with lines.
+const LONGEST: usize = MAX_LINES_HEAD + MAX_LINES;
+
 /// Most bytes of the result of so many DOFs.
 fn longest_result(dofs: usize) -> usize {
-    MAX_RESULT - (RIG_HITS - dofs) * MAX_DOF
+    MAX_RESULT_HEAD + dofs * MAX_LINES_HEAD
 }
 
 /// Stores a whole campaign with lines, everything as long as it can be, and every DOF measured twice.
 fn store_campaign<C: Chip>(store: &mut ChipStore<C>, dofs: usize) {
-    let longest = vec![0x5A; MAX_DOF + MAX_LINES];
+    let longest = vec![0x5A; LONGEST];
     for index in 0..dofs as u8 {
         for _ in 0..2 {
             block_on(store.put_progress(&[index; MAX_PROGRESS])).unwrap();
@@ -236,13 +251,11 @@ fn capacity<C: Chip>(board: &str) -> (usize, usize) {
 }
 
 #[test]
-fn every_board_has_room_for_a_campaign_of_five_dofs_with_lines() {
-    // 5 DOFs of 5003 bytes, the result, the progress, layout and calibration, and the headers of their records need
-    // about 31 KiB; 32, 48 and 60 KiB are left of the flash beside the page that is opened next and what is lost at the
-    // ends of pages.
+fn every_board_has_room_for_a_campaign_of_six_dofs_with_lines() {
+    // 32, 48 and 60 KiB are left of the flash beside the page that is opened next and what is lost at the ends of pages.
     let (f411, g474, pico2) =
         (capacity::<F411>("F411"), capacity::<G474>("G474"), capacity::<W25q>("Pico 2"));
-    assert!(f411.0 >= 5 && f411.1 >= 1, "{f411:?}");
+    assert!(f411.0 >= 6 && f411.1 >= 1, "{f411:?}");
     assert!(g474.0 >= 6 && g474.1 >= 1, "{g474:?}");
     assert!(pico2.0 >= 7 && pico2.1 >= 1, "{pico2:?}");
 }
@@ -270,16 +283,16 @@ fn a_store_without_room_says_how_many_results_to_delete() {
     assert!(shortage.bytes > 20_000 && shortage.results.is_none(), "{shortage:?}");
 }
 
-/// The flash of an F411 that is full of layouts, and its contents: a campaign of four DOFs with lines.
+/// The flash of an F411 that is full of layouts, and its contents: a campaign of five DOFs with lines.
 fn full_of_layouts() -> FlashMemory {
-    let (memory, mut store) = prepared::<F411>(5);
-    for dofs in [10, 11, 12, 5] {
+    let (memory, mut store) = prepared::<F411>(6);
+    for dofs in [10, 11, 12, 6] {
         block_on(store.put_layout(&postcard::to_stdvec(&layout(dofs)).unwrap())).unwrap();
     }
     assert_eq!(store.layouts().len(), LAYOUTS);
-    assert!(!block_on(store.is_full(with_lines(5))), "the layouts give way");
-    for index in 0..4 {
-        block_on(store.put_dof(index, &vec![index; MAX_DOF + MAX_LINES][..])).unwrap();
+    assert_eq!(block_on(store.shortage(with_lines(6))), None, "the layouts give way");
+    for index in 0..5 {
+        block_on(store.put_dof(index, &vec![index; LONGEST][..])).unwrap();
         block_on(store.put_progress(&[index; MAX_PROGRESS])).unwrap();
     }
     memory
@@ -293,20 +306,20 @@ fn in_use<C: Chip>(store: &ChipStore<C>) -> Option<u32> {
 #[test]
 fn layouts_that_are_not_in_use_give_way_to_a_campaign_with_lines_at_any_cut_of_power() {
     let memory = full_of_layouts();
-    let last = vec![4; MAX_DOF + MAX_LINES];
+    let last = vec![5; LONGEST];
     let finish = |store: &mut ChipStore<F411>| {
         block_on(async {
-            store.reopen_dof(4).await?;
-            store.put_dof(4, &last[..]).await?;
-            store.put_progress(&[4; MAX_PROGRESS]).await?;
-            store.put_result(&vec![7; longest_result(5)][..], 0, None).await
+            store.reopen_dof(5).await?;
+            store.put_dof(5, &last[..]).await?;
+            store.put_progress(&[5; MAX_PROGRESS]).await?;
+            store.put_result(&vec![7; longest_result(6)][..], 0, None).await
         })
     };
     let whole = memory.copied();
     let mut store = open::<F411>(&whole);
     assert_eq!(finish(&mut store), Ok(1));
     assert!(store.layouts().len() < LAYOUTS);
-    let expected = (Some(layout(5).hash()), 0);
+    let expected = (Some(layout(6).hash()), 0);
     assert_eq!((in_use(&store), store.failures()), expected);
     // Every twentieth step: `power_cut` cuts at every one of such writes.
     for step in (0..whole.steps() - memory.steps()).step_by(20) {
@@ -317,8 +330,8 @@ fn layouts_that_are_not_in_use_give_way_to_a_campaign_with_lines_at_any_cut_of_p
         drop(store);
         let mut store = open::<F411>(&memory);
         assert_eq!((in_use(&store), store.failures()), expected, "step {step}");
-        for index in 0..4 {
-            let bytes = vec![index; MAX_DOF + MAX_LINES];
+        for index in 0..5 {
+            let bytes = vec![index; LONGEST];
             let mut room = vec![0; bytes.len()];
             let stored = store.dof_of_campaign(index).expect("no cut removes it");
             assert_eq!(block_on(store.read_dof(&stored, 0, &mut room)), Ok(bytes.len()));
@@ -330,15 +343,15 @@ fn layouts_that_are_not_in_use_give_way_to_a_campaign_with_lines_at_any_cut_of_p
 
 #[test]
 fn the_current_campaign_takes_no_room_from_the_next() {
-    let (_, mut store) = prepared::<F411>(5);
+    let (_, mut store) = prepared::<F411>(6);
     for index in 0..5 {
         put_dof(&mut store, index).unwrap();
         block_on(store.put_progress(&[index; MAX_PROGRESS])).unwrap();
     }
     // It is discarded when the next one starts.
-    assert!(!block_on(store.is_full(with_lines(5))));
+    assert!(!block_on(store.is_full(with_lines(6))));
     block_on(store.clear_progress()).unwrap();
-    store_campaign(&mut store, 5);
+    store_campaign(&mut store, 6);
 }
 
 #[test]
@@ -351,7 +364,7 @@ fn a_list_full_of_dofs_or_results_is_a_shortage_without_bytes() {
         block_on(store.put_result(&[1; 300][..], 0, None)).unwrap();
     }
     let one = Shortage { bytes: 0, results: Some(1) };
-    assert_eq!(block_on(store.shortage(with_lines(5))), Some(one));
+    assert_eq!(block_on(store.shortage(with_lines(6))), Some(one));
     assert_eq!(block_on(store.put_dof(0, &[1; 300][..])), Err(StoreError::Full));
     block_on(store.delete_result(1)).unwrap();
     assert_eq!(block_on(store.shortage(with_lines(6))), None);
@@ -429,7 +442,7 @@ fn the_host_downloads_the_lines_of_a_campaign_in_progress() {
     client.put_layout(&three_bar().rig_layout().unwrap()).unwrap();
     client.start(false, false).unwrap();
     wait_for(&mut client, |status| status.dof > 0);
-    client.command(CampaignCommand::Pause).unwrap();
+    client.command(Command::Pause).unwrap();
     wait_for(&mut client, |status| phase(status) == Some(Phase::Paused));
     // The first DOF is in the flash as soon as the rig rests.
     let first = LinesId { result: CURRENT_CAMPAIGN, dof: 0 };
@@ -443,7 +456,7 @@ fn the_host_downloads_the_lines_of_a_campaign_in_progress() {
     assert_eq!(phase(&client.status().unwrap()), Some(Phase::Paused));
     let second = LinesId { result: CURRENT_CAMPAIGN, dof: 1 };
     assert_eq!(download(&mut client, second).unwrap(), bytes);
-    client.command(CampaignCommand::Abort).unwrap();
+    client.command(Command::Abort).unwrap();
     wait_for(&mut client, |_| open::<VirtualChip>(&memory.copied()).dof_of_campaign(1).is_none());
     assert_eq!(refusal(download(&mut client, second)), Some(Reason::NotFound));
     rig.stop().unwrap();

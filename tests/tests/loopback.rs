@@ -9,11 +9,11 @@ use std::time::Duration;
 use massline::client::{Client, Event, PipeTransport, Timing, Transport};
 use massline::layout_file::LayoutFile;
 use massline_protocol::LayoutHash;
-use massline_protocol::message::{CampaignCommand, ENDPOINTS, Identity, ResultEntry, Status};
+use massline_protocol::message::{ENDPOINTS, Identity, ResultEntry, Status};
 use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_protocol::{MAX_FRAME, PROTOCOL_MAJOR, encode_frame};
 use massline_shared::layout::RigLayout;
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Phase};
 use massline_tests::campaign::{self, LATE, scans, three_bar_with_hits};
 use massline_virtual::bench::Bench;
 use massline_virtual::flash::{FlashBacking, FlashMemory};
@@ -178,7 +178,7 @@ fn what_changes_the_rig_is_done_once_however_often_it_arrives() {
     rig.link().set_filter(Direction::ToRig, Some(FaultyPipe::default().filter(0, twice)));
     client.start(true, false).unwrap();
     // If start were executed twice, the second would be refused, because a campaign is already running.
-    client.command(CampaignCommand::Abort).unwrap();
+    client.command(Command::Abort).unwrap();
     let stats = client.stats().unwrap();
     assert_eq!((stats.requests_repeated, stats.requests_refused), (2, 0));
     rig.stop().unwrap();

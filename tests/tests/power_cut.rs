@@ -3,7 +3,8 @@
 
 use embassy_futures::block_on;
 use massline_firmware::store::{
-    CampaignSize, LAYOUTS, MAX_DOF, MAX_LINES, MAX_PROGRESS, MAX_RESULT, Store, StoreError,
+    CampaignSize, LAYOUTS, MAX_DOF, MAX_LINES, MAX_LINES_HEAD, MAX_PROGRESS, MAX_RESULT,
+    MAX_RESULT_HEAD, Store, StoreError,
 };
 use massline_protocol::message::EstimatedMass;
 use massline_protocol::{LayoutHash, MAX_LAYOUT, crc32};
@@ -39,6 +40,8 @@ enum Write {
     },
     Result {
         campaign: u32,
+        /// Bytes of the lines of each DOF.
+        lines: usize,
     },
     Delete {
         number: u32,
@@ -80,7 +83,8 @@ fn calibration(number: u32) -> CalibrationRecord {
 }
 
 fn dof_bytes(campaign: u32, index: u8, lines: usize) -> Vec<u8> {
-    bytes_of(campaign * 16 + u32::from(index), MAX_DOF - usize::from(index) + lines)
+    let longest = if lines > 0 { MAX_LINES_HEAD + lines } else { MAX_DOF };
+    bytes_of(campaign * 16 + u32::from(index), longest - usize::from(index))
 }
 
 fn progress_bytes(campaign: u32, dofs: u8) -> Vec<u8> {
@@ -88,9 +92,12 @@ fn progress_bytes(campaign: u32, dofs: u8) -> Vec<u8> {
 }
 
 /// Results of various lengths; with [`DOFS`] DOFs they are not the longest possible ones.
-fn result_bytes(campaign: u32) -> Vec<u8> {
-    let longest = MAX_RESULT as u32 - (12 - DOFS as u32) * MAX_DOF as u32;
-    bytes_of(campaign, (longest - campaign * 97 % 700) as usize)
+fn result_bytes(campaign: u32, lines: usize) -> Vec<u8> {
+    let (longest, shorter) = match lines {
+        0 => (MAX_RESULT - (12 - DOFS) * MAX_DOF, 700),
+        _ => (MAX_RESULT_HEAD + DOFS * MAX_LINES_HEAD, 200),
+    };
+    bytes_of(campaign, longest - campaign as usize * 97 % shorter)
 }
 
 fn mass_of(campaign: u32) -> Option<EstimatedMass> {
@@ -194,8 +201,8 @@ impl Model {
             Write::Progress { campaign, dofs } => {
                 model.progress = Some(progress_bytes(campaign, dofs));
             }
-            Write::Result { campaign } => {
-                let (number, bytes) = (model.next_number, result_bytes(campaign));
+            Write::Result { campaign, lines } => {
+                let (number, bytes) = (model.next_number, result_bytes(campaign, lines));
                 let mass = mass_of(campaign);
                 let mut dofs = model.dofs.clone();
                 dofs.retain(|(_, bytes)| bytes.len() > MAX_DOF);
@@ -245,8 +252,8 @@ fn do_it<C: Chip>(store: &mut Store<ChipFlash<C>>, write: Write) -> Result<(), S
             Write::Progress { campaign, dofs } => {
                 store.put_progress(&progress_bytes(campaign, dofs)).await
             }
-            Write::Result { campaign } => {
-                let bytes = result_bytes(campaign);
+            Write::Result { campaign, lines } => {
+                let bytes = result_bytes(campaign, lines);
                 store.put_result(&bytes[..], campaign, mass_of(campaign)).await.map(|_| ())
             }
             Write::Delete { number } => store.delete_result(number).await,
@@ -275,7 +282,8 @@ fn campaign(number: u32, model: &Model, deleted: usize, lines: usize) -> Vec<Wri
             writes.push(Write::Dof { campaign: number, index: 0, lines: lines + 1 });
         }
     }
-    let end = if number % 5 == 4 { Write::Abort } else { Write::Result { campaign: number } };
+    let end =
+        if number % 5 == 4 { Write::Abort } else { Write::Result { campaign: number, lines } };
     writes.push(end);
     writes
 }

@@ -6,9 +6,9 @@ use massline_firmware::board::SampleError;
 use massline_firmware::panel::PanelModel;
 use massline_firmware::scan_ring::FAULTS_TO_STOP;
 use massline_protocol::event::HitEvent;
-use massline_protocol::message::{CampaignCommand, Reason, Stats, Status};
+use massline_protocol::message::{Reason, Stats, Status};
 use massline_shared::diagnosis::Code;
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Phase};
 use massline_shared::signal::Scan;
 use massline_tests::campaign::{LATE, scans, steady_hand, three_bar};
 use massline_tests::faulty_sampler::{Strikes, rig_that_loses};
@@ -135,7 +135,7 @@ fn a_converter_that_only_loses_scans_interrupts_the_campaign_by_name() {
     assert_eq!(why.code, Code::SamplerStopped);
     assert_eq!(client.stats().unwrap().overruns, u32::from(FAULTS_TO_STOP));
     // A measurement of the rest values also fails, with the same reason.
-    client.command(CampaignCommand::Abort).unwrap();
+    client.command(Command::Abort).unwrap();
     let refused = client.rest_statistics().unwrap_err();
     assert_eq!(refused.refusal(), Some(Reason::SamplerStopped), "{refused}");
     rig.stop().unwrap();

@@ -6,11 +6,11 @@ use massline::client::Client;
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
 use massline_protocol::LayoutHash;
-use massline_protocol::message::{CampaignCommand, Status};
+use massline_protocol::message::Status;
 use massline_protocol::object::{DofResult, MeasurementResult, ObjectId, ObjectKind};
 use massline_shared::diagnosis::{Code, Subject};
 use massline_shared::layout::RigLayout;
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Phase};
 use massline_tests::campaign::{LATE, phase, scans, start, three_bar_with_hits, wait_for};
 use massline_virtual::bench::Bench;
 use massline_virtual::flash::{Cut, FlashBacking, FlashMemory};
@@ -41,7 +41,7 @@ fn wait_at(client: &mut Client, wanted: Phase, dof: u8) -> Status {
 /// Accepts the hit that waits for confirmation at this DOF or a later one.
 fn accept(client: &mut Client, dof: u8) {
     wait_at(client, Phase::Confirming, dof);
-    client.command(CampaignCommand::Accept).unwrap();
+    client.command(Command::Accept).unwrap();
 }
 
 /// Accepts every hit. The rig waits for the confirmation, so the outcome does not depend on timing.
@@ -52,9 +52,9 @@ impl Observer for Accepting {
         &mut self,
         _: &mut Client,
         status: &Status,
-    ) -> massline::error::Result<Option<CampaignCommand>> {
+    ) -> massline::error::Result<Option<Command>> {
         let waits = phase(status) == Some(Phase::Confirming);
-        Ok(waits.then_some(CampaignCommand::Accept))
+        Ok(waits.then_some(Command::Accept))
     }
 }
 
@@ -120,7 +120,7 @@ fn a_rig_that_is_switched_off_goes_on_at_the_next_dof() {
 
 #[test]
 fn a_campaign_that_was_ended_or_begun_anew_does_not_come_back() {
-    for end in [CampaignCommand::Abort, CampaignCommand::Start] {
+    for is_ended in [true, false] {
         let memory = FlashMemory::default();
         let flash = FlashBacking::Memory(memory.clone());
         let (rig, mut client) = power_on(&flash);
@@ -130,10 +130,10 @@ fn a_campaign_that_was_ended_or_begun_anew_does_not_come_back() {
             accept(&mut client, 0);
         }
         wait_at(&mut client, Phase::Confirming, 1);
-        client.command(CampaignCommand::Pause).unwrap();
+        client.command(Command::Pause).unwrap();
         let steps = memory.steps();
-        if end == CampaignCommand::Abort {
-            client.command(end).unwrap();
+        if is_ended {
+            client.command(Command::Abort).unwrap();
         } else {
             client.start(true, false).unwrap();
         }
@@ -141,12 +141,12 @@ fn a_campaign_that_was_ended_or_begun_anew_does_not_come_back() {
         let asked = std::time::Instant::now();
         while memory.steps() == steps {
             client.status().unwrap();
-            assert!(asked.elapsed() < LATE, "{end:?}: nothing is written");
+            assert!(asked.elapsed() < LATE, "ended {is_ended}: nothing is written");
         }
         rig.stop().unwrap();
         let (rig, mut client) = power_on(&flash);
         let status = client.status().unwrap();
-        assert_eq!(phase(&status), Some(Phase::Idle), "{end:?}: {status:?}");
+        assert_eq!(phase(&status), Some(Phase::Idle), "ended {is_ended}: {status:?}");
         rig.stop().unwrap();
     }
 }
@@ -158,13 +158,13 @@ fn a_dof_that_was_skipped_stays_skipped_and_hits_still_wait_for_a_confirmation()
     client.put_layout(&layout()).unwrap();
     client.start(true, false).unwrap();
     wait_at(&mut client, Phase::Confirming, 0);
-    client.command(CampaignCommand::Skip).unwrap();
+    client.command(Command::Skip).unwrap();
     wait_at(&mut client, Phase::Confirming, 1);
     rig.stop().unwrap();
     let (rig, mut client) = power_on(&flash);
     let status = client.status().unwrap();
     assert_eq!((phase(&status), status.dof), (Some(Phase::Paused), 1), "{status:?}");
-    client.command(CampaignCommand::Resume).unwrap();
+    client.command(Command::Resume).unwrap();
     for hit in 0..4 {
         accept(&mut client, 1 + hit / 2);
     }
@@ -207,7 +207,7 @@ fn wherever_the_power_is_cut_the_campaign_ends_with_the_dofs_that_were_finished(
             assert_ne!(phase(&status), Some(Phase::Done), "the cut comes before the end");
             if phase(&status) == Some(Phase::Confirming) {
                 safe = safe.max(status.dof);
-                client.command(CampaignCommand::Accept).unwrap();
+                client.command(Command::Accept).unwrap();
             }
         }
         rig.stop().unwrap();

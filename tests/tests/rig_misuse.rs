@@ -6,10 +6,10 @@ use massline::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, fol
 use massline::client::{Client, Event, PipeTransport};
 use massline::interrupt::Interrupt;
 use massline_firmware::board::SampleError;
-use massline_protocol::message::{CampaignCommand, Reason, Status};
+use massline_protocol::message::{Reason, Status};
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::RigLayout;
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Phase};
 use massline_shared::signal::RECORD_SCANS;
 use massline_tests::campaign::{LATE, phase, scans, start, three_bar, wait_for};
 use massline_tests::faulty_sampler::rig_that_loses;
@@ -107,7 +107,7 @@ fn a_campaign_in_which_everything_was_skipped_has_no_mass() {
     client.start(true, false).unwrap();
     for _ in 0..layout.hits.len() {
         wait_in(&mut client, Phase::Confirming);
-        client.command(CampaignCommand::Skip).unwrap();
+        client.command(Command::Skip).unwrap();
     }
     let status = wait_in(&mut client, Phase::Done);
     let result = client.result(status.result).unwrap();
@@ -167,13 +167,13 @@ fn redo_measures_the_dof_again_and_a_pause_keeps_the_others() {
     client.start(true, false).unwrap();
     for _ in 0..2 {
         wait_in(&mut client, Phase::Confirming);
-        client.command(CampaignCommand::Accept).unwrap();
+        client.command(Command::Accept).unwrap();
     }
     wait_in(&mut client, Phase::Confirming);
-    client.command(CampaignCommand::Redo).unwrap();
+    client.command(Command::Redo).unwrap();
     let status = wait_in(&mut client, Phase::Confirming);
     assert_eq!(status.accepted[0], 0);
-    client.command(CampaignCommand::Pause).unwrap();
+    client.command(Command::Pause).unwrap();
     assert_eq!(phase(&client.status().unwrap()), Some(Phase::Paused));
     let refusal = client.start(true, false).map(|status| status.accepted[0]);
     assert_eq!(refusal.unwrap(), 0, "a start over a pause starts anew");

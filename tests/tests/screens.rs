@@ -4,18 +4,18 @@ mod pictures;
 
 use massline::layout_file::LayoutFile;
 use massline_firmware::board::{
-    BoardInfo, BootReason, BrownOut, Circuit, Clock, NO_CONVERTER_FAULT, StackUse, Supply,
+    BoardInfo, BootReason, BrownOut, Circuit, Clock, NO_CONVERTER_FAULT, ScreenSetting, StackUse,
+    Supply,
 };
 use massline_firmware::panel::calibration_wizard::{CalibrationWizard, Proposal, WizardProblem};
 use massline_firmware::panel::draw::{LayoutLine, View, draw};
 use massline_firmware::panel::menu::{ABOUT_PAGES, Menu, Question, Screen};
 use massline_firmware::panel::refused::Refused;
 use massline_firmware::panel::self_test::SelfTestState;
-use massline_firmware::panel::summary::{Detail, Page, Summary};
+use massline_firmware::panel::summary::Summary;
 use massline_firmware::panel::{Button, FurtherPlace, HitVerdict, PanelModel, PrecisionModel};
 use massline_firmware::store::RESULTS;
 use massline_protocol::message::{Battery, EstimatedMass, ResultEntry, Stats};
-use massline_protocol::modes::{StoredAgreement, StoredDifference, StoredMode, StoredRefusal};
 use massline_protocol::object::StoredEstimate;
 use massline_shared::body::RigidBody;
 use massline_shared::calibration::CalibrationSigma;
@@ -24,9 +24,10 @@ use massline_shared::design::Widths;
 use massline_shared::diagnosis::Setting;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::maximum_likelihood::{BudgetScales, LearnedBudget, LearnedFrom};
-use massline_shared::identify::{Consistency, Method};
+use massline_shared::identify::{Consistency, Method, Verdict};
 use massline_shared::layout::{RigLayout, TestProfile};
 use massline_shared::measurement::campaign::Phase;
+use massline_shared::signal::Swing;
 use massline_shared::signal::self_test::ChannelAtRest;
 use massline_virtual::framebuffer::Framebuffer;
 
@@ -132,6 +133,7 @@ impl Rig {
             at_rest: &self.at_rest,
             info: &self.info,
             stats: &self.stats,
+            screen: ScreenSetting::Sh1106,
         };
         draw(&view, &mut framebuffer);
         pictures::check(name, &framebuffer, &[]);
@@ -184,109 +186,20 @@ fn summary() -> Summary {
         number: 3,
         layout_hash: 7,
         answer: estimate.estimate(),
-        dofs_with_lines: 0,
-        estimates: 1,
-        modes: 0,
-        refusals: 0,
-        compared: false,
-        detail: Detail::Nothing,
+        verdict: Some(Verdict::UseWithCare),
+        places_with_lines: 0,
         findings: findings.into_iter().collect(),
     }
 }
 
-/// A result of the suspension profile with what a page shows: six modes, all methods, and all hits of the layout.
-fn modal_summary(detail: Detail) -> Summary {
-    Summary {
-        dofs_with_lines: 0b111,
-        estimates: 4,
-        modes: 6,
-        refusals: 1,
-        compared: true,
-        detail,
-        ..summary()
-    }
-}
-
-/// A mode of this shape at the origin.
-fn mode(shape: [f32; 6]) -> Detail {
-    Detail::Mode(StoredMode {
-        frequency_hz: 7.1634,
-        damping_ratio: 0.0061,
-        shape,
-        sigma: [0.0042, 0.0005, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01],
-        complexity: 0.01,
-    })
-}
-
-/// Along z.
-const ALONG: [f32; 6] = [0.0, 0.0, 0.9, 0.0, 0.0, 0.0];
-
-/// The page of a result that shows this.
-fn show_detail(name: &str, page: Page, detail: Detail) {
-    show_page(name, page, Rig { summary: Some(modal_summary(detail)), ..Rig::new() });
-}
-
-fn show_page(name: &str, page: Page, rig: Rig) {
-    let summary = rig.summary.as_ref().unwrap();
-    let place = (0..summary.pages()).find(|place| summary.page(*place) == page).unwrap();
-    rig.show(name, Screen::Result, place.into());
+#[test]
+fn a_result_that_the_program_solves_looks_as_its_picture() {
+    let lines = Summary { answer: None, places_with_lines: 6, ..summary() };
+    Rig { summary: Some(lines), ..Rig::new() }.show("result-lines", Screen::Result, 0);
 }
 
 #[test]
-fn the_pages_about_modes_look_as_their_pictures() {
-    // About x, where the centre of mass is off the axis; along x and y alike.
-    show_detail("mode-along", Page::Mode(4), mode(ALONG));
-    show_detail("mode-about", Page::Mode(4), mode([0.0, 0.189, 0.894, 10.0, 0.0, 0.0]));
-    show_detail("mode-mixed", Page::Mode(5), mode([0.65, 0.6, 0.1, 0.0, 0.0, 0.0]));
-    let mut hardly = Rig { summary: Some(modal_summary(mode(ALONG))), ..Rig::new() };
-    for hit in &mut hardly.layout.as_mut().unwrap().hits {
-        hit.direction = [1.0, 0.0, 0.0];
-        hit.dof.node = u16::MAX;
-    }
-    show_page("mode-hardly", Page::Mode(4), hardly);
-    let other = Summary { layout_hash: 8, answer: None, ..modal_summary(mode(ALONG)) };
-    show_page("mode-other-layout", Page::Mode(4), Rig { summary: Some(other), ..Rig::new() });
-}
-
-#[test]
-fn the_methods_side_by_side_look_as_their_pictures() {
-    let numbers: Vec<u8> = Method::of_modes().map(Method::number).collect();
-    let all = |value: f32, sigma: f32, methods: usize| Detail::Property {
-        each: numbers[..methods].iter().map(|of| (*of, (value, Some(sigma)))).collect(),
-        combined: Some((value, Some(0.7 * sigma))),
-    };
-    show_detail("methods-mass", Page::Property(0), all(17.253, 0.353, 4));
-    // The longest: all methods, and large numbers.
-    show_detail("methods-longest", Page::Property(7), all(-12.345_678, 1.234_5, 5));
-    let agreement = |off: &[u8], differ, significant| {
-        Detail::Agreement(StoredAgreement {
-            properties: [17.253; 10],
-            sigma: [0.353; 10],
-            off: off.iter().copied().collect(),
-            differ,
-            largest: Some(StoredDifference {
-                methods: [numbers[3], numbers[1]],
-                property: 8,
-                difference: 0.012,
-                sigma: 0.002,
-                significant,
-            }),
-        })
-    };
-    show_detail("methods-agree", Page::Agreement, agreement(&[], false, false));
-    show_detail("methods-off", Page::Agreement, agreement(&numbers[2..], false, true));
-    show_detail("methods-differ", Page::Agreement, agreement(&[], true, true));
-    let reason = said(Code::PropertyUndetermined, Severity::Error, Subject::Property(8), 0.62);
-    let refusal = StoredRefusal { method: numbers[3], reason: (&reason).into() };
-    show_detail("method-refused", Page::Refusal(0), Detail::Refusal(refusal));
-}
-
-#[test]
-fn a_computation_and_what_is_measured_look_as_their_pictures() {
-    let mut rig = Rig::at(Phase::Solving);
-    rig.model.computed = Some(37);
-    rig.model.seconds_left = Some(58);
-    rig.show("computing", Screen::Measure, 0);
+fn what_is_measured_looks_as_its_pictures() {
     Rig::at(Phase::Idle).show("profile", Screen::Profile, 1);
     let mut rig = Rig::at(Phase::Idle);
     rig.layout.as_mut().unwrap().test.profile = TestProfile::Suspension;
@@ -302,7 +215,7 @@ fn a_computation_and_what_is_measured_look_as_their_pictures() {
 }
 
 fn verdict(reason: Option<Diagnostic>) -> Option<HitVerdict> {
-    Some(HitVerdict { peak_force: 152.3, impulse: None, reason })
+    Some(HitVerdict { peak_force: 152.3, swing: None, reason })
 }
 
 #[test]
@@ -354,6 +267,19 @@ fn a_rejected_hit_says_why() {
     rig.model.verdict =
         verdict(Some(said(Code::HitInconsistent, Severity::Error, Subject::Hit(1), 0.3)));
     rig.show("rejected-busy", Screen::Measure, 0);
+    let mut rig = Rig::at(Phase::Armed);
+    rig.model.verdict =
+        verdict(Some(said(Code::HitElsewhere, Severity::Error, Subject::Hit(1), 1.85)));
+    rig.show("rejected-elsewhere", Screen::Measure, 0);
+    // In the suspension profile the lowest line says how the object swung.
+    let mut rig = Rig::at(Phase::Armed);
+    rig.model.profile = TestProfile::Suspension;
+    let swung = said(Code::PreTriggerNotQuiet, Severity::Error, Subject::Channel(5), 0.124);
+    rig.model.verdict = verdict(Some(swung)).map(|verdict| HitVerdict {
+        swing: Some(Swing { impulse: 1.02, rest: 0.124, remainder: 0.0101 }),
+        ..verdict
+    });
+    rig.show("rejected-swinging", Screen::Measure, 0);
 }
 
 #[test]
@@ -538,6 +464,7 @@ fn every_code_leaves_the_edges_of_the_screen_dark() {
             at_rest: &[],
             info: &rig.info,
             stats: &rig.stats,
+            screen: ScreenSetting::Automatic,
         };
         draw(&view, &mut framebuffer);
         // 21 characters of six pixels: two columns stay dark unless text overflows.
@@ -580,6 +507,10 @@ fn the_pages_of_a_result_look_as_their_pictures() {
     let mut uneven = Rig { summary: Some(summary()), ..Rig::new() };
     uneven.layout.as_mut().expect("has a layout").hits[0].uncertainty.position *= 2.0;
     uneven.show("result-budget-uneven", Screen::Result, 5);
+    let good = Summary { verdict: Some(Verdict::Good), findings: Diagnostics::new(), ..summary() };
+    Rig { summary: Some(good), ..Rig::new() }.show("result-mass-good", Screen::Result, 0);
+    let contradicted = Summary { verdict: Some(Verdict::DoNotUse), ..summary() };
+    Rig { summary: Some(contradicted), ..Rig::new() }.show("result-mass-no", Screen::Result, 0);
     let nothing = Summary { answer: None, ..summary() };
     Rig { summary: Some(nothing), ..Rig::new() }.show("result-no-answer", Screen::Result, 0);
 }

@@ -1,19 +1,17 @@
 //! The last accepted hit is undone on the whole rig: over the wire, at the end of a DOF, and while the power is cut.
 
 use std::collections::VecDeque;
-use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use massline::campaign::{CampaignOutcome, Observer, explain_refusal, follow};
-use massline::client::{Client, Event, PipeTransport, Transport};
+use massline::client::{Client, Event};
 use massline::interrupt::Interrupt;
-use massline_protocol::message::{CampaignCommand, Command, CommandRequest, Reason, Status};
+use massline_protocol::message::{Reason, Status};
 use massline_protocol::object::{DofResult, MeasurementResult};
-use massline_protocol::{Deframer, Endpoint, MAX_FRAME, encode_frame};
 use massline_shared::diagnosis::Code;
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Phase};
 use massline_shared::signal::{AdcProperties, RECORD_SCANS, Scan};
 use massline_tests::campaign::{
     LATE, phase, scans, start, steady_hand, three_bar_with_hits, wait_for,
@@ -146,7 +144,7 @@ impl Operator {
     /// Waits until the rig waits for a hit, and undoes the last one instead; returns the status when it is done.
     fn undo(&mut self) -> Status {
         self.armed();
-        self.client.command(CampaignCommand::Undo).unwrap();
+        self.client.command(Command::Undo).unwrap();
         let status = self.armed();
         // The next look is at the same arming.
         self.armings -= 1;
@@ -154,7 +152,7 @@ impl Operator {
     }
 
     fn refusal(&mut self) -> Option<Reason> {
-        self.client.command(CampaignCommand::Undo).unwrap_err().refusal()
+        self.client.command(Command::Undo).unwrap_err().refusal()
     }
 
     fn result(&mut self) -> MeasurementResult {
@@ -187,11 +185,11 @@ fn a_campaign_with_undone_hits_has_the_estimate_of_one_in_which_they_were_never_
     assert_eq!(undoing.undo().accepted, [3, 3, 0]);
     undoing.hit(1);
     undoing.armed();
-    undoing.client.command(CampaignCommand::Pause).unwrap();
-    undoing.client.command(CampaignCommand::Undo).unwrap();
+    undoing.client.command(Command::Pause).unwrap();
+    undoing.client.command(Command::Undo).unwrap();
     let undone = |status: &Status| status.accepted[2] == 0;
     assert_eq!(phase(&wait_for(&mut undoing.client, undone)), Some(Phase::Paused));
-    undoing.client.command(CampaignCommand::Resume).unwrap();
+    undoing.client.command(Command::Resume).unwrap();
     undoing.hit(3);
     let result = undoing.result();
     undoing.rig.stop().unwrap();
@@ -263,7 +261,7 @@ fn the_rig_says_why_there_is_nothing_to_undo() {
     let status = operator.armed();
     assert_eq!((status.accepted[0], status.rejected), (1, 1));
     assert_eq!(operator.refusal(), Some(Reason::HitOverwritten));
-    operator.client.command(CampaignCommand::Redo).unwrap();
+    operator.client.command(Command::Redo).unwrap();
     operator.armed();
     assert_eq!(operator.refusal(), Some(Reason::NothingToUndo), "the DOF is measured again");
     operator.rig.stop().unwrap();
@@ -278,44 +276,11 @@ fn after_power_on_there_is_nothing_to_undo() {
     operator.rig.stop().unwrap();
     let mut operator = Operator::new(&flash, [&[], &[0, 1], &[]]);
     assert_eq!(operator.refusal(), Some(Reason::NothingToUndo));
-    operator.client.command(CampaignCommand::Resume).unwrap();
+    operator.client.command(Command::Resume).unwrap();
     let status = operator.armed();
     assert_eq!((status.dof, &status.accepted[..]), (1, &[3, 0, 0][..]));
     assert_eq!(operator.refusal(), Some(Reason::NothingToUndo));
     operator.rig.stop().unwrap();
-}
-
-/// A link to a rig that does not know the command, as the firmware of protocol 1.1: it cannot decode it.
-struct OldRig(PipeTransport);
-
-impl Transport for OldRig {
-    fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize> {
-        self.0.read(buffer, timeout)
-    }
-
-    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let (mut deframer, mut out) = (Deframer::new(), [0; MAX_FRAME]);
-        // A client begins its frames with the end of whatever came before.
-        let frame = bytes.iter().position(|&byte| byte != 0).unwrap_or(0);
-        if let (_, Some(Ok(frame))) = deframer.push(&bytes[frame..])
-            && frame.kind == Command::KIND
-            && let Ok(request) = postcard::from_bytes::<CommandRequest>(frame.body)
-            && request.command == CampaignCommand::Undo as u8
-        {
-            let unknown = CommandRequest { command: u8::MAX, ..request };
-            let length = encode_frame(frame.kind, frame.sequence, &unknown, &mut out).unwrap();
-            return self.0.write_all(&out[..length]);
-        }
-        self.0.write_all(bytes)
-    }
-
-    fn reconnect(&mut self) -> io::Result<()> {
-        self.0.reconnect()
-    }
-
-    fn name(&self) -> &str {
-        self.0.name()
-    }
 }
 
 /// Undoes once, and ends the campaign when that is refused.
@@ -329,35 +294,29 @@ impl Observer for Undoing {
         &mut self,
         _: &mut Client,
         status: &Status,
-    ) -> massline::error::Result<Option<CampaignCommand>> {
+    ) -> massline::error::Result<Option<Command>> {
         let command = match self.refused {
-            Some(_) => CampaignCommand::Abort,
-            None => CampaignCommand::Undo,
+            Some(_) => Command::Abort,
+            None => Command::Undo,
         };
         let armed = phase(status) == Some(Phase::Armed);
         Ok(armed.then_some(command))
     }
 
-    fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+    fn refused(&mut self, command: Command, reason: Reason) {
         self.refused = Some(explain_refusal(command, reason));
     }
 }
 
 #[test]
 fn a_refused_undo_is_explained_and_the_campaign_goes_on() {
-    for old in [false, true] {
-        let mut operator = Operator::starting(&FlashBacking::default(), [&[0], &[], &[]]);
-        if old {
-            operator.client = Client::new(OldRig(PipeTransport::new(operator.rig.link())));
-        }
-        let mut undoing = Undoing::default();
-        let ending = follow(&mut operator.client, &Interrupt::new(), Some(LATE), &mut undoing);
-        assert_eq!(ending.unwrap(), CampaignOutcome::Aborted);
-        let said = undoing.refused.unwrap();
-        let reason = if old { "too old to undo a hit" } else { "there is no hit to undo" };
-        assert!(said.contains(reason), "{said}");
-        operator.rig.stop().unwrap();
-    }
+    let mut operator = Operator::starting(&FlashBacking::default(), [&[0], &[], &[]]);
+    let mut undoing = Undoing::default();
+    let ending = follow(&mut operator.client, &Interrupt::new(), Some(LATE), &mut undoing);
+    assert_eq!(ending.unwrap(), CampaignOutcome::Aborted);
+    let said = undoing.refused.unwrap();
+    assert!(said.contains("there is no hit to undo"), "{said}");
+    operator.rig.stop().unwrap();
 }
 
 /// What is stored of the first DOF: `None` when it is open.
@@ -402,7 +361,7 @@ fn cut_after(steps: Option<u64>) -> (Option<Vec<u8>>, [u64; 2]) {
     if let Some(after) = steps {
         memory.cut_power(Cut { after, seed: after });
     }
-    operator.client.command(CampaignCommand::Undo).unwrap();
+    operator.client.command(Command::Undo).unwrap();
     // Without power the rig of this test goes on; it only cannot write.
     operator.hit(1);
     let undone = memory.steps();

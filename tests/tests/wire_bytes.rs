@@ -12,7 +12,7 @@ use massline_protocol::lines::LinesId;
 use massline_protocol::message::*;
 use massline_protocol::object::*;
 use massline_protocol::{Deframer, Endpoint, MAX_FRAME, MAX_LAYOUT, encode_frame};
-use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
+use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Setting, Severity, Subject};
 use massline_shared::identify::Consistency;
 use massline_shared::identify::Method;
@@ -21,7 +21,7 @@ use massline_shared::layout::{
     Sensor, Sign, Target,
 };
 use massline_shared::mass_line::Terms;
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Object, Phase, Start};
 use massline_shared::signal::{AdcProperties, CHANNELS, RESPONSES, RestStatistics};
 use massline_shared::units::{Hertz, Seconds, Volts};
 use serde::Serialize;
@@ -128,7 +128,6 @@ fn status(dofs: usize) -> Status {
         layout_hash: 0xDEAD_BEEF,
         result: 0,
         started_unix_s: 1_795_000_000,
-        computed: None,
         diagnostics: diagnostics(1),
     }
 }
@@ -176,9 +175,6 @@ fn result(dofs: usize) -> MeasurementResult {
         dofs: (0..dofs).map(one).collect(),
         lines: Default::default(),
         estimates: Vec::from_slice(&[estimate]).unwrap(),
-        modes: Default::default(),
-        refusals: Default::default(),
-        agreement: None,
         diagnostics: diagnostics(1),
     }
 }
@@ -206,11 +202,9 @@ fn answer<E: Endpoint>(message: E::Response) -> std::vec::Vec<u8> {
 }
 
 fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
-    let command = CommandRequest {
-        command: CampaignCommand::Start as u8,
+    let start = Start {
+        object: Object::Block { mass: 2.5 },
         confirm: true,
-        force: false,
-        block_mass: Some(2.5),
         calibration_age_days: 300,
         started_unix_s: 1_795_000_000,
     };
@@ -225,7 +219,7 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         scan: 123_456_789_012,
         peak_force: 21.5,
         peak_acceleration: 99.0,
-        impulse: None,
+        swing: None,
         findings: diagnostics(7),
     };
     let scans = ScanBlock { first: 77, codes: Vec::from_slice(&[1, 2]).unwrap() };
@@ -245,8 +239,10 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("PutCalibration answer", answer::<PutCalibration>(())),
         ("GetCalibration request", request::<GetCalibration>(())),
         ("GetCalibration answer", answer::<GetCalibration>(calibration())),
-        ("Command request", request::<Command>(command)),
-        ("Command answer", answer::<Command>(status(1))),
+        ("StartCampaign request", request::<StartCampaign>(StartRequest { start, force: false })),
+        ("StartCampaign answer", answer::<StartCampaign>(status(1))),
+        ("SteerCampaign request", request::<SteerCampaign>(Command::Undo)),
+        ("SteerCampaign answer", answer::<SteerCampaign>(status(1))),
         ("GetObjectInfo request", request::<GetObjectInfo>(object())),
         ("GetObjectInfo answer", answer::<GetObjectInfo>(ObjectInfo { length: 4000, crc: 1 })),
         ("ReadObject request", request::<ReadObject>(chunk_request)),
@@ -279,7 +275,6 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
             "ReadObject request, lines",
             request::<ReadObject>(ChunkRequest { object: lines(), offset: 4096, length: 1024 }),
         ),
-        ("Command request, undo", request::<Command>(CampaignCommand::Undo.into())),
         ("refusal of an undo", frame(REFUSED, &Refusal::from(Reason::HitOverwritten))),
         ("refusal", frame(REFUSED, &Refusal::from(Reason::WrongPhase))),
         ("event: status changed", frame(STATUS_CHANGED, &status(2))),
@@ -371,7 +366,6 @@ fn full_status() -> Status {
         layout_hash: u32::MAX,
         result: u32::MAX,
         started_unix_s: u32::MAX,
-        computed: Some(100),
         diagnostics: longest_diagnostics(),
         ..status(0)
     }
@@ -381,7 +375,8 @@ fn full_status() -> Status {
 fn the_largest_answer_to_a_change_is_kept_for_a_repetition() {
     let Status { diagnostics, .. } = full_status();
     let largest = [
-        answer::<Command>(full_status()),
+        answer::<StartCampaign>(full_status()),
+        answer::<SteerCampaign>(full_status()),
         answer::<PutLayout>(LayoutAnswer { hash: u32::MAX, diagnostics }),
         answer::<PutCalibration>(()),
         answer::<DeleteResult>(()),
@@ -426,31 +421,9 @@ fn the_largest_result_of_every_number_of_dofs_fits_the_store() {
 }
 
 #[test]
-fn what_the_largest_result_says_of_the_modes_fits_the_store() {
-    use massline_firmware::store::{
-        MAX_LINES_HEAD, MAX_MODAL_ESTIMATE, MAX_MODES, MAX_RESULT_HEAD,
-    };
-    use massline_protocol::diagnostic::WireDiagnostic;
+fn the_largest_result_of_the_suspension_profile_fits_the_store() {
+    use massline_firmware::store::{MAX_LINES_HEAD, MAX_RESULT_HEAD};
     use massline_protocol::lines_head::LinesHead;
-    use massline_protocol::modes::{StoredAgreement, StoredDifference, StoredMode, StoredRefusal};
-    use massline_shared::identify::SUSPENSION_METHODS;
-    let numbers = |method: Method| method.number();
-    let mode = StoredMode {
-        frequency_hz: 7.0,
-        damping_ratio: 0.01,
-        shape: [0.2; 6],
-        sigma: [0.001; 8],
-        complexity: 0.02,
-    };
-    let reason = WireDiagnostic::from(&diagnostics(1)[0]);
-    let reason = WireDiagnostic { first: u8::MAX.into(), second: u8::MAX.into(), ..reason };
-    let difference = StoredDifference {
-        methods: [5, 6],
-        property: 9,
-        difference: 1.0,
-        sigma: 0.1,
-        significant: true,
-    };
     let dof = LinesHead {
         dof: "65535:-Z".parse().unwrap(),
         index: 11,
@@ -461,47 +434,30 @@ fn what_the_largest_result_says_of_the_modes_fits_the_store() {
         scatter_squared: 1.0,
     };
     let plain = result(0);
-    let mut answer = plain.estimates[0].clone();
-    answer.diagnostics = diagnostics(16);
-    (answer.consistency, answer.learned) = (None, None);
-    let longest = postcard::to_stdvec(&answer).unwrap().len();
-    assert!(longest <= MAX_MODAL_ESTIMATE, "{longest}");
-    let refusals: std::vec::Vec<StoredRefusal> = Method::of_modes()
-        .map(|method| StoredRefusal { method: method.number(), reason })
-        .collect();
-    // A method has an estimate or a refusal, which is shorter.
-    assert!(postcard::to_stdvec(&refusals[0]).unwrap().len() < MAX_MODAL_ESTIMATE / 10);
-    let answers = || core::iter::repeat_n(answer.clone(), SUSPENSION_METHODS);
-    let agreement = StoredAgreement {
-        properties: [1.0; 10],
-        sigma: [0.1; 10],
-        off: Method::of_modes().map(numbers).collect(),
-        differ: true,
-        largest: Some(difference),
-    };
-    let largest = MeasurementResult {
+    let mut largest = MeasurementResult {
         head: ResultHead {
             number: u32::MAX,
             layout_hash: u32::MAX,
             calibration: u32::MAX,
+            title: text(&"9".repeat(48)),
+            gains: Some(CalibrationSigma { gain: 0.01, cross_axis: 0.01, hammer_gain: 0.01 }),
+            started_unix_s: u32::MAX,
             firmware: text(&"9".repeat(16)),
             ..plain.head.clone()
         },
         lines: core::iter::repeat_n(dof, RIG_HITS).collect(),
-        estimates: answers().collect(),
-        modes: core::iter::repeat_n(mode, 6).collect(),
-        refusals: Default::default(),
-        agreement: Some(agreement),
+        estimates: heapless::Vec::new(),
         diagnostics: diagnostics(16),
         ..plain
     };
     let bytes = postcard::to_stdvec(&largest).unwrap();
-    let room = MAX_RESULT_HEAD
-        + RIG_HITS * MAX_LINES_HEAD
-        + SUSPENSION_METHODS * MAX_MODAL_ESTIMATE
-        + MAX_MODES;
-    assert!(bytes.len() <= room, "{} of {room} bytes", bytes.len());
     assert_eq!(postcard::from_bytes::<MeasurementResult>(&bytes).unwrap(), largest);
+    for dofs in 0..=RIG_HITS {
+        largest.lines.truncate(RIG_HITS - dofs);
+        let bytes = postcard::to_stdvec(&largest).unwrap();
+        let room = MAX_RESULT_HEAD + largest.lines.len() * MAX_LINES_HEAD;
+        assert!(bytes.len() <= room, "{dofs} fewer DOFs: {} of {room} bytes", bytes.len());
+    }
 }
 
 #[test]

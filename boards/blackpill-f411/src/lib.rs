@@ -5,7 +5,6 @@
 pub mod chip;
 pub mod plan;
 pub mod sequence;
-pub mod time;
 
 /// The facts from `board.toml`.
 pub mod facts {

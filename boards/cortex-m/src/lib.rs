@@ -19,6 +19,7 @@ pub mod sampler;
 pub mod screen;
 pub mod sequence;
 pub mod supply;
+pub mod ticks;
 pub mod twin;
 
 #[cfg(target_os = "none")]

@@ -1,16 +1,19 @@
-//! The panel: an OLED of 128 × 64 pixels with an SSD1306, three buttons, a buzzer, and a light.
+//! The panel: an OLED of 128 × 64 pixels, three buttons, a buzzer, and a light.
 //!
 //! The application never accesses the hardware itself: pages, presses and cues pass through channels to
 //! separate tasks, so that a future dropped by the application leaves no transfer unfinished.
 
+use core::cell::Cell;
+
 use embassy_futures::join::join3;
 use embassy_futures::select::{Either, select};
+use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, Ticker, Timer};
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
-use massline_firmware::board::{BoardInfo, Panel};
+use massline_firmware::board::{BoardInfo, Panel, ScreenSetting};
 use massline_firmware::panel::{Button, Cue};
 use static_cell::StaticCell;
 
@@ -34,6 +37,8 @@ struct Wires {
     cues: Channel<CriticalSectionRawMutex, Cue, 4>,
     /// Signals that the screen has been switched on and has lost what was sent before.
     woken: Signal<CriticalSectionRawMutex, ()>,
+    /// What the operator says of the screen.
+    setting: Mutex<CriticalSectionRawMutex, Cell<ScreenSetting>>,
 }
 
 static WIRES: Wires = Wires {
@@ -41,6 +46,7 @@ static WIRES: Wires = Wires {
     presses: Channel::new(),
     cues: Channel::new(),
     woken: Signal::new(),
+    setting: Mutex::new(Cell::new(ScreenSetting::Automatic)),
 };
 
 /// The application's side of the panel.
@@ -132,6 +138,12 @@ impl Panel for RigPanel {
         }
     }
 
+    // The columns of another controller lie elsewhere.
+    fn use_screen(&mut self, setting: ScreenSetting) {
+        WIRES.setting.lock(|kept| kept.set(setting));
+        self.frame.change_all();
+    }
+
     fn cue(&mut self, cue: Cue) {
         // A cue that does not fit the queue is dropped.
         let _ = WIRES.cues.try_send(cue);
@@ -146,6 +158,10 @@ impl Pages for Wires {
 
     fn woken(&self) {
         self.woken.signal(());
+    }
+
+    fn setting(&self) -> ScreenSetting {
+        self.setting.lock(Cell::get)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The sampler for a converter whose codes are written by a circular transfer: common to all chips.
 
 use core::cell::RefCell;
-use core::sync::atomic::{AtomicU16, Ordering};
+use core::sync::atomic::{AtomicU16, Ordering, compiler_fence};
 
 use critical_section::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -67,7 +67,10 @@ impl<const LENGTH: usize> RawBuffer<LENGTH> {
     pub fn raw_scan<const VALUES: usize>(&self, half: Half, index: usize) -> [u16; VALUES] {
         let start = if half == Half::First { 0 } else { LENGTH / 2 } + VALUES * index;
         let values = &self.0[start..start + VALUES];
-        core::array::from_fn(|rank| values[rank].load(Ordering::Relaxed))
+        let scan = core::array::from_fn(|rank| values[rank].load(Ordering::Relaxed));
+        // The caller looks for an overtaking transfer after these loads, not before them.
+        compiler_fence(Ordering::SeqCst);
+        scan
     }
 }
 

@@ -32,6 +32,8 @@ pub fn open<D: Driver<'static>>(
     config.manufacturer = Some("massline");
     config.product = Some("massline rig");
     config.serial_number = Some(serial_number);
+    // A rig may have a battery; without one it takes its current from the bus.
+    config.self_powered = true;
     config.max_power = 100;
     let mut builder = Builder::new(
         driver,

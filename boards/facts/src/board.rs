@@ -26,8 +26,6 @@ pub struct Board {
     pub ram: Ram,
     /// How much of flash and RAM the firmware may use.
     pub image: Image,
-    /// Limits above which `massline-budgets` fails.
-    pub budget: Budget,
     /// How the chip is flashed without a debug probe.
     pub boot_loader: Option<BootLoader>,
     /// Use of the pins.
@@ -108,16 +106,6 @@ pub struct Image {
     pub sections: Option<String>,
 }
 
-/// Limits of what the firmware takes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Budget {
-    /// All loaded sections, bytes.
-    pub flash_bytes: u64,
-    /// Stack and statics.
-    pub ram_bytes: u64,
-}
-
 impl Region {
     /// The addresses of the region.
     pub fn range(&self) -> Range<u32> {
@@ -173,5 +161,11 @@ impl Board {
     pub fn hole(&self) -> Option<Range<u32>> {
         let store = self.flash.store?.range();
         (store.start < self.image_flash().end).then_some(store)
+    }
+
+    /// The flash for code and constants: what the linker may fill, of a board with a hole only what lies behind it.
+    pub fn code_flash(&self) -> Range<u32> {
+        let all = self.image_flash();
+        self.hole().map_or(all.start, |store| store.end)..all.end
     }
 }

@@ -6,23 +6,7 @@ use crate::board::Board;
 pub fn memory_map(board: &Board, sections: &str) -> String {
     let (flash, stack, ram) = (board.image_flash(), board.stack(), board.statics());
     let code = match board.hole() {
-        Some(store) => format!(
-            "\n/* Behind the store. */\n\
-             _stext = {:#010x};\n\
-             \n/* Before it, beside the vectors: what is small enough, and the same in every image. */\n\
-             SECTIONS\n\
-             {{\n  \
-               .text_before_store :\n  \
-               {{\n    \
-                 *(.text.*4libm* .text.*17compiler_builtins*);\n    \
-                 ASSERT(. <= {:#010x}, \"the code before the store reaches into it\");\n  \
-               }} > FLASH\n  \
-               /* No code, so that the segment of the code behind the store begins there. */\n  \
-               .before_store_end : {{ *(.text_before_store_end); LONG(0); }} > FLASH\n\
-             }}\n\
-             INSERT AFTER .vector_table;\n",
-            store.end, store.start
-        ),
+        Some(store) => format!("\n/* Behind the store. */\n_stext = {:#010x};\n", store.end),
         None => String::new(),
     };
     format!(
@@ -55,9 +39,7 @@ mod tests {
     fn a_store_between_vectors_and_code_is_left_out() {
         let map = memory_map(&board(), "");
         assert!(map.contains("FLASH : ORIGIN = 0x08000000, LENGTH = 0x64000\n"), "{map}");
-        assert!(map.contains("_stext = 0x08010000;\n"), "{map}");
-        assert!(map.contains("ASSERT(. <= 0x08004000,"), "{map}");
-        assert!(map.ends_with("INSERT AFTER .vector_table;\n"), "{map}");
+        assert!(map.ends_with("_stext = 0x08010000;\n"), "{map}");
     }
 
     #[test]

@@ -12,6 +12,9 @@ use crate::sequence::SampleTime;
 
 /// Clock of the core and the timers: 24 MHz / 6 · 85 / 2.
 pub const CORE_HZ: u32 = 170_000_000;
+/// Longest erase of a page of the store, during which no code in its bank runs: data sheet, table "Flash memory
+/// characteristics".
+pub const LONGEST_ERASE_US: u64 = 24_500;
 /// Clock of both ADCs: a quarter of the core clock. The limit for two ADCs at a time is 52 MHz.
 pub const ADC_HZ: u32 = CORE_HZ / 4;
 /// Scans per second.

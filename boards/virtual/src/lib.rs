@@ -13,7 +13,7 @@
 //! | [`rig`] | a running rig |
 //! | `pty` | a rig served on a pseudo-terminal, where the system has them |
 //! | [`tcp`] | a rig served at a TCP address |
-//! | [`renamed_keys`] | TOML keys that have been renamed |
+//! | [`toml_message`] | messages of the TOML reader in words for the owner of a file |
 #![deny(unsafe_code)]
 
 pub mod bench;
@@ -26,11 +26,11 @@ pub mod panel;
 pub mod pipe;
 #[cfg(unix)]
 pub mod pty;
-pub mod renamed_keys;
 pub mod rig;
 pub mod sampler;
 pub mod source;
 pub mod tcp;
+pub mod toml_message;
 
 /// Name of this board in the identity of a rig.
 pub const BOARD: &str = "virtual";

@@ -22,8 +22,6 @@ impl LayoutUnder<'_, '_> {
         layout
     }
 
-    // Not inlined: the layout is built on its stack.
-    #[inline(never)]
     fn put(&self, bytes: &mut Bytes<'_>) {
         bytes.put(&self.layout());
     }

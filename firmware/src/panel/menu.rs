@@ -7,7 +7,7 @@
 //! ```text
 //! Home ─┬─ Measure ─┬─ Findings          ┌ Ok: start, Next: Profile
 //!       │  (phase)  ├─ Precision    Idle ┤      armed ─ Next: pause ─ list: go on, undo, again, skip, finish, end
-//!       │           └─ Sure: end?        └      target ─ Ok: finish, Next: go on; modes are computed ─ Back: pause
+//!       │           └─ Sure: end?        └      target ─ Ok: finish, Next: go on
 //!       ├─ Results ── Result ── Sure: delete?
 //!       ├─ Layouts
 //!       ├─ Calibration ─┬─ Tumble ── proposal: keep?
@@ -113,6 +113,8 @@ pub enum Action {
     KeepCalibration,
     /// Discard readings and proposals.
     CancelCalibration,
+    /// The screen has another controller.
+    NextScreen,
 }
 
 /// Digits of the mass of a block: up to 99 999.9 g.
@@ -282,6 +284,7 @@ impl Menu {
         match self.screen {
             Screen::Measure => self.ok_measuring(model),
             Screen::SelfTest if model.self_test == SelfTestState::Disturbed => self.back(model),
+            Screen::About if self.cursor == SCREEN_PAGE => Some(Action::NextScreen),
             Screen::Findings | Screen::Result | Screen::SelfTest | Screen::About => {
                 self.next(model)
             }
@@ -423,10 +426,6 @@ impl Menu {
             Screen::Measure if matches!(model.phase, Phase::Armed | Phase::Busy) => {
                 (Screen::Home, Some(Action::Command(Command::Pause)))
             }
-            // The finished DOFs stay, and the computation can be started again.
-            Screen::Measure if model.phase == Phase::Solving && model.computed.is_some() => {
-                (Screen::Measure, Some(Action::Command(Command::Pause)))
-            }
             Screen::Findings
             | Screen::Precision
             | Screen::Profile
@@ -449,7 +448,9 @@ impl Menu {
 }
 
 /// Number of pages about the rig.
-pub const ABOUT_PAGES: u8 = 4;
+pub const ABOUT_PAGES: u8 = 5;
+/// The one of them that says which controller the screen has.
+pub const SCREEN_PAGE: u8 = 3;
 
 /// True when no hit is wanted any more.
 fn is_complete(model: &PanelModel) -> bool {

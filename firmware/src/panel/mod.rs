@@ -43,11 +43,12 @@ use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::layout::{Dof, RigLayout, TestProfile};
 use massline_shared::measurement::campaign::{Campaign, Object, Outcome, Phase};
 use massline_shared::measurement::{CampaignPrecision, GradedHit};
-use massline_shared::signal::CHANNELS;
+use massline_shared::signal::{CHANNELS, Swing};
 
 use self::calibration_wizard::CalibrationWizard;
 use self::self_test::SelfTestState;
 use crate::rig::Rig;
+use crate::screen_setting::ScreenSetting;
 
 /// Everything that can be shown and that decides what a button does.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,12 +77,10 @@ pub struct PanelModel {
     pub verdict: Option<HitVerdict>,
     /// Level of each channel over the last window: number of bits of the range of its codes.
     pub levels: [u8; CHANNELS],
-    /// Estimated time until the end of the campaign or of the computation, s; `None` before the first hit or percent.
+    /// Estimated time until the end of the campaign, s; `None` before the first hit.
     pub seconds_left: Option<u16>,
     /// Time for which the object still rings in the record of a hit of the suspension profile, s; `None` outside of one.
     pub ringing_left: Option<u8>,
-    /// Percentage of the computation of the suspension modes that is done; `None` unless it runs.
-    pub computed: Option<u8>,
     /// What the layout measures.
     pub profile: TestProfile,
     /// True when the object is a block of known mass.
@@ -131,7 +130,6 @@ impl PanelModel {
         levels: [0; CHANNELS],
         seconds_left: None,
         ringing_left: None,
-        computed: None,
         profile: TestProfile::MassLine,
         block: false,
         result: 0,
@@ -182,7 +180,6 @@ impl PanelModel {
             levels: rig.levels.get(),
             block: matches!(object, Object::Block { .. }),
             result: campaign.map_or(0, Campaign::result),
-            computed: crate::rig::computed(&measurement),
             profile: measurement.profile(),
             mass: rig.last_mass.get(),
             precision: measurement.precision().map(|known| PrecisionModel::of(known, layout)),
@@ -196,11 +193,23 @@ impl PanelModel {
     }
 }
 
+impl PanelModel {
+    /// True when the program has something to solve.
+    pub(crate) fn has_lines(&self) -> bool {
+        self.profile == TestProfile::Suspension && self.averaged > 0
+    }
+
+    /// True when the lowest line says how the object swung at a hit about which something was found.
+    pub(crate) fn is_swing_shown(&self) -> bool {
+        self.verdict.is_some_and(|verdict| verdict.swing.is_some() && verdict.reason.is_some())
+    }
+}
+
 impl From<&GradedHit> for HitVerdict {
     fn from(hit: &GradedHit) -> Self {
         let first = |of| hit.findings.iter().find(|found| found.severity == of);
         let reason = first(Severity::Error).or_else(|| first(Severity::Warning)).copied();
-        Self { peak_force: hit.peak_force, impulse: hit.impulse, reason }
+        Self { peak_force: hit.peak_force, swing: hit.swing, reason }
     }
 }
 
@@ -245,8 +254,8 @@ impl PrecisionModel {
 pub struct HitVerdict {
     /// Peak force, N.
     pub peak_force: f32,
-    /// Impulse, N s, by which a hit is judged in the suspension profile; `None` in the other.
-    pub impulse: Option<f32>,
+    /// What a hit is judged by in the suspension profile; `None` in the other.
+    pub swing: Option<Swing>,
     /// The error for which the hit was rejected, or what makes an accepted one doubtful; `None` for a good one.
     pub reason: Option<Diagnostic>,
 }
@@ -267,6 +276,9 @@ pub trait Panel {
 
     /// Waits until a button is pressed. Cancel-safe.
     fn button(&mut self) -> impl Future<Output = Button>;
+
+    /// Says which controller the screen has, for a board whose screen may have several.
+    fn use_screen(&mut self, _setting: ScreenSetting) {}
 
     /// Starts a cue of sound or light and returns.
     fn cue(&mut self, cue: Cue);
@@ -311,7 +323,7 @@ pub fn cues(before: &PanelModel, after: &PanelModel) -> Vec<Cue, 3> {
         }
     };
     let entered = |phase| after.phase == phase && before.phase != phase;
-    let answered = after.mass.is_some() || after.block;
+    let answered = after.mass.is_some() || after.block || after.has_lines();
     play(Cue::Rejected, after.rejected > before.rejected);
     play(Cue::Accepted, after.averaged > before.averaged && after.rejected <= before.rejected);
     play(Cue::Armed, after.phase == Phase::Armed && after.armings != before.armings);
@@ -349,6 +361,11 @@ mod tests {
         let mass = Some(EstimatedMass { value: 1.0, sigma: None });
         assert_eq!(cues(&ARMED, &PanelModel { mass, ..done }), [Cue::Done]);
         assert_eq!(cues(&ARMED, &PanelModel { block: true, ..done }), [Cue::Done]);
+        // The program gives the answer, where there is something to solve.
+        let nothing = PanelModel { profile: TestProfile::Suspension, ..done };
+        assert_eq!(cues(&ARMED, &nothing), [Cue::Failed]);
+        let measured = PanelModel { averaged: 1, ..nothing };
+        assert_eq!(cues(&PanelModel { averaged: 1, ..ARMED }, &measured), [Cue::Done]);
     }
 
     #[test]

@@ -11,7 +11,6 @@ use super::summary::Summary;
 
 /// The state. The first variant is all zero bytes, so that the rig's memory lies in `.bss`.
 #[repr(u8)]
-#[expect(clippy::large_enum_variant, reason = "there is one at a time, and no allocator")]
 pub(super) enum ModalState {
     Nothing,
     /// The open result.

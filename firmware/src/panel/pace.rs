@@ -1,4 +1,4 @@
-//! Estimates the remaining time of a campaign, and of the computation after it.
+//! Estimates the remaining time of a campaign.
 
 use embassy_time::{Duration, Instant};
 use massline_shared::layout::TestProfile;
@@ -18,40 +18,6 @@ pub(super) struct TimeEstimator {
     measuring: bool,
     /// When the record began that is being taken.
     record: Option<Instant>,
-    computing: Option<Computing>,
-}
-
-/// The pace of a computation.
-#[derive(Clone, Copy, Debug)]
-struct Computing {
-    /// Percentage that was done at the start, and when.
-    start: (u8, Instant),
-    /// The same at the last percent.
-    last: (u8, Instant),
-}
-
-impl Computing {
-    /// So much of a computation is done now.
-    fn follow(known: Option<Self>, percent: u8, now: Instant) -> Self {
-        match known {
-            Some(known) if known.last.0 == percent => known,
-            Some(known) if known.last.0 < percent => Self { last: (percent, now), ..known },
-            _ => Self { start: (percent, now), last: (percent, now) },
-        }
-    }
-
-    /// Time for the rest, if it goes on as so far; `None` before two percent are done.
-    fn left(&self, now: Instant) -> Option<Duration> {
-        let done = u32::from(self.last.0 - self.start.0);
-        if done < 2 {
-            return None;
-        }
-        let rest = u32::from(100 - self.last.0.min(100));
-        let took = self.last.1.saturating_duration_since(self.start.1);
-        let since = now.saturating_duration_since(self.last.1);
-        let left = took * rest / done;
-        Some(Duration::from_ticks(left.as_ticks().saturating_sub(since.as_ticks())))
-    }
 }
 
 /// A new hit has the weight `1 / MEMORY` in the mean.
@@ -59,7 +25,7 @@ const MEMORY: u32 = 4;
 
 impl TimeEstimator {
     pub fn new(now: Instant) -> Self {
-        Self { since: now, hit: None, averaged: 0, measuring: false, record: None, computing: None }
+        Self { since: now, hit: None, averaged: 0, measuring: false, record: None }
     }
 
     /// Updates the pace from the current model.
@@ -79,8 +45,6 @@ impl TimeEstimator {
         (self.measuring, self.averaged) = (measuring, model.averaged);
         let records = model.phase == Phase::Busy && model.profile == TestProfile::Suspension;
         self.record = records.then(|| self.record.unwrap_or(now));
-        let known = self.computing;
-        self.computing = model.computed.map(|percent| Computing::follow(known, percent, now));
     }
 
     /// Time for which the object still rings in the record that is being taken, which lasts so long; `None` when none is. After it the hit is analysed.
@@ -90,12 +54,9 @@ impl TimeEstimator {
         u8::try_from(left).ok().filter(|left| *left > 0)
     }
 
-    /// Estimated time for the rest of the campaign, or of the computation, s.
-    pub fn seconds_left(&self, model: &PanelModel, now: Instant) -> Option<u16> {
-        let left = match self.computing {
-            Some(computing) => computing.left(now)?,
-            None => self.hit? * u32::from(model.hits.saturating_sub(model.hits_done)),
-        };
+    /// Estimated time for the rest of the campaign, s.
+    pub fn seconds_left(&self, model: &PanelModel) -> Option<u16> {
+        let left = self.hit? * u32::from(model.hits.saturating_sub(model.hits_done));
         Some(u16::try_from(left.as_millis().div_ceil(1000)).unwrap_or(u16::MAX))
     }
 }
@@ -134,44 +95,23 @@ mod tests {
     }
 
     const ARMED: Phase = Phase::Armed;
-    /// The time of the question matters for a computation only.
-    const LATER: Instant = Instant::from_secs(0);
-
-    #[test]
-    fn a_computation_takes_as_long_as_it_has_taken_so_far() {
-        let solving = |percent| PanelModel { computed: Some(percent), ..at(10, Phase::Solving) };
-        let mut pace = TimeEstimator::new(Instant::from_secs(0));
-        for (percent, second) in [(0, 0), (1, 1), (10, 9), (10, 12)] {
-            pace.follow(&solving(percent), Instant::from_secs(second));
-            // Two percent are too few.
-            let left = pace.seconds_left(&solving(percent), Instant::from_secs(second));
-            // Ten percent took nine seconds: ninety take 81, of which three are gone at the end.
-            let expected = [None, None, Some(81), Some(78)]
-                [usize::from(percent > 1) * 2 + usize::from(second == 12)];
-            assert_eq!(left, expected, "{percent} % after {second} s");
-        }
-        // It begins anew after a pause.
-        pace.follow(&at(10, Phase::Paused), Instant::from_secs(20));
-        pace.follow(&solving(0), Instant::from_secs(30));
-        assert_eq!(pace.seconds_left(&solving(0), Instant::from_secs(31)), None);
-    }
 
     #[test]
     fn the_time_left_is_that_of_the_hits_left() {
         let mut pace = pace_of(&[(0, ARMED, 0), (0, ARMED, 1)]);
-        assert_eq!(pace.seconds_left(&at(0, ARMED), LATER), None);
+        assert_eq!(pace.seconds_left(&at(0, ARMED)), None);
         pace.follow(&at(1, ARMED), Instant::from_secs(4));
-        assert_eq!(pace.seconds_left(&at(1, ARMED), LATER), Some(36));
+        assert_eq!(pace.seconds_left(&at(1, ARMED)), Some(36));
         // The next hit takes eight seconds: the mean moves a quarter of the way from 4 to 8.
         pace.follow(&at(2, ARMED), Instant::from_secs(12));
-        assert_eq!(pace.seconds_left(&at(2, ARMED), LATER), Some(40));
+        assert_eq!(pace.seconds_left(&at(2, ARMED)), Some(40));
     }
 
     #[test]
     fn a_pause_does_not_count_however_long_it_is() {
         let before = [(0, ARMED, 0), (1, ARMED, 4), (1, Phase::Paused, 10)];
         let pace = pace_of(&[&before[..], &[(1, ARMED, 1000), (2, ARMED, 1004)]].concat());
-        assert_eq!(pace.seconds_left(&at(2, ARMED), LATER), Some(32));
+        assert_eq!(pace.seconds_left(&at(2, ARMED)), Some(32));
     }
 
     #[test]
@@ -179,12 +119,12 @@ mod tests {
         let mut pace = pace_of(&[(0, ARMED, 0), (1, ARMED, 4)]);
         let skipped = PanelModel { averaged: 1, ..at(5, ARMED) };
         pace.follow(&skipped, Instant::from_secs(5));
-        assert_eq!(pace.seconds_left(&skipped, LATER), Some(20));
+        assert_eq!(pace.seconds_left(&skipped), Some(20));
     }
 
     #[test]
     fn a_new_campaign_begins_anew() {
         let pace = pace_of(&[(0, ARMED, 0), (1, ARMED, 4), (0, Phase::Idle, 10), (0, ARMED, 11)]);
-        assert_eq!(pace.seconds_left(&at(0, ARMED), LATER), None);
+        assert_eq!(pace.seconds_left(&at(0, ARMED)), None);
     }
 }

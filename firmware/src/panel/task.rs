@@ -53,6 +53,7 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
     let (menu, pace, before) = (Menu::new(), TimeEstimator::new(Instant::now()), PanelModel::START);
     let mut controller = PanelController { rig, store, menu, modal, pace, before };
     rig.pulse.works(Part::Panel);
+    panel.use_screen(store.lock().await.screen());
     loop {
         for cue in controller.follow() {
             panel.cue(cue);
@@ -79,13 +80,17 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
                     let stored = store.lock().await.calibration().await.unwrap_or_default();
                     controller.start_self_test(stored.method.knows_sensors())
                 }
-                PendingAction::Open(..) | PendingAction::Delete(_) => {
-                    run_pending(pending, &mut controller, piece).await
+                PendingAction::Open(_) => run_pending(pending, &mut controller, piece).await,
+                PendingAction::Delete(_) => {
+                    rig.deleting(async || run_pending(pending, &mut controller, piece).await).await
                 }
                 _ => {
                     rig.changing(async || run_pending(pending, &mut controller, piece).await).await
                 }
             };
+            if let (PendingAction::UseScreen(setting), Ok(())) = (pending, &done) {
+                panel.use_screen(setting);
+            }
             controller.answer(done);
         }
     }
@@ -107,12 +112,10 @@ async fn run_pending<F: NorFlash>(
 ) -> Result<(), Refused> {
     let mut store = controller.store.lock().await;
     match pending {
-        PendingAction::Open(stored, page, is_new) => {
-            let opened = summary::open(&mut store, &stored, piece, page).await?;
+        PendingAction::Open(stored) => {
+            let opened = summary::open(&mut store, &stored, piece).await?;
             *controller.modal = ModalState::Result(opened);
-            if is_new {
-                controller.menu.open(Screen::Result);
-            }
+            controller.menu.open(Screen::Result);
         }
         PendingAction::Delete(number) => {
             store.delete_result(number).await?;
@@ -140,6 +143,7 @@ async fn run_pending<F: NorFlash>(
             store.put_calibration(controller.encode_calibration(piece)?).await?;
             controller.calibrated();
         }
+        PendingAction::UseScreen(setting) => store.put_screen(setting).await?,
     }
     Ok(())
 }

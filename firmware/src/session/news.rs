@@ -21,8 +21,6 @@ pub(super) struct EventSender {
 impl EventSender {
     /// Writes the next event as a frame; returns its length, zero when there is none. The event takes no
     /// memory while its frame is sent.
-    // Never inlined: this saves 1.5 KB of the firmware's deepest stack.
-    #[inline(never)]
     pub fn next(&mut self, rig: &Rig<'_>, out: &mut [u8; MAX_FRAME]) -> usize {
         let hit = rig.measurement.borrow_mut().next_hit();
         if let Some(hit) = hit {

@@ -3,16 +3,16 @@
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
 use massline_protocol::message::{
-    ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, GetBattery, GetCalibration,
-    GetHardware, GetIdentity, GetLayout, GetLevels, GetMassLines, GetObjectInfo, GetRestStatistics,
-    GetStats, GetStatus, LayoutAnswer, ListRequest, ListResults, PutCalibration, PutLayout,
-    REFUSED, ReadObject, Reason, Refusal, ResultPage, SetBrownOut, SetStream, TakeReading,
+    ANSWER, DeleteResult, GetBattery, GetCalibration, GetHardware, GetIdentity, GetLayout,
+    GetLevels, GetMassLines, GetObjectInfo, GetRestStatistics, GetStats, GetStatus, LayoutAnswer,
+    ListRequest, ListResults, PutCalibration, PutLayout, REFUSED, ReadObject, Reason, Refusal,
+    ResultPage, SetBrownOut, SetStream, StartCampaign, StartRequest, SteerCampaign, TakeReading,
 };
 use massline_protocol::object::{ChunkRef, ChunkRequest, DofResult};
 use massline_protocol::{Endpoint, Frame, MAX_FRAME, PlainFrame, crc32, encode_frame};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::measurement::Recorded;
-use massline_shared::measurement::campaign::{Object, Start};
+use massline_shared::measurement::campaign::Object;
 use massline_shared::signal::RestStatistics;
 use serde::de::DeserializeOwned;
 
@@ -48,10 +48,14 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
                 let record = self.calibration().await;
                 reply.with::<GetCalibration>(&record)
             }
-            Command::KIND => {
-                let request = reply.request::<Command>()?;
-                self.command(request, &mut reply.results_to_delete).await?;
-                reply.with::<Command>(&rig.status())
+            StartCampaign::KIND => {
+                let request = reply.request::<StartCampaign>()?;
+                self.start(request, &mut reply.results_to_delete).await?;
+                reply.with::<StartCampaign>(&rig.status())
+            }
+            SteerCampaign::KIND => {
+                rig.command(reply.request::<SteerCampaign>()?)?;
+                reply.with::<SteerCampaign>(&rig.status())
             }
             GetObjectInfo::KIND => {
                 let object = reply.request::<GetObjectInfo>()?;
@@ -70,10 +74,11 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
             }
             DeleteResult::KIND => {
                 let number = reply.request::<DeleteResult>()?;
-                if !rig.measurement.borrow().rests() {
-                    return Err(Reason::WrongPhase);
-                }
-                self.store.lock().await.delete_result(number).await?;
+                let delete = async || {
+                    self.store.lock().await.delete_result(number).await?;
+                    Ok::<(), Reason>(())
+                };
+                rig.deleting(delete).await?;
                 reply.with::<DeleteResult>(&())
             }
             TakeReading::KIND => {
@@ -179,37 +184,27 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
         if on && !self.rig.streams {
             return Err(Reason::WrongPhase);
         }
+        self.rig.unless_deleting()?;
         measurement.set_stream(on)?;
         drop(measurement);
         self.rig.steered();
         Ok(())
     }
 
-    /// Starts a campaign, or passes a command to it. When there is too little room, `results_to_delete` says how many
-    /// results would make it.
-    async fn command(
+    /// Starts a campaign. When there is too little room, `results_to_delete` says how many results would make it.
+    async fn start(
         &self,
-        request: CommandRequest,
+        StartRequest { start, force }: StartRequest,
         results_to_delete: &mut u8,
     ) -> Result<(), Reason> {
-        let command = CampaignCommand::try_from(request.command).map_err(|_| Reason::Malformed)?;
-        if let Some(command) = command.steering() {
-            return Ok(self.rig.command(command)?);
+        if let Object::Block { mass } = start.object
+            && !(mass.is_finite() && mass > 0.0)
+        {
+            return Err(Reason::Malformed);
         }
-        let object = match request.block_mass {
-            None => Object::Unknown,
-            Some(mass) if mass.is_finite() && mass > 0.0 => Object::Block { mass },
-            Some(_) => return Err(Reason::Malformed),
-        };
-        let start = Start {
-            object,
-            confirm: request.confirm,
-            calibration_age_days: request.calibration_age_days,
-            started_unix_s: request.started_unix_s,
-        };
         let shortage = self.store.lock().await.shortage(self.rig.campaign_size()).await;
         *results_to_delete = shortage.map_or(0, |shortage| shortage.results_to_delete());
-        Ok(self.rig.start(start, request.force, shortage.is_none())?)
+        Ok(self.rig.start(start, force, shortage.is_none())?)
     }
 
     async fn list(&self, request: ListRequest) -> ResultPage {

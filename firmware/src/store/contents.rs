@@ -16,6 +16,7 @@ use massline_shared::signal::COMPACT_RESPONSE;
 use serde::{Deserialize, Serialize};
 
 use super::{LAYOUTS, MAX_DOF, RESULTS};
+use crate::screen_setting::ScreenSetting;
 
 /// Most bytes of an encoded change. The longest is that of a layout: six integers of at most five bytes,
 /// four more bytes, a title.
@@ -141,6 +142,10 @@ pub(super) enum Change {
     Evicted {
         hash: u32,
     },
+    /// The operator has said which controller the screen has.
+    Screen {
+        setting: ScreenSetting,
+    },
 }
 
 impl Change {
@@ -163,6 +168,8 @@ pub(super) struct StoredCampaign {
 pub(super) struct Contents {
     pub layouts: Vec<LayoutHandle, LAYOUTS>,
     pub calibration: Option<Object>,
+    /// Which controller the screen has, and the serial of the change that says so.
+    pub screen: Option<(u32, ScreenSetting)>,
     /// In the order of their numbers.
     pub results: Vec<ResultHandle, RESULTS>,
     pub last_number: u32,
@@ -246,10 +253,18 @@ impl Contents {
                 }
             }
             Change::Ended { campaign } => self.end(campaign),
+            Change::Screen { setting } => self.set_screen(serial, setting),
             Change::Evicted { hash } => {
                 self.layouts.retain(|stored| stored.hash != hash || stored.used > serial);
                 self.mark_layout_in_use();
             }
+        }
+    }
+
+    /// Of two statements about the screen the later one holds.
+    fn set_screen(&mut self, serial: u32, setting: ScreenSetting) {
+        if self.screen.is_none_or(|(before, _)| before < serial) {
+            self.screen = Some((serial, setting));
         }
     }
 
@@ -282,6 +297,7 @@ impl Contents {
         let dofs = self.dofs.iter().map(|stored| stored.object.serial);
         let others =
             self.calibration.iter().chain(&self.campaign.progress).map(|stored| stored.serial);
+        let others = others.chain(self.screen.map(|(serial, _)| serial));
         layouts.chain(results).chain(dofs).chain(others).any(|live| live == serial)
     }
 

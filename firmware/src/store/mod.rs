@@ -35,6 +35,9 @@ pub use error::StoreError;
 use log::{Checkpoint, Log, Work};
 pub use room::{CampaignSize, Shortage};
 pub use source::{DofWithLines, Source};
+use writing::MAX_PIECE;
+
+use crate::screen_setting::ScreenSetting;
 
 /// Most results that the store holds, if the flash has room for them.
 pub const RESULTS: usize = 24;
@@ -50,14 +53,9 @@ pub const MAX_ESTIMATE: usize = 424;
 pub const MAX_RESULT: usize =
     MAX_RESULT_HEAD + RIG_HITS * MAX_DOF + MASS_LINE_METHODS * MAX_ESTIMATE;
 /// Most bytes of the head and the diagnostics of a result.
-pub const MAX_RESULT_HEAD: usize = 238;
+pub const MAX_RESULT_HEAD: usize = 268;
 /// Most bytes of what a result says of a DOF besides its lines.
 pub const MAX_LINES_HEAD: usize = 72;
-/// Most bytes of one estimate from the suspension modes, which neither checks an error budget nor learns one.
-pub const MAX_MODAL_ESTIMATE: usize = 414;
-/// Most bytes of what a result says of the suspension modes besides the estimates: six modes and the agreement. A refusal is
-/// shorter than the estimate that it stands for.
-pub const MAX_MODES: usize = 512;
 /// Most bytes of the progress of a campaign.
 pub const MAX_PROGRESS: usize = 280;
 
@@ -68,6 +66,8 @@ const CALIBRATION_ROOM: usize = size_of::<CalibrationRecord>() + 16;
 pub struct Store<F: NorFlash> {
     log: Log<F>,
     contents: Contents,
+    /// The piece or the change that is being written. It is here once: in the futures it would be once for each task that writes.
+    piece: [u8; MAX_PIECE],
     /// The last serial that was assigned.
     serial: u32,
     /// Serial of the object that is being written.
@@ -87,6 +87,7 @@ impl<F: NorFlash> Store<F> {
         Self {
             log: Log::new(flash),
             contents: Contents::default(),
+            piece: [0; MAX_PIECE],
             serial: 0,
             writing: 0,
             usable: false,
@@ -202,6 +203,19 @@ impl<F: NorFlash> Store<F> {
     /// [`StoreError::Full`], or [`StoreError::Failed`] when the write fails.
     pub async fn put_calibration(&mut self, encoded: &[u8]) -> Result<(), StoreError> {
         self.keep(&encoded, &|object| Change::Calibration { object }).await
+    }
+
+    /// Which controller the screen has.
+    pub fn screen(&self) -> ScreenSetting {
+        self.contents.screen.map_or_else(ScreenSetting::default, |(_, setting)| setting)
+    }
+
+    /// Stores which controller the screen has.
+    ///
+    /// # Errors
+    /// [`StoreError::Full`], or [`StoreError::Failed`] when the write fails.
+    pub async fn put_screen(&mut self, setting: ScreenSetting) -> Result<(), StoreError> {
+        self.note(Change::Screen { setting }).await
     }
 
     /// All results, in the order of their numbers.

@@ -3,7 +3,6 @@
 //! In the smallest flash a campaign with lines needs almost all of it, so layouts that are not in use give way to it.
 
 use embedded_storage_async::nor_flash::NorFlash;
-use massline_shared::identify::SUSPENSION_METHODS;
 use massline_shared::layout::RIG_HITS;
 
 use super::contents::{Change, Contents, DOFS, MAX_CHANGE, MAX_SHORT_CHANGE};
@@ -11,12 +10,13 @@ use super::log::Log;
 use super::record::Kind;
 use super::writing::{MAX_PIECE, MIN_PIECE};
 use super::{
-    MAX_DOF, MAX_LINES, MAX_LINES_HEAD, MAX_MODAL_ESTIMATE, MAX_MODES, MAX_PROGRESS, MAX_RESULT,
-    MAX_RESULT_HEAD, RESULTS, Store, StoreError,
+    MAX_DOF, MAX_LINES, MAX_LINES_HEAD, MAX_PROGRESS, MAX_RESULT, MAX_RESULT_HEAD, RESULTS, Store,
+    StoreError,
 };
 
-/// Changes without an object, such as deletions, for which a full store still has room.
-const SMALL_CHANGES: u32 = 4;
+/// Changes without an object for which a full store still has room: deletions and their like, beside a layout that is put into
+/// use.
+const SMALL_CHANGES: u32 = 3;
 
 /// What a campaign will store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,15 +80,15 @@ impl<F: NorFlash> Store<F> {
 
     /// Bytes that a campaign takes with its result.
     fn needed(&self, dofs: usize, lines: usize) -> u32 {
-        let of_mass_lines = MAX_RESULT - (RIG_HITS - dofs) * MAX_DOF;
-        let of_modes = MAX_RESULT_HEAD
-            + dofs * MAX_LINES_HEAD
-            + SUSPENSION_METHODS * MAX_MODAL_ESTIMATE
-            + MAX_MODES;
-        let longest_result = if lines > 0 { of_modes } else { of_mass_lines };
-        2 * self.cost(MAX_PROGRESS, MAX_SHORT_CHANGE)
-            + dofs as u32 * self.cost(MAX_DOF + lines, MAX_SHORT_CHANGE)
-            + self.cost(longest_result, MAX_SHORT_CHANGE)
+        let (longest_dof, longest_result) = match lines {
+            0 => (MAX_DOF, MAX_RESULT - (RIG_HITS - dofs) * MAX_DOF),
+            _ => (MAX_LINES_HEAD + lines, MAX_RESULT_HEAD + dofs * MAX_LINES_HEAD),
+        };
+        let progress = self.cost(MAX_PROGRESS, MAX_SHORT_CHANGE);
+        // Beside the progress there is its successor or, at the end, the result.
+        progress
+            + dofs as u32 * self.cost(longest_dof, MAX_SHORT_CHANGE)
+            + progress.max(self.cost(longest_result, MAX_SHORT_CHANGE))
     }
 
     /// Most bytes of flash that an object of `length` bytes takes with its change of `change` bytes, however it is
@@ -118,7 +118,7 @@ impl<F: NorFlash> Store<F> {
 
     /// Bytes for the records of objects in any order of writing.
     fn bytes(&self) -> u32 {
-        let reserve = SMALL_CHANGES * Log::<F>::size(MAX_CHANGE);
+        let reserve = Log::<F>::size(MAX_CHANGE) + SMALL_CHANGES * Log::<F>::size(MAX_SHORT_CHANGE);
         self.log.capacity(MIN_PIECE.max(MAX_CHANGE)).saturating_sub(reserve)
     }
 
@@ -149,10 +149,10 @@ mod tests {
 
     #[test]
     fn an_object_is_divided_at_most_at_every_page() {
-        // Of 12 in the three sectors of an F411: 9 whole pieces, one at the end of two pages each, and the last.
-        assert_eq!(most_pieces(MAX_DOF + MAX_LINES, 3), 12);
-        // In the 32 pages of a G474 no division into pieces of 128 bytes is ruled out.
-        assert_eq!(most_pieces(MAX_DOF + MAX_LINES, 32), 40);
+        // Of 7 in the three sectors of an F411: 4 whole pieces, one at the end of two pages each, and the last.
+        assert_eq!(most_pieces(MAX_DOF + MAX_LINES, 3), 7);
+        // In the 25 pages of a G474: 4 whole pieces, and one at the end of each page.
+        assert_eq!(most_pieces(MAX_DOF + MAX_LINES, 25), 29);
         assert_eq!((most_pieces(0, 3), most_pieces(127, 3), most_pieces(128, 3)), (1, 1, 2));
     }
 }

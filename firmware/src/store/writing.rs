@@ -2,15 +2,15 @@
 
 use embedded_storage_async::nor_flash::NorFlash;
 
-use super::contents::{Change, MAX_CHANGE, Object};
+use super::contents::{Change, Object};
 use super::log::Checkpoint;
 use super::record::Kind;
 use super::{Source, Store, StoreError};
 
 /// Shortest piece of an object that continues in another page.
 pub(super) const MIN_PIECE: usize = 128;
-/// Longest piece of an object, which is buffered in memory before it is written.
-pub(super) const MAX_PIECE: usize = 512;
+/// Longest piece of an object; it is encoded in memory before it is written.
+pub(super) const MAX_PIECE: usize = 1024;
 /// Number of attempts at a write that fails.
 const ATTEMPTS: usize = 3;
 /// The bytes of a change that has no object.
@@ -65,34 +65,34 @@ impl<F: NorFlash> Store<F> {
         let (serial, length) = (self.writing, source.length());
         let found = u16::try_from(length).map_err(|_| StoreError::Full)?;
         let mut offset = 0;
-        let mut piece = [0; MAX_PIECE];
         while offset < length {
             let rest = length - offset;
             self.make_room(rest.min(MIN_PIECE)).await?;
             let count = rest.min(self.log.room()).min(MAX_PIECE);
-            let piece = piece.get_mut(..count).unwrap_or_default();
-            source.read(offset, piece);
-            self.append(Kind::Data, serial, offset, piece).await?;
+            source.read(offset, self.piece.get_mut(..count).unwrap_or_default());
+            self.append_piece(Kind::Data, serial, offset, count).await?;
             offset += count;
         }
         let change = change(Object { serial, length: found, found });
-        let mut encoded = [0; MAX_CHANGE];
-        let encoded = postcard::to_slice(&change, &mut encoded).map_err(|_| StoreError::Full)?;
-        self.make_room(encoded.len()).await?;
-        self.append(Kind::Change, serial, 0, encoded).await?;
+        let encoded = postcard::to_slice(&change, &mut self.piece).map_err(|_| StoreError::Full)?;
+        let count = encoded.len();
+        self.make_room(count).await?;
+        self.append_piece(Kind::Change, serial, 0, count).await?;
         self.contents.apply(serial, change);
         Ok(())
     }
 
-    async fn append(
+    /// Appends a record with the first `count` bytes of the piece.
+    async fn append_piece(
         &mut self,
         kind: Kind,
         serial: u32,
         offset: usize,
-        payload: &[u8],
+        count: usize,
     ) -> Result<(), StoreError> {
         self.check_supply()?;
         let offset = u16::try_from(offset).map_err(|_| StoreError::Full)?;
+        let payload = self.piece.get(..count).ok_or(StoreError::Full)?;
         self.log.append(kind, serial, offset, payload).await.map_err(|_| StoreError::Failed)
     }
 

@@ -108,10 +108,7 @@ pub(super) fn contents(archive: &Archive) -> Result<(), String> {
         of.check(&result.lines, layout.resolved.sensors.len())
             .map_err(|what| format!("lines[{place}] ({}): {what}", of.dof))?;
     }
-    if !lines.is_empty() && archive.rig.sampler.is_none() {
-        return Err("rig.sampler: it is missing, and lines are there".into());
-    }
-    if archive.rig.sampler.is_some_and(|sampler| !is_usable(&sampler.adc)) {
+    if !is_usable(&archive.rig.sampler.adc) {
         return Err("rig.sampler.adc: no converter has these properties".into());
     }
     for (place, of) in spectra.iter().enumerate() {

@@ -1,5 +1,5 @@
 //! The checksum of an archive: CRC-32 of its bytes, without white space between its values and without the checksum itself,
-//! which is its last key. An archive that a program before this one has written has none.
+//! which is its last key. Whoever edits an archive on purpose deletes it.
 
 use massline_protocol::crc32_of_chunks;
 
@@ -84,7 +84,7 @@ mod tests {
             is_intact(text.replace('<', "\\u003c").as_bytes(), stated(&sealed)),
             "within a page"
         );
-        assert!(is_intact(BYTES, None), "an older archive");
+        assert!(is_intact(BYTES, None), "edited on purpose");
     }
 
     #[test]

@@ -34,10 +34,9 @@ pub struct Part {
     #[serde(deserialize_with = "at_most::<{ records::MOST }, _, _>")]
     pub hit_records: Vec<HitRecord>,
     /// Every hit that was graded.
-    #[serde(default, deserialize_with = "at_most::<{ hit_log::MOST }, _, _>")]
+    #[serde(deserialize_with = "at_most::<{ hit_log::MOST }, _, _>")]
     pub hit_log: Vec<LoggedHit>,
     /// How far the campaign was followed.
-    #[serde(default)]
     pub followed: Followed,
 }
 

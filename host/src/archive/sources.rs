@@ -20,11 +20,9 @@ pub(super) fn check(layout: &ArchivedLayout) -> Result<(), String> {
         })?;
         agree(&place, &position, &format!("layout.nodes (node {node})"), &stated.position_m)
     })?;
-    // An older text may have keys that this program does not take any more.
-    match toml.as_deref().map(|text| LayoutFile::parse(text, "layout.toml")) {
-        Some(Ok(file)) => agree_with_file(&file, nodes, resolved),
-        Some(Err(_)) | None => Ok(()),
-    }
+    let Some(text) = toml else { return Ok(()) };
+    let file = LayoutFile::parse(text, "layout.toml").map_err(|error| error.to_string())?;
+    agree_with_file(&file, nodes, resolved)
 }
 
 /// Every point of the layout that is solved: its place in the archive, its node and its position.

@@ -361,9 +361,6 @@ mod tests {
             dofs: dofs.iter().map(of).collect(),
             lines: Default::default(),
             estimates: heapless::Vec::new(),
-            modes: Default::default(),
-            refusals: Default::default(),
-            agreement: None,
             diagnostics: heapless::Vec::new(),
         }
     }

@@ -6,6 +6,7 @@ use massline_protocol::message::Reason;
 use massline_protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR};
 
 use super::SpectraError;
+use super::purpose::START;
 use crate::error::Error;
 
 /// Why a request to a rig failed.
@@ -153,7 +154,7 @@ pub enum ClientError {
         advice: &'static str,
     },
     /// The rig refused the request.
-    #[error("the rig refused to {request}: {}", explain(*.reason, *.results_to_delete))]
+    #[error("the rig refused to {request}: {}", explain(request, *.reason, *.results_to_delete))]
     Refused {
         /// What the rig was asked to do, as in "asked to …".
         request: &'static str,
@@ -281,7 +282,7 @@ fn refusal_code(raw: u16) -> &'static str {
     }
 }
 
-fn explain(raw: u16, results_to_delete: u8) -> String {
+fn explain(request: &str, raw: u16, results_to_delete: u8) -> String {
     let text = match Reason::try_from(raw).ok() {
         Some(Reason::UnknownMessage) => "its firmware does not know this request; update it",
         Some(Reason::Malformed) => "it could not read the request; is its firmware older?",
@@ -296,6 +297,11 @@ fn explain(raw: u16, results_to_delete: u8) -> String {
         Some(Reason::LayoutRefused) => "its layout cannot determine the ten properties",
         Some(Reason::StoreFull) => {
             return match results_to_delete {
+                0 if request == START => {
+                    "its store cannot hold a test of so many hit points, even without any result: take fewer of them in \
+                     `hits`, or a board with more flash"
+                        .into()
+                }
                 0 => "its store is full; `massline results delete` makes room, and a layout with fewer hits needs less".into(),
                 1 => "its store has too little room; delete the oldest result with `massline results delete`".into(),
                 more => format!(
@@ -380,13 +386,15 @@ mod tests {
 
     #[test]
     fn a_full_store_says_how_many_results_to_delete() {
-        let full = |results_to_delete| {
+        let refused = |request, results_to_delete| {
             let reason = Reason::StoreFull as u16;
-            ClientError::Refused { request: "start", reason, results_to_delete }.to_string()
+            ClientError::Refused { request, reason, results_to_delete }.to_string()
         };
-        assert!(full(0).contains(
-            "is full; `massline results delete` makes room, and a layout with fewer hits"
-        ));
+        let full = |results_to_delete| refused(START, results_to_delete);
+        assert!(
+            full(0).contains("cannot hold a test of so many hit points, even without any result")
+        );
+        assert!(refused("store a layout", 0).contains("is full; `massline results delete`"));
         assert!(full(1).contains("delete the oldest result"));
         assert!(full(3).contains("delete the 3 oldest results"));
     }

@@ -2,10 +2,14 @@
 
 use massline_protocol::Endpoint;
 use massline_protocol::message::{
-    Command, DeleteResult, EraseStore, GetBattery, GetCalibration, GetHardware, GetIdentity,
-    GetLayout, GetLevels, GetMassLines, GetObjectInfo, GetRestStatistics, GetStats, GetStatus,
-    ListResults, PutCalibration, PutLayout, ReadObject, SetBrownOut, SetStream, TakeReading,
+    DeleteResult, EraseStore, GetBattery, GetCalibration, GetHardware, GetIdentity, GetLayout,
+    GetLevels, GetMassLines, GetObjectInfo, GetRestStatistics, GetStats, GetStatus, ListResults,
+    PutCalibration, PutLayout, ReadObject, SetBrownOut, SetStream, StartCampaign, SteerCampaign,
+    TakeReading,
 };
+
+/// What the start of a campaign asks for.
+pub(super) const START: &str = "start a campaign";
 
 /// What a request asks for, as in "the rig was asked to …".
 pub(super) fn purpose(kind: u16) -> &'static str {
@@ -17,7 +21,8 @@ pub(super) fn purpose(kind: u16) -> &'static str {
         GetLayout::KIND => "send its layout",
         PutCalibration::KIND => "store a calibration",
         GetCalibration::KIND => "send its calibration",
-        Command::KIND => "start, change or end a campaign",
+        StartCampaign::KIND => START,
+        SteerCampaign::KIND => "change or end a campaign",
         GetObjectInfo::KIND => "find a stored object",
         ReadObject::KIND => "send a stored object",
         ListResults::KIND => "list its results",

@@ -2,15 +2,15 @@
 
 use massline_protocol::PROTOCOL_MAJOR;
 use massline_protocol::message::{
-    Battery, CampaignCommand, Command, CommandRequest, DeleteResult, EraseStore, GetBattery,
-    GetCalibration, GetHardware, GetIdentity, GetLayout, GetLevels, GetMassLines,
-    GetRestStatistics, GetStats, GetStatus, Hardware, Identity, LayoutAnswer, Levels, ListRequest,
-    ListResults, PutCalibration, PutLayout, Reason, ResultEntry, SetBrownOut, SetStream, Stats,
-    Status, TakeReading,
+    Battery, DeleteResult, EraseStore, GetBattery, GetCalibration, GetHardware, GetIdentity,
+    GetLayout, GetLevels, GetMassLines, GetRestStatistics, GetStats, GetStatus, Hardware, Identity,
+    LayoutAnswer, Levels, ListRequest, ListResults, PutCalibration, PutLayout, Reason, ResultEntry,
+    SetBrownOut, SetStream, StartCampaign, StartRequest, Stats, Status, SteerCampaign, TakeReading,
 };
 use massline_protocol::object::DofResult;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::RigLayout;
+use massline_shared::measurement::campaign::{Command, Start};
 use massline_shared::signal::RestStatistics;
 
 use super::{Client, ClientError};
@@ -90,8 +90,8 @@ impl Client {
     ///
     /// # Errors
     /// As [`Client::ask`].
-    pub fn command(&mut self, command: CampaignCommand) -> Result<Status, ClientError> {
-        self.command_with(command.into())
+    pub fn command(&mut self, command: Command) -> Result<Status, ClientError> {
+        self.ask::<SteerCampaign>(&command)
     }
 
     /// Starts a campaign; with `confirm` every hit waits for a verdict, with `force` the campaign starts
@@ -100,15 +100,15 @@ impl Client {
     /// # Errors
     /// As [`Client::ask`].
     pub fn start(&mut self, confirm: bool, force: bool) -> Result<Status, ClientError> {
-        self.command_with(CommandRequest { confirm, force, ..CampaignCommand::Start.into() })
+        self.start_with(StartRequest { start: Start { confirm, ..Start::DEFAULT }, force })
     }
 
-    /// Sends a campaign command with all its options.
+    /// Starts a campaign with all its options.
     ///
     /// # Errors
     /// As [`Client::ask`].
-    pub fn command_with(&mut self, request: CommandRequest) -> Result<Status, ClientError> {
-        self.ask::<Command>(&request)
+    pub fn start_with(&mut self, request: StartRequest) -> Result<Status, ClientError> {
+        self.ask::<StartCampaign>(&request)
     }
 
     /// The mass lines of the DOF with this index in the layout; `None` before the DOF is closed.
@@ -123,12 +123,12 @@ impl Client {
         }
     }
 
-    /// The level of every channel while the rig waits for a hit; `None` from a rig whose firmware is older than this message.
+    /// The level of every channel while the rig waits for a hit.
     ///
     /// # Errors
     /// As [`Client::ask`].
-    pub fn levels(&mut self) -> Result<Option<Levels>, ClientError> {
-        if_known(self.ask::<GetLevels>(&()))
+    pub fn levels(&mut self) -> Result<Levels, ClientError> {
+        self.ask::<GetLevels>(&())
     }
 
     /// Erases all that a rig in safe mode stores.
@@ -139,33 +139,26 @@ impl Client {
         self.ask::<EraseStore>(&())
     }
 
-    /// State of clock, supply and converter; `None` from a rig whose firmware is older than this message, or in safe mode.
+    /// State of clock, supply and converter; `None` in safe mode.
     ///
     /// # Errors
     /// As [`Client::ask`].
     pub fn hardware(&mut self) -> Result<Option<Hardware>, ClientError> {
-        match if_known(self.ask::<GetHardware>(&())) {
-            Err(e) if e.refusal() == Some(Reason::SafeMode) => Ok(None),
-            answer => answer,
-        }
+        unless_in_safe_mode(self.ask::<GetHardware>(&()))
     }
 
-    /// Charge of the rig's battery; `None` without a gauge, and from a rig whose firmware is older than this message or in safe
-    /// mode.
+    /// Charge of the rig's battery; `None` without a gauge, and in safe mode.
     ///
     /// # Errors
     /// As [`Client::ask`].
     pub fn battery(&mut self) -> Result<Option<Battery>, ClientError> {
-        match if_known(self.ask::<GetBattery>(&())) {
-            Err(e) if e.refusal() == Some(Reason::SafeMode) => Ok(None),
-            answer => Ok(answer?.flatten()),
-        }
+        Ok(unless_in_safe_mode(self.ask::<GetBattery>(&()))?.flatten())
     }
 
     /// Sets the level at which the chip resets itself to its highest.
     ///
     /// # Errors
-    /// As [`Client::ask`]; refused with `UnknownMessage` by a board without such a level and by older firmware, and with
+    /// As [`Client::ask`]; refused with `UnknownMessage` by a board without such a level, and with
     /// `SupplyLow`.
     pub fn raise_brown_out(&mut self) -> Result<(), ClientError> {
         self.ask::<SetBrownOut>(&())
@@ -216,11 +209,11 @@ impl Client {
     }
 }
 
-/// `None` in place of the refusal of a rig that does not know the message.
-fn if_known<T>(answer: Result<T, ClientError>) -> Result<Option<T>, ClientError> {
+/// `None` in place of the refusal of a rig in safe mode.
+fn unless_in_safe_mode<T>(answer: Result<T, ClientError>) -> Result<Option<T>, ClientError> {
     match answer {
         Ok(answer) => Ok(Some(answer)),
-        Err(error) if error.refusal() == Some(Reason::UnknownMessage) => Ok(None),
+        Err(error) if error.refusal() == Some(Reason::SafeMode) => Ok(None),
         Err(error) => Err(error),
     }
 }

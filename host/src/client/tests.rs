@@ -7,14 +7,15 @@ use std::time::Duration;
 
 use massline_protocol::event::STATUS_CHANGED;
 use massline_protocol::message::{
-    ANSWER, CampaignCommand, Command, DeleteResult, GetIdentity, GetObjectInfo, GetStatus,
-    Identity, ListRequest, ListResults, REFUSED, ReadObject, Reason, Refusal, ResultEntry,
-    ResultPage, Status,
+    ANSWER, DeleteResult, GetIdentity, GetObjectInfo, GetStatus, Identity, ListRequest,
+    ListResults, REFUSED, ReadObject, Reason, Refusal, ResultEntry, ResultPage, Status,
+    SteerCampaign,
 };
 use massline_protocol::object::{Chunk, ChunkRequest, ObjectId, ObjectInfo};
 use massline_protocol::{
     Deframer, Endpoint, Frame, MAX_FRAME, PROTOCOL_MAJOR, crc32, encode_frame,
 };
+use massline_shared::measurement::campaign::Command;
 use massline_shared::signal::AdcProperties;
 use massline_shared::units::{Hertz, Seconds, Volts};
 
@@ -119,7 +120,6 @@ fn status(phase: u8) -> Status {
         layout_hash: 0,
         result: 0,
         started_unix_s: 0,
-        computed: None,
         diagnostics: heapless::Vec::new(),
     }
 }
@@ -156,10 +156,10 @@ fn a_request_that_is_lost_is_sent_again_with_the_same_sequence() {
     let mut client = FakeRig::new(move |f| {
         log.lock().unwrap().push(f.sequence);
         let lost = log.lock().unwrap().len() < 3;
-        Ok(if lost { vec![] } else { vec![answer::<Command>(f, &status(4))] })
+        Ok(if lost { vec![] } else { vec![answer::<SteerCampaign>(f, &status(4))] })
     })
     .client();
-    assert_eq!(client.command(CampaignCommand::Pause).unwrap().phase, 4);
+    assert_eq!(client.command(Command::Pause).unwrap().phase, 4);
     let heard = heard.lock().unwrap();
     assert_eq!(heard.len(), 3);
     assert!(heard.iter().all(|s| *s == heard[0]));

@@ -171,9 +171,6 @@ mod tests {
             dofs: heapless::Vec::new(),
             lines: Default::default(),
             estimates: [estimate].into_iter().collect(),
-            modes: Default::default(),
-            refusals: Default::default(),
-            agreement: None,
             diagnostics: heapless::Vec::new(),
         };
         let answer = report::estimates_of(&result).into_iter().next();

@@ -9,7 +9,8 @@ mod stats;
 use std::fmt::Write;
 
 use massline_protocol::BootReason;
-use massline_protocol::message::{CampaignCommand, Identity, Status};
+use massline_protocol::message::{Identity, Status};
+use massline_shared::measurement::campaign;
 
 use super::connect::PortArgs;
 use super::rest::has_campaign;
@@ -49,7 +50,7 @@ Examples:
     /// them need attention.
     #[command(after_help = "\
 A counter that is not zero and means something is explained below the counters, with what to do
-about it; in the JSON that is `findings`. What a rig with older firmware does not count is null.
+about it; in the JSON that is `findings`.
 
 Examples:
   massline device stats
@@ -138,7 +139,7 @@ fn abort(client: &mut Client, output: &mut Output) -> Result<()> {
     let there = has_campaign(&status)?;
     let hits: u32 = status.accepted.iter().map(|&hits| u32::from(hits)).sum();
     if there {
-        client.command(CampaignCommand::Abort)?;
+        client.command(campaign::Command::Abort)?;
     }
     let value = DeviceAbort { aborted: there, discarded_hits: if there { hits } else { 0 } };
     output.answer(&value, |_| match there {

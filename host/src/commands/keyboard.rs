@@ -10,8 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
-use massline_protocol::message::CampaignCommand;
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Phase};
 
 use crate::error::{Error, Result};
 use crate::interrupt::{Guard, Interrupt};
@@ -33,7 +32,7 @@ const END: Duration = Duration::from_millis(500);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pressed {
     /// A command for the campaign.
-    Command(CampaignCommand),
+    Command(Command),
     /// The first of two presses that abort.
     QuitOnce,
 }
@@ -164,7 +163,7 @@ struct Meanings {
 impl Meanings {
     /// What the next key means in this phase.
     fn of(&mut self, key: KeyCode, phase: Option<Phase>) -> Option<Pressed> {
-        use CampaignCommand as C;
+        use Command as C;
         let quit_once = self.quit_once.take().is_some_and(|at| at.elapsed() < TWICE);
         let confirming = phase == Some(Phase::Confirming);
         let at_target = phase == Some(Phase::TargetReached);
@@ -200,19 +199,19 @@ mod tests {
     /// The first press of `q`.
     const ONCE: Option<Pressed> = Some(Pressed::QuitOnce);
 
-    fn command(command: CampaignCommand) -> Option<Pressed> {
+    fn command(command: Command) -> Option<Pressed> {
         Some(Pressed::Command(command))
     }
 
     #[test]
     fn a_hit_is_accepted_only_when_it_waits_for_it() {
-        assert_eq!(press("a", Phase::Confirming), [command(CampaignCommand::Accept)]);
+        assert_eq!(press("a", Phase::Confirming), [command(Command::Accept)]);
         assert_eq!(press("a", Phase::Armed), [None]);
     }
 
     #[test]
     fn the_question_at_the_target_has_two_answers_and_only_there() {
-        use CampaignCommand::{Conclude, Continue};
+        use Command::{Conclude, Continue};
         let [finish, go_on] = [Conclude, Continue].map(command);
         assert_eq!(press("yna", Phase::TargetReached), [finish, go_on, None]);
         assert_eq!(press("yna", Phase::Armed), [None, None, None]);
@@ -220,14 +219,14 @@ mod tests {
 
     #[test]
     fn abort_needs_two_presses_in_a_row() {
-        let abort = command(CampaignCommand::Abort);
+        let abort = command(Command::Abort);
         assert_eq!(press("qq", Phase::Armed), [ONCE, abort]);
         assert_eq!(press("qxq", Phase::Armed), [ONCE, None, ONCE]);
     }
 
     #[test]
     fn the_last_hit_is_undone_in_any_phase_and_the_rig_decides() {
-        let undo = command(CampaignCommand::Undo);
+        let undo = command(Command::Undo);
         for phase in [Phase::Armed, Phase::Busy, Phase::Confirming, Phase::TargetReached] {
             assert_eq!(press("u", phase), [undo]);
         }

@@ -9,13 +9,13 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use massline_protocol::LayoutHash;
-use massline_protocol::message::{CampaignCommand, Identity, LayoutAnswer, Reason, Status};
+use massline_protocol::message::{Identity, LayoutAnswer, Reason, Status};
 use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::{HostLayout, RigLayout, TestProfile};
-use massline_shared::measurement::campaign::Phase;
-use massline_shared::signal::{COMPACT_RESPONSE, ringing_s};
+use massline_shared::measurement::campaign::{Command, Phase};
+use massline_shared::signal::{AdcProperties, COMPACT_RESPONSE, ringing_s};
 
 use super::archive::ArchiveArgs;
 use super::collected::Collected;
@@ -30,9 +30,10 @@ use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, restar
 use crate::client::{Client, ClientError};
 use crate::clock;
 use crate::design::gravity_to_be_stated;
-use crate::document::FilePath;
+use crate::document::{FilePath, Measurement};
 use crate::error::{Error, Result};
 use crate::identification::Selection;
+use crate::modes_so_far::ModesMonitor;
 use crate::output::{Output, counted};
 use crate::precision::PrecisionMonitor;
 use crate::report;
@@ -153,7 +154,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         identity: &identity,
         calibration: in_force,
     });
-    let mut monitor = PrecisionMonitor::new(with_gains(&file.layout, in_force, age));
+    let with_gains = with_gains(&file.layout, in_force, age);
+    let mut monitors = Monitors::new(with_gains, identity.adc);
     let how = StartOptions {
         // A hit that waits for its verdict leaves time to read spectra and records.
         confirm: args.confirm || args.archive.path().is_some() || on_screen,
@@ -175,7 +177,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         (args, record_s),
         &mut client,
         &layout,
-        (&mut monitor, shown),
+        (&mut monitors, shown),
         &mut collected,
         output,
     );
@@ -189,7 +191,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let mut shown = show::document(test, Some(&nominal), Selection::All, output);
     if let Ok(shown) = &mut shown {
         shown.value.archive = args.archive.path().map(FilePath::from);
-        shown.value.after_each_dof = Some(monitor.into_reports());
+        monitors.add_to(&mut shown.value);
         shown.value.hit_log = archive.map(|_| collected.hit_log_of(&result, &layout));
     }
     let verdict = shown.as_ref().ok().and_then(|shown| shown.value.verdict);
@@ -218,19 +220,45 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     printed
 }
 
+/// What is told after each DOF: the precision of mass lines so far, or the suspension modes so far.
+struct Monitors {
+    precision: Option<PrecisionMonitor>,
+    modes: Option<ModesMonitor>,
+}
+
+impl Monitors {
+    /// For this layout on a rig with this converter.
+    fn new(layout: HostLayout, adc: AdcProperties) -> Self {
+        match layout.test.profile {
+            TestProfile::MassLine => {
+                Self { precision: Some(PrecisionMonitor::new(layout)), modes: None }
+            }
+            TestProfile::Suspension => {
+                Self { precision: None, modes: Some(ModesMonitor::new(layout, adc)) }
+            }
+        }
+    }
+
+    /// Adds what was told to the document of the result.
+    fn add_to(self, document: &mut Measurement) {
+        document.after_each_dof = self.precision.map(PrecisionMonitor::into_reports);
+        document.modes_after_each_dof = self.modes.map(ModesMonitor::into_reports);
+    }
+}
+
 /// Follows the campaign to its result, and reads what the archive is to hold.
 fn follow(
     (args, record_s): (&Args, Option<f64>),
     client: &mut Client,
     layout: &RigLayout,
-    (monitor, shown): (&mut PrecisionMonitor, Option<Shown<'_>>),
+    (monitors, shown): (&mut Monitors, Option<Shown<'_>>),
     collected: &mut Collected,
     output: &mut Output,
 ) -> Result<MeasurementResult> {
     let archived = args.archive.path().is_some();
     let watching = Watching {
-        // The intervals so far come from mass lines.
-        monitor: record_s.is_none().then_some(&mut *monitor),
+        monitor: monitors.precision.as_mut(),
+        modes: monitors.modes.as_mut(),
         collection: archived.then_some(&mut collected.spectra),
         records: args.records.then_some(&mut collected.records),
         log: archived.then_some(&mut collected.log),
@@ -260,7 +288,14 @@ fn follow(
     };
     let result = client.result(number)?;
     let status = client.status()?;
-    if watch::read_new(client, monitor, &status, |_| true)? {
+    if let Some(monitor) = &mut monitors.precision
+        && watch::read_new(client, monitor, &status, |_| true)?
+    {
+        monitor.report();
+    }
+    if let Some(monitor) = &mut monitors.modes
+        && watch::read_new_lines(client, monitor, &status, number, |_| true)?
+    {
         monitor.report();
     }
     if archived {
@@ -334,7 +369,7 @@ pub(super) fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) 
             ),
         ));
     }
-    client.command(CampaignCommand::Abort)?;
+    client.command(Command::Abort)?;
     Ok(())
 }
 

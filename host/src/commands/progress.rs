@@ -1,18 +1,15 @@
 //! The progress of a campaign for the operator: a bar on a terminal, a line for each hit.
 
-use std::time::Instant;
-
 use indicatif::ProgressBar;
 use massline_protocol::event::HitEvent;
-use massline_protocol::message::{CampaignCommand, Reason, Status};
+use massline_protocol::message::{Reason, Status};
 use massline_shared::layout::{RigLayout, TestProfile};
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Phase};
 
 use crate::campaign::{explain_refusal, phase_name};
-use crate::computing::Computing;
 use crate::error::{Error, Result};
 use crate::output::Output;
-use crate::report::HitSaid;
+use crate::report::{HitSaid, swing_words};
 
 /// Shows the progress of one campaign.
 pub struct Progress<'o> {
@@ -28,10 +25,6 @@ pub struct Progress<'o> {
     rejected: u32,
     /// Seconds for which the object rings yet in its record.
     rings_s: Option<u64>,
-    began: Instant,
-    computing: Computing,
-    /// Tenths of the computation for which a line was printed.
-    computed_tenths: Option<u8>,
 }
 
 /// A bench that taps by itself is given up after this many rejected hits in a row.
@@ -65,9 +58,6 @@ impl<'o> Progress<'o> {
             prompts,
             rejected: 0,
             rings_s: None,
-            began: Instant::now(),
-            computing: Computing::default(),
-            computed_tenths: None,
         }
     }
 
@@ -90,15 +80,6 @@ impl<'o> Progress<'o> {
         let phase = Phase::try_from(status.phase).ok();
         let place = format!("{} {here}/{}", self.dof(dof), self.hits_per_dof);
         self.bar.set_message(format!("{place} {}", phase_name(status.phase)));
-        self.computing.status(status, self.began.elapsed());
-        if let Some(words) = self.computing.words() {
-            self.bar.set_message(words.clone());
-            let tenth = self.computing.percent().map(|percent| percent / 10);
-            if tenth != self.computed_tenths {
-                self.line(&words);
-            }
-            self.computed_tenths = tenth;
-        }
         let prompt = (status.armings, status.phase);
         if self.prompts == Prompts::Nothing || self.prompted == Some(prompt) {
             return;
@@ -151,7 +132,7 @@ impl<'o> Progress<'o> {
     }
 
     /// Reports that the rig refused a command.
-    pub fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+    pub fn refused(&mut self, command: Command, reason: Reason) {
         self.line(&explain_refusal(command, reason));
     }
 
@@ -161,10 +142,10 @@ impl<'o> Progress<'o> {
         let said = HitSaid::of(hit, &self.layout);
         let toned = self.output.toned(said.verdict, said.tone);
         let verdict = said.to_string().replacen(said.verdict, &toned, 1);
-        let impulse =
-            hit.impulse.map_or_else(String::new, |impulse| format!("  {impulse:5.2} N s"));
+        let swing =
+            hit.swing.as_ref().map_or_else(String::new, |of| format!("  {}", swing_words(of)));
         let line = format!(
-            "hit {:3}  {:7}  {:6.1} N{impulse}  {:6.1} m/s²  {verdict}",
+            "hit {:3}  {:7}  {:6.1} N  {:6.1} m/s²{swing}  {verdict}",
             hit.number,
             self.dof(usize::from(hit.dof)),
             hit.peak_force,

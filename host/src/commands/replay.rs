@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use massline_protocol::message::{CampaignCommand, Status};
-use massline_shared::measurement::campaign::Phase;
+use massline_protocol::message::Status;
+use massline_shared::measurement::campaign::{Command, Phase};
 
 use super::files;
 use super::method::MethodArgs;
@@ -100,7 +100,7 @@ impl Player {
         client: &mut Client,
         status: &Status,
         shown: &mut Progress,
-    ) -> Result<Option<CampaignCommand>> {
+    ) -> Result<Option<Command>> {
         if let Some(failed) = self.tape.failed() {
             let message = format!("the tape cannot be played on: {failed}");
             return Err(Error::input("tape_not_readable", message));
@@ -154,7 +154,7 @@ fn torn(dof: &str) -> Error {
 }
 
 /// Finishes the DOF with the hits that it has; without any the data cannot determine the answer.
-fn end(status: &Status, dof: usize, shown: &mut Progress) -> Result<CampaignCommand> {
+fn end(status: &Status, dof: usize, shown: &mut Progress) -> Result<Command> {
     let name = shown.dof(dof).to_owned();
     let accepted = status.accepted.get(dof).copied().unwrap_or(0);
     if accepted == 0 {
@@ -170,5 +170,5 @@ fn end(status: &Status, dof: usize, shown: &mut Progress) -> Result<CampaignComm
     shown.line(&format!(
         "warning: {name} is finished with {accepted} of {wanted} hits, because the tape has no more"
     ));
-    Ok(CampaignCommand::Finish)
+    Ok(Command::Finish)
 }

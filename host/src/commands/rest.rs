@@ -1,8 +1,8 @@
 //! Commands that need a rig without a campaign.
 
-use massline_protocol::message::{CampaignCommand, Status};
+use massline_protocol::message::Status;
 use massline_shared::diagnosis::Code;
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Phase};
 
 use crate::campaign::phase_name;
 use crate::client::Client;
@@ -27,7 +27,7 @@ pub(super) fn without_campaign(client: &mut Client, restart: bool) -> Result<()>
             ),
         ));
     }
-    client.command(CampaignCommand::Abort)?;
+    client.command(Command::Abort)?;
     Ok(())
 }
 
@@ -49,7 +49,7 @@ pub(super) fn has_campaign(status: &Status) -> Result<bool> {
         Some(Phase::Idle | Phase::Done) => Ok(false),
         Some(Phase::Solving) => Err(Error::device(
             "rig_solving",
-            "the rig is computing the result of a complete campaign, which takes a few seconds; then `massline results \
+            "the rig is finishing the result of a complete campaign, which takes a few seconds; then `massline results \
              list` shows it, and the rig is free",
         )),
         _ => Ok(true),
@@ -74,7 +74,6 @@ mod tests {
             layout_hash: 1,
             started_unix_s: 0,
             result: 0,
-            computed: None,
             diagnostics: Default::default(),
         }
     }

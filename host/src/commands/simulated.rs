@@ -6,10 +6,11 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use massline_protocol::event::HitEvent;
-use massline_protocol::message::{CampaignCommand, Identity, Reason, Status};
+use massline_protocol::message::{Identity, Reason, Status};
 use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{HostLayout, RigLayout, TestProfile};
+use massline_shared::measurement::campaign::Command;
 use serde_json::json;
 
 use super::collected::Collected;
@@ -66,7 +67,7 @@ pub fn narrow(layout: &HostLayout) -> Result<RigLayout> {
 
 /// Decides on the next command, as [`Observer::steer`].
 pub type Policy<'p> =
-    dyn FnMut(&mut Client, &Status, &mut Progress) -> Result<Option<CampaignCommand>> + 'p;
+    dyn FnMut(&mut Client, &Status, &mut Progress) -> Result<Option<Command>> + 'p;
 
 /// What a campaign on a simulated rig has measured.
 #[derive(Clone, Debug)]
@@ -214,18 +215,18 @@ impl Observer for Operator<'_, '_> {
         self.progress.hit(hit);
     }
 
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<CampaignCommand>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Command>> {
         let steer = (self.policy)(client, status, &mut self.progress)?;
         self.rig.poke();
         Ok(steer)
     }
 
-    fn at_target(&mut self, _: &mut Client, _: &Status) -> Result<Option<CampaignCommand>> {
+    fn at_target(&mut self, _: &mut Client, _: &Status) -> Result<Option<Command>> {
         self.progress.line("target reached; finishing");
-        Ok(Some(CampaignCommand::Conclude))
+        Ok(Some(Command::Conclude))
     }
 
-    fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+    fn refused(&mut self, command: Command, reason: Reason) {
         self.progress.refused(command, reason);
     }
 }

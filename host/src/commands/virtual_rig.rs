@@ -97,6 +97,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         None => own_port::serve(rig.link())?,
     };
     let port = &served.port;
+    if served.is_open_to_others {
+        output.warn(format!(
+            "this rig answers anybody who can reach {port}, without a password; 127.0.0.1 keeps it to this computer"
+        ));
+    }
     output.answer(&VirtualPort { port: port.clone() }, |_| port.clone())?;
     output.note(format!("massline measure LAYOUT --port {port}; Ctrl-C ends the rig"));
     if let Some(taps) = taps {
@@ -121,6 +126,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 struct Served {
     /// Its name, for `--port`.
     port: String,
+    /// Other computers can reach it.
+    is_open_to_others: bool,
     _server: Box<dyn std::fmt::Debug>,
 }
 
@@ -130,7 +137,10 @@ fn serve_tcp(link: HostEnd, address: &str) -> Result<Served> {
             "give HOST:PORT of this computer, such as 127.0.0.1:4000, or port 0 for any free one";
         Error::input("cannot_listen", format!("cannot listen at {address}: {e}; {hint}"))
     })?;
-    Ok(Served { port: format!("tcp://{}", server.address()), _server: Box::new(server) })
+    let address = server.address();
+    let is_open_to_others = !address.ip().is_loopback();
+    let port = format!("tcp://{address}");
+    Ok(Served { port, is_open_to_others, _server: Box::new(server) })
 }
 
 fn layout(args: &Args, output: &mut Output) -> Result<HostLayout> {

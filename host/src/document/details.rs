@@ -101,7 +101,6 @@ impl LearnedFrom {
 #[schemars(rename = "error_budget")]
 pub struct ErrorBudget {
     /// What it was learned from.
-    #[serde(default)]
     pub learned_from: LearnedFrom,
     /// Scatter of the position of a hit.
     pub hit_position_m: StatedAndLearned,

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::FilePath;
 use super::{
     Agreement, CalibrationSigma, Details, Estimate, Finding, FoundBy, GlobalFit, LoggedHit, Modes,
-    Pair, Properties, Refusal, SingleFaults, Spread, Unseen, VerdictReason,
+    ModesSoFar, Refusal, SingleFaults, Unseen, VerdictReason,
 };
 use crate::verdict::Verdict;
 
@@ -47,12 +47,6 @@ pub struct Measurement {
     pub mass_lines: Vec<MeasuredMassLine>,
     /// Every DOF of the suspension profile.
     pub lines: Vec<MeasuredDof>,
-    /// The suspension modes as the rig has found them; none in the mass line profile.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub modes_of_rig: Vec<RigMode>,
-    /// How the methods of the rig agree, in the suspension profile.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub agreement_of_rig: Option<RigAgreement>,
     /// Notes on values that the result lacks.
     pub notes: Vec<String>,
     /// Findings of the rig, and of the host where it says so.
@@ -87,6 +81,9 @@ pub struct Measurement {
     /// How precise the answer was after each DOF of the campaign.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub after_each_dof: Option<Vec<Precision>>,
+    /// Which modes had shown after each DOF of the campaign, in the suspension profile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub modes_after_each_dof: Option<Vec<ModesSoFar>>,
     /// Every hit that was graded while the command followed the campaign, with `measure --output`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hit_log: Option<Vec<LoggedHit>>,
@@ -146,36 +143,6 @@ pub struct MeasuredDof {
     pub band_hz: [f32; 2],
     /// Mean coherence of every response; `null` for a single hit, whose coherence is one by definition.
     pub coherence: Option<[f32; 9]>,
-}
-
-/// A suspension mode as a rig has found it.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "rig_mode")]
-pub struct RigMode {
-    /// Natural frequency.
-    pub frequency_hz: Spread<f64>,
-    /// Damping ratio.
-    pub damping_ratio: Spread<f64>,
-    /// Mass-normalised shape at the origin of the body frame: three displacements, 1/√kg, and three rotations, 1/(m √kg).
-    pub shape: Spread<[f64; 6]>,
-    /// Imaginary over real part of the residues.
-    pub complexity: f64,
-}
-
-/// How the methods of a rig agree.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "rig_agreement")]
-pub struct RigAgreement {
-    /// `agree`; `some_off` where the others agree without a few methods; `differ`.
-    pub outcome: &'static str,
-    /// The methods that are off.
-    pub off: Vec<&'static str>,
-    /// All of this as a sentence.
-    pub verdict: String,
-    /// The difference of two methods that contradicts chance most.
-    pub largest: Option<Pair>,
-    /// The combined answer of the others.
-    pub combined: Spread<Properties<f64>>,
 }
 
 /// What the host finds from what a rig has measured.

@@ -62,9 +62,9 @@ pub use list::{
 };
 pub use measurement::{
     FurtherHit, HalfWidths, HostFindings, Marked, MeasuredDof, MeasuredMassLine, Measurement,
-    Precision, RigAgreement, RigMode, WorstProperty,
+    Precision, WorstProperty,
 };
-pub use modes::{BetterHit, Indicator, Mode, Modes, Order, Pole};
+pub use modes::{BetterHit, Indicator, Mode, Modes, ModesSoFar, NextPoint, Order, Pole, SeenMode};
 pub use rig_files::{AddressRange, Flashing, RecordedTape};
 pub use simulation::{
     ComparedMethod, ComparedTest, Demo, DemoWheel, DemoWheelFiles, ForceSet, MethodOverRuns,

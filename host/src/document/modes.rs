@@ -89,3 +89,45 @@ pub struct Pole {
     /// Whether the next smaller order has it as well.
     pub stable: bool,
 }
+
+/// What the points measured so far show of the suspension modes.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "modes_so_far")]
+pub struct ModesSoFar {
+    /// Number of DOFs with lines.
+    pub dofs_measured: usize,
+    /// Number of DOFs of the layout.
+    pub dofs: usize,
+    /// The modes seen, in the order of their frequencies.
+    pub modes: Vec<SeenMode>,
+    /// How many of six do not show.
+    pub modes_missing: usize,
+    /// The point to hit next; `null` where every mode shows well, or no point would help.
+    pub next: Option<NextPoint>,
+}
+
+/// A mode that the points measured so far show.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "seen_mode")]
+pub struct SeenMode {
+    /// Natural frequency.
+    pub frequency_hz: f64,
+    /// Damping ratio.
+    pub damping_ratio: f64,
+    /// The measured DOF that shows it best.
+    pub dof: String,
+    /// Its Norm Indicator.
+    pub norm_indicator: f64,
+    /// The same as a share of the largest of any hit along an axis of the body at a point of the layout.
+    pub share_of_possible: f64,
+}
+
+/// A point that would show what is missing.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "next_point")]
+pub struct NextPoint {
+    /// The DOF; along an axis of the body where it is none of the layout.
+    pub dof: String,
+    /// Number of points that the rig asks for before it; `null` for one that is not in the layout.
+    pub points_before: Option<usize>,
+}

@@ -24,7 +24,6 @@ impl Seen {
             layout_hash: 1,
             result: 0,
             started_unix_s: 1,
-            computed: None,
             diagnostics: Diagnostics::new(),
         };
         let mut seen = Self { log: HitLog::simulated(), status };
@@ -44,7 +43,7 @@ impl Seen {
             scan: 1000 * u64::from(self.status.last_hit),
             peak_force: 20.0,
             peak_acceleration: 50.0,
-            impulse: None,
+            swing: None,
             findings: code.map(about).into_iter().collect(),
         }
     }

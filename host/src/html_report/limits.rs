@@ -223,9 +223,9 @@ fn six_modes(modes: &ShownModes) -> Option<[RigidMode; 6]> {
 /// How long the object has rung in a record, s: under the converter that the archive names, else under that of a bench, which
 /// has the rate of every board.
 fn record_s(source: &ResultFile, layout: &HostLayout) -> Option<f64> {
-    let sampler = source.archive().and_then(|archive| archive.rig.sampler);
+    let of_archive = source.archive().map(|archive| archive.rig.sampler.adc);
     let of_bench = || Some(Bench::named(BENCH).ok()?.converter(layout.sensors.len()));
-    Some(ringing_s(&sampler.map(|of| of.adc).or_else(of_bench)?))
+    Some(ringing_s(&of_archive.or_else(of_bench)?))
 }
 
 /// The modes that the hits hardly show, and which hit would show them.

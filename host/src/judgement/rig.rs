@@ -3,7 +3,7 @@
 use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::identify::Method;
-use massline_shared::layout::{HostLayout, TestProfile};
+use massline_shared::layout::HostLayout;
 
 use super::{Evidence, Judgement, verdict_line, verdict_reasons};
 use crate::document::Measurement;
@@ -17,15 +17,7 @@ fn judgement_of(result: &MeasurementResult) -> Option<Judgement> {
         .filter(|method| !estimates.iter().any(|estimate| estimate.method == *method));
     // A rig does not store to which method of mass lines a reason belongs.
     let reasons = |method| result.diagnostics.iter().map(move |reason| (method, *reason));
-    let of_mass_lines = missing.flat_map(reasons);
-    let of_modes = result
-        .refusals
-        .iter()
-        .filter_map(|refusal| Some((Method::from_number(refusal.method)?, refusal.reason.into())));
-    let refusals: Vec<_> = match result.profile() {
-        TestProfile::MassLine => of_mass_lines.collect(),
-        TestProfile::Suspension => of_modes.collect(),
-    };
+    let refusals = missing.flat_map(reasons).collect();
     let diagnostics = result.diagnostics.to_vec();
     Some(Evidence { refusals, diagnostics, ..Evidence::of(estimates.first()?) }.judge())
 }
@@ -43,4 +35,71 @@ pub fn state_verdict_of_rig(document: &mut Measurement, result: &MeasurementResu
     let message_of = |diagnostic: &Diagnostic| message_of_result(diagnostic, result);
     document.verdict = Some(judgement.verdict());
     document.verdict_reasons = verdict_reasons(&judgement, &HostLayout::default(), message_of);
+}
+
+#[cfg(test)]
+mod tests {
+    use massline_protocol::object::{COVARIANCE, ResultHead, StoredEstimate};
+    use massline_shared::diagnosis::{Code, Severity, Subject};
+    use massline_shared::identify::{self, Consistency};
+    use massline_shared::layout::FrfEstimator;
+    use massline_shared::mass_line::Terms;
+
+    use super::super::is_of_other_form;
+    use super::*;
+
+    fn result(methods: &[Method], chi_squared: f32, mass: f32) -> MeasurementResult {
+        let estimate = |method: &Method| StoredEstimate {
+            method: method.number(),
+            properties: [mass, 0.17, -0.09, 0.02, 0.011, 0.007, 0.014, 0.004, -0.001, 0.003],
+            covariance: (0..COVARIANCE).map(|_| 0.0).collect(),
+            condition: 8.5,
+            learned: None,
+            consistency: Some(Consistency { chi_squared, degrees_of_freedom: 17 }),
+            diagnostics: Default::default(),
+        };
+        MeasurementResult {
+            head: ResultHead {
+                number: 1,
+                layout_hash: 0,
+                title: Default::default(),
+                started_unix_s: 0,
+                calibration: 0,
+                gains: None,
+                firmware: Default::default(),
+                frf_estimator: FrfEstimator::Hv,
+                terms: Terms::A,
+                band_automatic: true,
+            },
+            dofs: Default::default(),
+            lines: Default::default(),
+            estimates: methods.iter().map(estimate).collect(),
+            diagnostics: Default::default(),
+        }
+    }
+
+    /// The panel of a rig and the program state the same verdict on what the rig has found, whatever that is.
+    #[test]
+    fn a_rig_s_own_verdict_is_that_of_the_program() {
+        let all = [Method::MaximumLikelihood, Method::InertiaRestraint];
+        for methods in [&all[..], &all[..1], &all[1..]] {
+            for (chi_squared, mass) in [(17.0, 1.23), (60.0, 1.23), (272.0, 1.23), (17.0, -1.23)] {
+                let mut result = result(methods, chi_squared, mass);
+                let answer = result.estimates[0].estimate().unwrap();
+                let is_complete = methods.len() == all.len();
+                // Which form of damping fits, a rig never says.
+                for code in Code::ALL.iter().filter(|code| !is_of_other_form(**code)) {
+                    for severity in [Severity::Note, Severity::Warning, Severity::Error] {
+                        let found = Diagnostic::about(*code, severity, Subject::Whole, 4.0);
+                        result.diagnostics.clear();
+                        result.diagnostics.push(found).unwrap();
+                        let (verdict, _) = verdict_on_rig(&result).unwrap();
+                        let of_rig =
+                            identify::Verdict::on(&answer, &result.diagnostics, is_complete);
+                        assert_eq!(Verdict::from(of_rig), verdict, "{methods:?} {found:?}");
+                    }
+                }
+            }
+        }
+    }
 }

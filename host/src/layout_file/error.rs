@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use massline_shared::diagnosis::Code;
-use massline_virtual::renamed_keys::{RenamedKey, plain};
+use massline_virtual::toml_message::plain;
 use thiserror::Error;
 
 use crate::file;
@@ -38,13 +38,9 @@ impl Place {
         Self { file: file.to_owned(), line, key }
     }
 
-    /// The place and the message of a TOML error. If the text has a key under its old name, that error comes
-    /// first.
+    /// The place and the message of a TOML error.
     pub(crate) fn of_toml_error(file: &str, text: &str, error: &toml::de::Error) -> (Self, String) {
-        match RenamedKey::first_in(text) {
-            Some(key) => (Self::of(file, text, Some(key.span.clone()), ""), key.message()),
-            None => (Self::of(file, text, error.span(), ""), plain(error.message()).to_owned()),
-        }
+        (Self::of(file, text, error.span(), ""), plain(error.message()).to_owned())
     }
 }
 

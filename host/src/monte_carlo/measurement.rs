@@ -122,8 +122,7 @@ pub fn measure(
                 // Cannot fail in this phase.
                 let _ = rig.command(Command::Conclude);
             }
-            // The host solves the lines itself, with the global fit.
-            NextAction::FetchLines { .. } | NextAction::Store | NextAction::Wait => break,
+            NextAction::Store | NextAction::Wait => break,
         }
         while let Some(hit) = rig.next_hit() {
             hits.push((rig.armings(), hit));

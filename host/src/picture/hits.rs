@@ -62,17 +62,15 @@ pub struct HitsOfDof {
 }
 
 impl HitsOfDof {
-    /// The hits of every DOF of which an archive has records, in the order of the test; none when it does not say in which
-    /// unit their codes are.
+    /// The hits of every DOF of which an archive has records, in the order of the test; none when it does not have the
+    /// calibration, without which their codes have no unit.
     ///
     /// # Errors
     /// When the calibration of the archive is not one.
     pub fn of(source: &ResultFile) -> Result<Vec<Self>> {
         let Some(archive) = source.archive() else { return Ok(Vec::new()) };
-        let (Some(calibration), Some(sampler)) = (archive.calibration()?, archive.rig.sampler)
-        else {
-            return Ok(Vec::new());
-        };
+        let Some(calibration) = archive.calibration()? else { return Ok(Vec::new()) };
+        let sampler = archive.rig.sampler;
         let records = Records { archive, calibration: &calibration.calibration, sampler };
         let dofs = archive.layout.resolved.hits.iter().map(|hit| hit.dof);
         Ok(dofs.filter_map(|dof| records.hits_of(dof, source.title.clone())).collect())

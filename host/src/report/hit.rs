@@ -3,7 +3,9 @@
 use massline_protocol::event::HitEvent;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::layout::RigLayout;
+use massline_shared::signal::Swing;
 
+use super::digits::two_digits;
 use super::message::by_code;
 use crate::output::Tone;
 
@@ -53,6 +55,16 @@ impl std::fmt::Display for HitSaid {
     }
 }
 
+/// What a hit in the suspension profile was judged by.
+pub fn swing_words(swing: &Swing) -> String {
+    let percent = |share: f32| two_digits(100.0 * f64::from(share));
+    let before = match swing.rest {
+        0.0 => "hung still".to_owned(),
+        rest => format!("moved {} % before it", percent(rest)),
+    };
+    format!("{:.2} N s, {before}, {} % left", swing.impulse, percent(swing.remainder))
+}
+
 /// The warnings about a hit.
 fn doubts(hit: &HitEvent) -> impl Iterator<Item = &Diagnostic> {
     hit.findings.iter().filter(|found| found.severity == Severity::Warning)
@@ -77,7 +89,7 @@ mod tests {
             scan: 0,
             peak_force: 20.0,
             peak_acceleration: 30.0,
-            impulse: None,
+            swing: None,
             findings: findings.iter().map(about).collect(),
         };
         let toml = include_str!("../../examples/three-bar-test-1.toml");

@@ -1,24 +1,14 @@
 //! A rig's stored result, unchanged.
 
 use massline_protocol::lines_head::LinesHead;
-use massline_protocol::modes::{StoredAgreement, StoredDifference, StoredMode, StoredRefusal};
 use massline_protocol::object::{DofResult, MeasurementResult};
-use massline_shared::body::INERTIAL_PARAMETERS;
-use massline_shared::diagnosis::Diagnostic;
-use massline_shared::identify::agreement::{Difference, Outcome};
 use massline_shared::identify::{Estimate, Method};
 use massline_shared::layout::TestProfile;
 
-use super::comparison::{difference_json, difference_text, listed};
-use super::digits::{as_exact_as, two_digits};
 use super::message::message_of_result;
-use super::refusals::{refusals_json, refusals_text};
 use super::{diagnostics_json, estimate_json, hash_text, sentences, table};
 use crate::clock;
-use crate::document::{
-    Marked, MeasuredDof, MeasuredMassLine, Measurement, Properties, Refusal, RigAgreement, RigMode,
-    Spread,
-};
+use crate::document::{Marked, MeasuredDof, MeasuredMassLine, Measurement};
 use crate::rig_findings::of_measuring;
 
 /// The rig's estimates by the methods that this program knows, the best first, converted to double precision.
@@ -48,11 +38,9 @@ pub fn measurement_json(result: &MeasurementResult) -> Measurement {
         profile: result.profile().name(),
         mass_lines: result.dofs.iter().map(dof_json).collect(),
         lines: result.lines.iter().map(lines_json).collect(),
-        modes_of_rig: result.modes.iter().map(mode_json).collect(),
-        agreement_of_rig: result.agreement.as_ref().map(agreement_json),
         notes: notes(result),
         diagnostics: found.into_iter().map(Marked::stored).collect(),
-        not_applicable: not_applicable_json(result),
+        not_applicable: None,
         details: None,
         suspension: None,
         global_fit: None,
@@ -62,6 +50,7 @@ pub fn measurement_json(result: &MeasurementResult) -> Measurement {
         cannot_see: None,
         archive: None,
         after_each_dof: None,
+        modes_after_each_dof: None,
         hit_log: None,
     }
 }
@@ -86,115 +75,6 @@ fn lines_json(head: &LinesHead) -> MeasuredDof {
     }
 }
 
-fn mode_json(mode: &StoredMode) -> RigMode {
-    let number = |value: f32, sigma: f32| {
-        let sigma = known(sigma).map(f64::from);
-        Spread { value: value.into(), sigma }
-    };
-    let [_, _, shape @ ..] = mode.sigma;
-    let is_known = shape.iter().all(|sigma| *sigma > 0.0);
-    RigMode {
-        frequency_hz: number(mode.frequency_hz, mode.sigma[0]),
-        damping_ratio: number(mode.damping_ratio, mode.sigma[1]),
-        shape: Spread {
-            value: mode.shape.map(f64::from),
-            sigma: is_known.then(|| shape.map(f64::from)),
-        },
-        complexity: mode.complexity.into(),
-    }
-}
-
-/// A standard deviation, unless it is stored as unknown.
-fn known(sigma: f32) -> Option<f32> {
-    Some(sigma).filter(|sigma| *sigma > 0.0)
-}
-
-fn agreement_json(agreement: &StoredAgreement) -> RigAgreement {
-    let largest = agreement.largest.as_ref().map(|largest| {
-        let name = |number| Method::from_number(number).map(Method::name);
-        difference_json(&difference_of(largest), largest.methods.map(name))
-    });
-    RigAgreement {
-        outcome: agreement.outcome().name(),
-        off: methods(&agreement.off).map(Method::name).collect(),
-        verdict: verdict_of_rig(agreement),
-        largest,
-        combined: Spread {
-            value: Properties::of(agreement.properties.map(f64::from)),
-            sigma: Some(Properties::of(agreement.sigma.map(f64::from))),
-        },
-    }
-}
-
-/// The largest difference of a rig's methods. Its methods are named by their numbers.
-fn difference_of(stored: &StoredDifference) -> Difference<f64> {
-    Difference {
-        methods: stored.methods.map(usize::from),
-        property: usize::from(stored.property).min(INERTIAL_PARAMETERS.len() - 1),
-        difference: stored.difference.into(),
-        sigma: stored.sigma.into(),
-        significant: stored.significant,
-    }
-}
-
-/// Whether the methods of a rig agree, and where they differ most.
-fn verdict_of_rig(agreement: &StoredAgreement) -> String {
-    let off: Vec<Method> = methods(&agreement.off).collect();
-    let verdict = match agreement.outcome() {
-        Outcome::Agree => "the methods of the rig agree".to_owned(),
-        Outcome::SomeOff => format!("methods of the rig that are off: {}", listed(&off)),
-        Outcome::Differ => "the methods of the rig differ by more than chance".to_owned(),
-    };
-    let Some(largest) = &agreement.largest else { return verdict };
-    let name = |number| Method::from_number(number).map_or("a method", Method::name);
-    let difference = difference_text(&difference_of(largest), largest.methods.map(name));
-    format!("{verdict}; at most, {difference}")
-}
-
-fn methods(numbers: &[u8]) -> impl Iterator<Item = Method> + '_ {
-    numbers.iter().filter_map(|number| Method::from_number(*number))
-}
-
-/// The methods that the rig had no answer by, each with its reason.
-fn refusals_of(result: &MeasurementResult) -> Vec<(Method, [Diagnostic; 1])> {
-    let reason = |of: &StoredRefusal| Some((Method::from_number(of.method)?, [of.reason.into()]));
-    result.refusals.iter().filter_map(reason).collect()
-}
-
-fn not_applicable_json(result: &MeasurementResult) -> Option<Vec<Marked<Refusal>>> {
-    let refusals = refusals_json(&refusals_of(result), |d| message_of_result(d, result));
-    (!refusals.is_empty()).then(|| refusals.into_iter().map(Marked::stored).collect())
-}
-
-/// The modes of a rig, how its methods agree, and which of them have no answer.
-fn modes_text(result: &MeasurementResult, here: &SolvedHere) -> String {
-    let mut text = String::new();
-    for (place, mode) in result.modes.iter().enumerate() {
-        let spread = |value: f32, sigma: f32| {
-            let (value, sigma) = (f64::from(value), known(sigma).map(f64::from));
-            let error = sigma.map_or_else(String::new, |sigma| format!(" ± {}", two_digits(sigma)));
-            format!("{}{error}", as_exact_as(value, sigma))
-        };
-        text += &format!(
-            "mode {} of the rig: {} Hz, damping {} %\n",
-            place + 1,
-            spread(mode.frequency_hz, mode.sigma[0]),
-            spread(100.0 * mode.damping_ratio, 100.0 * mode.sigma[1]),
-        );
-    }
-    if let Some(agreement) = &result.agreement {
-        text += &verdict_of_rig(agreement);
-        let (mass, sigma) = (f64::from(agreement.properties[0]), f64::from(agreement.sigma[0]));
-        let mass = as_exact_as(mass, Some(sigma));
-        text += &format!("; the combined mass is {mass} ± {} kg\n", two_digits(sigma));
-    }
-    let said_here =
-        |method: &Method| [&here.answered, &here.refused].iter().any(|of| of.contains(method));
-    let mut refused = refusals_of(result);
-    refused.retain(|(method, _)| !said_here(method));
-    text + &refusals_text(&refused, |d| message_of_result(d, result))
-}
-
 /// What the host has found of a result, for the text about the rig's.
 #[derive(Clone, Debug, Default)]
 pub struct SolvedHere {
@@ -202,8 +82,6 @@ pub struct SolvedHere {
     pub answer: String,
     /// The methods with an answer here. With one, no answer of the rig has a table, and what the rig concluded is not said.
     pub answered: Vec<Method>,
-    /// The methods without one, whose reasons are given here.
-    pub refused: Vec<Method>,
 }
 
 /// A result of a rig as text.
@@ -235,7 +113,6 @@ pub fn measurement_text(result: &MeasurementResult, here: &SolvedHere) -> String
         TestProfile::Suspension => format!("frequency responses by {estimator}, "),
     };
     text += &bands_text(result);
-    text += &modes_text(result, here);
     for note in notes(result) {
         text += &format!("note: {note}\n");
     }
@@ -294,7 +171,7 @@ fn notes(result: &MeasurementResult) -> Vec<String> {
 mod tests {
     use super::*;
     use massline_protocol::object::{ResultHead, StoredEstimate};
-    use massline_shared::diagnosis::{Code, Severity};
+    use massline_shared::diagnosis::{Code, Diagnostic, Severity};
     use massline_shared::layout::FrfEstimator;
     use massline_shared::mass_line::Terms;
     use serde_json::json;
@@ -336,9 +213,6 @@ mod tests {
             dofs: heapless::Vec::new(),
             lines: Default::default(),
             estimates: estimates.iter().cloned().collect(),
-            modes: Default::default(),
-            refusals: Default::default(),
-            agreement: None,
             diagnostics: heapless::Vec::new(),
         }
     }
@@ -368,58 +242,6 @@ mod tests {
     }
 
     #[test]
-    fn modes_refusals_and_agreement_of_the_rig_are_told() {
-        let reason = Diagnostic::whole(Code::DampingNotViscous, Severity::Error, 3.0);
-        let mut result = measurement(&[]);
-        let mode = StoredMode {
-            frequency_hz: 2.875,
-            damping_ratio: 0.015625,
-            shape: [0.25; 6],
-            // That of the damping is not known.
-            sigma: [0.03125, 0.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5],
-            complexity: 0.0,
-        };
-        result.modes.push(mode).unwrap();
-        let (method, reason) = (Method::Dppim.number(), (&reason).into());
-        result.refusals.push(StoredRefusal { method, reason }).unwrap();
-        result.agreement = Some(StoredAgreement {
-            properties: [17.25; 10],
-            sigma: [0.25; 10],
-            off: [Method::ContiBretl.number()].into_iter().collect(),
-            differ: false,
-            largest: Some(StoredDifference {
-                methods: [Method::ContiBretl.number(), Method::ToivolaNuutila.number()],
-                property: 0,
-                difference: -1.5,
-                sigma: 0.25,
-                significant: true,
-            }),
-        });
-        let json = json!(measurement_json(&result));
-        let mode = &json["modes_of_rig"][0];
-        assert_eq!(mode["frequency_hz"], json!({"value": 2.875, "sigma": 0.03125}));
-        assert_eq!(mode["damping_ratio"], json!({"value": 0.015625, "sigma": null}));
-        assert_eq!(mode["shape"]["sigma"][5], 0.5);
-        assert_eq!(json["agreement_of_rig"]["off"], json!(["conti-bretl"]));
-        assert_eq!(json["agreement_of_rig"]["outcome"], "some_off");
-        let largest = &json["agreement_of_rig"]["largest"];
-        assert_eq!(largest["methods"], json!(["conti-bretl", "toivola-nuutila"]));
-        assert_eq!((&largest["property"], &largest["difference"]), (&json!("mass"), &json!(-1.5)));
-        assert_eq!(json["agreement_of_rig"]["combined"]["value"]["mass"], 17.25);
-        assert_eq!(json["not_applicable"][0]["method"], "dppim");
-        let text = measurement_text(&result, &SolvedHere::default());
-        assert!(text.contains("mode 1 of the rig: 2.875 ± 0.031 Hz, damping 1.562"), "{text}");
-        let verdict = "off: conti-bretl; at most, m of conti-bretl and toivola-nuutila differ by 1.5 kg, 6.0 standard \
-                       deviations of the difference; the combined mass is 17.25 ± 0.25 kg";
-        assert!(text.contains(verdict), "{text}");
-        assert!(json["agreement_of_rig"]["verdict"].as_str().is_some_and(|of| text.contains(of)));
-        assert!(text.contains("dppim: not applicable: damping_not_viscous"), "{text}");
-        // The host's reason may differ, and is the one to read.
-        let here = SolvedHere { refused: vec![Method::Dppim], ..SolvedHere::default() };
-        assert!(!measurement_text(&result, &here).contains("not applicable"));
-    }
-
-    #[test]
     fn an_answer_by_an_unknown_method_is_named_with_its_number() {
         let result = measurement(&[StoredEstimate { method: 99, ..stored() }, stored()]);
         let json = json!(measurement_json(&result));
@@ -440,7 +262,7 @@ mod tests {
         let result = measurement(&[stored()]);
         for answered in [Method::InertiaRestraint, Method::MaximumLikelihood] {
             let answer = "the one to use\n".into();
-            let here = SolvedHere { answer, answered: vec![answered], refused: Vec::new() };
+            let here = SolvedHere { answer, answered: vec![answered] };
             let text = measurement_text(&result, &here);
             assert_eq!(text.lines().nth(1), Some("the one to use"), "{text}");
             assert!(!text.contains("J_xz"), "{text}");

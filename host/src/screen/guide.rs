@@ -10,9 +10,10 @@ use massline_shared::measurement::campaign::Phase;
 
 use super::interim::InterimEstimate;
 use super::pace::Pace;
+pub use super::pages::AnswerSoFar;
 use super::pages::Pages;
 use crate::client::DofSpectra;
-use crate::computing::Computing;
+use crate::document::ModesSoFar;
 use crate::precision::PrecisionReport;
 use crate::readings::Readings;
 use crate::report::HitSaid;
@@ -42,9 +43,9 @@ pub struct Guide {
     pub(super) slow: bool,
     /// Seconds for which the object rings yet in its record.
     pub(super) rings_s: Option<u64>,
-    /// The computation of the rig.
-    pub(super) computing: Computing,
     pub(super) precision: Vec<InterimEstimate>,
+    /// The modes after the last closed DOF, in the suspension profile.
+    pub(super) modes: Option<ModesSoFar>,
     pub(super) question: Option<String>,
     /// The last note, until something else happens.
     pub(super) note: Option<String>,
@@ -56,8 +57,8 @@ pub struct Guide {
 /// What there is to see of a campaign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wanted {
-    /// Whether the intervals are followed: a block test has none.
-    pub estimates: bool,
+    /// What is followed of the answer: a block test has none.
+    pub answer: Option<AnswerSoFar>,
     /// Whether the person gives a verdict on each hit.
     pub verdicts: bool,
 }
@@ -97,11 +98,11 @@ impl Guide {
             spectra: None,
             slow: false,
             rings_s: None,
-            computing: Computing::default(),
             precision: Vec::new(),
+            modes: None,
             question: None,
             note: None,
-            pages: Pages::new(wanted.estimates),
+            pages: Pages::new(wanted.answer),
             wanted,
             pace: Pace::default(),
         }
@@ -109,7 +110,6 @@ impl Guide {
 
     /// Takes a new status, at a time since any moment.
     pub fn status(&mut self, status: &Status, at: Duration) {
-        self.computing.status(status, at);
         self.pace.take(accepted(status), at);
         if let Some(before) = self.status.replace(status.clone()) {
             self.discarded(&before, status);
@@ -163,6 +163,7 @@ impl Guide {
     /// The hit that closed a DOF was undone: the estimates with that DOF hold no more.
     pub fn reopened(&mut self, measured: usize) {
         self.precision.retain(|estimate| estimate.measured <= measured);
+        self.modes = self.modes.take().filter(|modes| modes.dofs_measured <= measured);
     }
 
     /// Whether the link is too slow to read hits and spectra at this DOF.
@@ -194,6 +195,11 @@ impl Guide {
     pub fn precision(&mut self, report: &PrecisionReport<'_>) {
         self.precision.retain(|estimate| estimate.measured < report.measured);
         self.precision.push(InterimEstimate::of(report));
+    }
+
+    /// Takes the modes that show after a further DOF.
+    pub fn modes(&mut self, report: &ModesSoFar) {
+        self.modes = Some(report.clone());
     }
 
     /// Asks a question that a key answers.

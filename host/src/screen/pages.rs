@@ -2,6 +2,15 @@
 
 use crossterm::event::KeyCode;
 
+/// What is told of the answer after each DOF.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AnswerSoFar {
+    /// The intervals of the ten properties, from mass lines.
+    Intervals,
+    /// The suspension modes.
+    Modes,
+}
+
 /// What is shown beside the DOF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Page {
@@ -11,17 +20,28 @@ pub(super) enum Page {
     Spectra,
     /// The ten properties so far.
     Estimate,
+    /// The suspension modes so far.
+    Modes,
 }
 
 impl Page {
-    const ALL: [Self; 3] = [Self::Hit, Self::Spectra, Self::Estimate];
+    const ALL: [Self; 4] = [Self::Hit, Self::Spectra, Self::Estimate, Self::Modes];
+
+    /// Whether it is there in a campaign of which this is followed.
+    fn is_of(self, answer: Option<AnswerSoFar>) -> bool {
+        match self {
+            Self::Hit | Self::Spectra => true,
+            Self::Estimate => answer == Some(AnswerSoFar::Intervals),
+            Self::Modes => answer == Some(AnswerSoFar::Modes),
+        }
+    }
 }
 
 /// The pages of a campaign.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pages {
-    /// Whether the campaign has estimates.
-    estimates: bool,
+    /// What is followed of the answer.
+    answer: Option<AnswerSoFar>,
     /// The page that is turned up.
     pub(super) current: Page,
     /// Whether the keys are explained.
@@ -29,14 +49,14 @@ pub(super) struct Pages {
 }
 
 impl Pages {
-    /// The pages of a campaign with or without estimates, at the first.
-    pub(super) fn new(estimates: bool) -> Self {
-        Self { estimates, current: Page::Hit, help: false }
+    /// The pages of a campaign of which this is followed, at the first.
+    pub(super) fn new(answer: Option<AnswerSoFar>) -> Self {
+        Self { answer, current: Page::Hit, help: false }
     }
 
     /// All pages, in their order.
     pub(super) fn all(self) -> impl Iterator<Item = Page> {
-        Page::ALL.into_iter().filter(move |page| self.estimates || *page != Page::Estimate)
+        Page::ALL.into_iter().filter(move |page| page.is_of(self.answer))
     }
 
     /// Takes a key that turns a page or explains the keys; false for any other key.
@@ -74,7 +94,7 @@ mod tests {
 
     #[test]
     fn while_the_keys_are_explained_no_other_key_reaches_the_campaign() {
-        let mut pages = Pages::new(true);
+        let mut pages = Pages::new(Some(AnswerSoFar::Intervals));
         assert!(pages.key(KeyCode::Char('?')));
         for key in ['d', 's', 'u', 'q', 'f', 'a'] {
             assert!(pages.key(KeyCode::Char(key)) && pages.help, "{key}");
@@ -88,7 +108,7 @@ mod tests {
 
     #[test]
     fn a_block_test_has_no_page_of_its_estimate() {
-        let mut pages = Pages::new(false);
+        let mut pages = Pages::new(None);
         for page in [Page::Spectra, Page::Hit, Page::Spectra] {
             assert!(pages.key(KeyCode::Tab));
             assert_eq!(pages.current, page);

@@ -1,9 +1,7 @@
 //! What small changes of data and layout do to the answers.
 
 use massline_shared::diagnosis::Diagnostics;
-use massline_shared::identify::agreement::{
-    Agreement, Answers, JointCovariances, Propagation, ask, changes,
-};
+use massline_shared::identify::agreement::{Agreement, Answers, Propagation, ask, changes};
 use massline_shared::identify::suspension::{Answer, ModeDeviations, judged_estimate};
 use massline_shared::identify::{Estimate, METHODS, Method, Perturbation};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};

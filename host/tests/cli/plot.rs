@@ -180,10 +180,8 @@ fn an_archive_with_records_has_a_picture_of_the_hits_of_a_dof() {
     for words in ["hit 1", "hit 3", "force, N", "sensor at node 3", "time after the trigger, ms"] {
         assert!(svg.contains(words), "{words}");
     }
-    // Without the converter's properties, codes have no unit.
-    let silent = edited(folder.path(), "silent", &|archive| {
-        archive["rig"].as_object_mut().unwrap().remove("sampler");
-    });
+    // Without the calibration, codes have no unit.
+    let silent = edited(folder.path(), "silent", &|archive| archive["calibration"] = json!(null));
     assert_eq!(run(&["plot", &silent, "--picture", "hits"]).exit, 3);
 }
 

@@ -6,14 +6,14 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::program::{LAYOUT, layout_with_hits, run, success};
-use crate::report::{archive, page};
+use crate::report::{archive, editable_archive, page};
 
 /// A change of an archive.
 type Change<'a> = &'a dyn Fn(&mut Value);
 
 /// The committed archive, changed.
 fn edited(folder: &Path, name: &str, change: Change<'_>) -> String {
-    let mut value: Value = serde_json::from_slice(&fs::read(archive()).unwrap()).unwrap();
+    let mut value = editable_archive();
     change(&mut value);
     written(folder, &format!("{name}.massline"), &value)
 }

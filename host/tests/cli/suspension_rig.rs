@@ -214,6 +214,7 @@ mod on_a_rig {
         {
             assert!(run.says(said), "{said}: {}", run.stderr);
         }
+        after_each_point(&run.stderr, &measured["modes_after_each_dof"]);
         let log = measured["hit_log"].as_array().unwrap();
         let accepted: Vec<_> = log.iter().filter(|hit| hit["verdict"] == "accepted").collect();
         assert_eq!(accepted.len(), 5 * 2);
@@ -251,6 +252,30 @@ mod on_a_rig {
         success(&[&["results", "delete", "1", "--yes"][..], &port].concat());
         let (code, message) = refusal(2, &[&["results", "get", "1"][..], &port].concat());
         assert_eq!(code, "not_found", "{message}");
+    }
+
+    /// After each point the modes that show are listed, for people and for programs.
+    fn after_each_point(printed: &str, listed: &Value) {
+        let reports = listed.as_array().unwrap();
+        assert_eq!(reports.len(), 5, "{listed}");
+        for (place, report) in (1..).zip(reports) {
+            // After the last one the answer follows.
+            let heading = format!("after {place} of 5 points");
+            assert_eq!(printed.contains(&heading), place < 5, "{printed}");
+            assert_eq!(report["dofs_measured"], place, "{report}");
+            let (seen, missing) = (&report["modes"], report["modes_missing"].as_u64().unwrap());
+            assert_eq!(seen.as_array().unwrap().len() as u64 + missing, 6, "{report}");
+        }
+        let first = &reports[0];
+        let next = &first["next"];
+        let dof = next["dof"].as_str().unwrap();
+        let words = match next["points_before"].as_u64().unwrap() {
+            0 => format!("hit {dof} next"),
+            1 => format!("{dof}, after 1 more point, "),
+            before => format!("{dof}, after {before} more points, "),
+        };
+        assert!(printed.contains(&words), "{words}: {printed}");
+        assert_eq!(reports[4]["modes_missing"], 0, "{listed}");
     }
 
     /// An archive without lines of a DOF is solved without that DOF, and one without any is refused.

@@ -1,6 +1,8 @@
 //! The program with a virtual rig at a TCP address.
 
+use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -88,6 +90,25 @@ fn an_address_where_nobody_answers_is_an_error_within_seconds() {
         assert_eq!((exit, code(&error)), (4, "unreachable"), "{error}");
         assert!(started.elapsed() < Duration::from_secs(20), "{port}: {:?}", started.elapsed());
     }
+}
+
+#[test]
+fn an_address_that_others_can_reach_is_warned_of() {
+    let mut process = Command::new(env!("CARGO_BIN_EXE_massline"))
+        .args(["virtual", "--bench", "ideal", "--tcp", "0.0.0.0:0"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(process.stderr.take().unwrap()).lines();
+    // The port is named last.
+    let said: Vec<_> =
+        lines.map_while(Result::ok).take_while(|line| !line.contains("--port")).collect();
+    process.kill().unwrap();
+    process.wait().unwrap();
+    let warning = "this rig answers anybody who can reach tcp://0.0.0.0:";
+    assert!(said.iter().any(|line| line.contains(warning)), "{said:?}");
 }
 
 #[test]

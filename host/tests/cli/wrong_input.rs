@@ -347,41 +347,6 @@ fn without_json_an_error_leaves_stdout_empty_and_has_no_colour_in_a_pipe() {
     assert!(!text.contains('\x1b'));
 }
 
-/// Checked in layout, calibration, sidecar and bench files.
-#[test]
-fn a_key_that_has_another_name_now_is_refused_with_its_line_and_new_name() {
-    let files = Files::new();
-    let good = files.good();
-    let layout = format!("sensors = [1, 2, 3]\nhits = {HITS}\n{NODES}[test]\nweakest_hit_n = 8\n");
-    let layout = files.write("layout.toml", layout);
-    let hammer = "[hammer]\nzero_v = 0.1\nsensitivity_v_per_n = 0.02\nrc_corner_hz = 497\n";
-    let calibration = files.write("calibration.toml", hammer);
-    let bench = files.write("bench.toml", "[sensor]\nrc_corner_hz = 497\n");
-    let tape = files.tape("<u2", "(1, 10)", 20);
-    let sidecar =
-        "[calibration]\nhammer = { zero_v = 0, sensitivity_v_per_n = 1, rc_corner_hz = 9 }\n";
-    let sidecar = files.write("tape.toml", sidecar);
-    let cutoff = "`rc_corner_hz` is called `rc_cutoff_hz` now";
-    for (arguments, place, renamed) in [
-        (
-            &["layout", "check", &layout][..],
-            format!("{layout}:12: weakest_hit_n"),
-            "`weakest_hit_n` is called `min_peak_force_n` now",
-        ),
-        (
-            &["simulate", &good, "--calibration", &calibration],
-            format!("{calibration}:4: rc_corner_hz"),
-            cutoff,
-        ),
-        (&["demo", "--bench", &bench], format!("{bench}:2: sensor.rc_corner_hz"), cutoff),
-        (&["replay", &tape, "--layout", &good], format!("{sidecar}:2"), cutoff),
-    ] {
-        let refused = run(arguments);
-        assert_eq!(refused.exit, 2, "{}", refused.stderr);
-        assert!(refused.says(&place) && refused.says(renamed), "{}", refused.stderr);
-    }
-}
-
 #[test]
 fn a_layout_of_the_template_is_good() {
     let files = Files::new();

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use massline_shared::diagnosis::{Code, Diagnostics};
 use massline_shared::measurement::GradedHit;
-use massline_shared::signal::Record;
+use massline_shared::signal::{Record, Swing};
 
 /// Kind of a [`crate::message::Status`] that is sent because the status has changed.
 pub const STATUS_CHANGED: u16 = 0x4001;
@@ -31,8 +31,8 @@ pub struct HitEvent {
     pub peak_force: f32,
     /// Largest acceleration of any channel, m/s².
     pub peak_acceleration: f32,
-    /// Impulse of the force, N s, in the suspension profile.
-    pub impulse: Option<f32>,
+    /// What it was judged by in the suspension profile.
+    pub swing: Option<Swing>,
     /// What the grading found.
     #[serde(with = "crate::diagnostic")]
     pub findings: Diagnostics,
@@ -47,9 +47,9 @@ impl HitEvent {
 
 impl From<GradedHit> for HitEvent {
     fn from(hit: GradedHit) -> Self {
-        let GradedHit { number, dof, good, scan, peak_force, peak_acceleration, impulse, findings } =
+        let GradedHit { number, dof, good, scan, peak_force, peak_acceleration, swing, findings } =
             hit;
-        Self { number, dof, good, scan, peak_force, peak_acceleration, impulse, findings }
+        Self { number, dof, good, scan, peak_force, peak_acceleration, swing, findings }
     }
 }
 

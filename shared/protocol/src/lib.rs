@@ -28,7 +28,6 @@ mod layout;
 pub mod lines;
 pub mod lines_head;
 pub mod message;
-pub mod modes;
 pub mod object;
 
 pub use boot_reason::BootReason;
@@ -42,6 +41,6 @@ pub use layout::{LayoutHash, MAX_LAYOUT};
 pub use message::{Endpoint, Refusal};
 
 /// Major version of the protocol. A rig and a host can work together only when theirs are equal.
-pub const PROTOCOL_MAJOR: u8 = 2;
+pub const PROTOCOL_MAJOR: u8 = 1;
 /// Minor version of the protocol, raised when messages or commands are added.
-pub const PROTOCOL_MINOR: u8 = 2;
+pub const PROTOCOL_MINOR: u8 = 0;

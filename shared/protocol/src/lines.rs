@@ -43,8 +43,6 @@ pub fn head_of_dof(bytes: &[u8]) -> Option<LinesHead> {
 }
 
 /// Decodes the head at the front of these bytes, and returns what follows; `None` when they begin with none.
-// Not inlined: the firmware has room for one copy.
-#[inline(never)]
 pub fn take_head(bytes: &[u8]) -> Option<(LinesHead, &[u8])> {
     postcard::take_from_bytes(bytes).ok()
 }

@@ -9,7 +9,7 @@ use massline_shared::calibration::CalibrationRecord;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::layout::{RIG_HITS, RigLayout};
 use massline_shared::measurement::StartError;
-use massline_shared::measurement::campaign::{Command as Steering, CommandError};
+use massline_shared::measurement::campaign::{Command, CommandError, Start};
 use massline_shared::signal::{AdcProperties, CHANNELS, RestStatistics};
 
 /// Connects a request with its kind and its answer. The kind of the answer is that of the request with
@@ -73,8 +73,10 @@ endpoints! {
     PutCalibration = 6, changes: CalibrationRecord => ();
     /// Asks for the stored calibration.
     GetCalibration = 7: () => CalibrationRecord;
-    /// Controls the campaign.
-    Command = 8, changes: CommandRequest => Status;
+    /// Starts a campaign.
+    StartCampaign = 8, changes: StartRequest => Status;
+    /// Passes a command of the operator to the campaign in progress.
+    SteerCampaign = 22, changes: Command => Status;
     /// Asks for length and checksum of an object.
     GetObjectInfo = 9: crate::object::ObjectId => crate::object::ObjectInfo;
     /// Asks for a piece of an object.
@@ -167,8 +169,6 @@ pub struct Status {
     pub result: u32,
     /// Time at which the campaign was started, as in [`crate::object::ResultHead::started_unix_s`].
     pub started_unix_s: u32,
-    /// Percentage of the computation of the suspension modes that is done; `None` unless it runs.
-    pub computed: Option<u8>,
     /// Diagnostics of the campaign.
     #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
@@ -277,95 +277,18 @@ pub struct LayoutAnswer {
     /// Hash of the layout as stored.
     pub hash: u32,
     /// Findings about the layout. When one is an error, the layout is stored, but a campaign needs
-    /// [`CommandRequest::force`].
+    /// [`StartRequest::force`].
     #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
 }
 
-/// A command to the campaign, raw in [`CommandRequest::command`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, IntoPrimitive, TryFromPrimitive)]
-#[repr(u8)]
-pub enum CampaignCommand {
-    /// Start at the first DOF and discard a paused campaign.
-    Start = 1,
-    /// Accept the hit that is waiting for confirmation.
-    Accept = 2,
-    /// Reject the hit that is waiting for confirmation.
-    Reject = 3,
-    /// Discard all hits of the current DOF and measure it again.
-    Redo = 4,
-    /// Leave out the current DOF.
-    Skip = 5,
-    /// Continue with the next DOF, using the hits accepted so far.
-    Finish = 6,
-    /// Interrupt the campaign: stop sampling or computing, but keep all accepted hits. A computation begins anew with
-    /// [`Self::Resume`].
-    Pause = 7,
-    /// Continue after an interruption.
-    Resume = 8,
-    /// End the campaign without a result.
-    Abort = 9,
-    /// At the target: leave out the other DOFs and compute the result.
-    Conclude = 10,
-    /// At the target: measure the other DOFs as well.
-    Continue = 11,
-    /// Take back the last accepted hit while the rig waits for the next one. If that hit has finished its DOF, the DOF
-    /// is open again. Refused with [`Reason::NothingToUndo`] or [`Reason::HitOverwritten`]. A rig of protocol 1.1 or
-    /// older does not know it: [`Reason::Malformed`].
-    Undo = 12,
-}
-
-impl CampaignCommand {
-    /// The corresponding action on a campaign in progress; `None` for `Start`.
-    pub fn steering(self) -> Option<Steering> {
-        Some(match self {
-            Self::Start => return None,
-            Self::Accept => Steering::Accept,
-            Self::Reject => Steering::Reject,
-            Self::Redo => Steering::Redo,
-            Self::Skip => Steering::Skip,
-            Self::Finish => Steering::Finish,
-            Self::Pause => Steering::Pause,
-            Self::Resume => Steering::Resume,
-            Self::Abort => Steering::Abort,
-            Self::Conclude => Steering::Conclude,
-            Self::Continue => Steering::Continue,
-            Self::Undo => Steering::Undo,
-        })
-    }
-}
-
-/// Request that controls the campaign.
+/// Request that starts a campaign.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CommandRequest {
-    /// Raw [`CampaignCommand`].
-    pub command: u8,
-    /// With `Start`: every hit waits for `Accept` or `Reject`, and its record can be read meanwhile.
-    pub confirm: bool,
-    /// With `Start`: start even if the layout has an error.
+pub struct StartRequest {
+    /// The options of the campaign. A block's mass that is not a positive number is refused with [`Reason::Malformed`].
+    pub start: Start,
+    /// Start even if the layout has an error.
     pub force: bool,
-    /// With `Start`: the object is a block of this mass, kg. The layout need not determine the ten
-    /// properties, they are not identified, and the result is marked with
-    /// [`Code::BlockTest`](massline_shared::diagnosis::Code::BlockTest).
-    pub block_mass: Option<f32>,
-    /// With `Start`: age of the calibration, days; zero when it is not known.
-    pub calibration_age_days: u16,
-    /// With `Start`: the time, seconds since 1970-01-01 00:00 UTC; zero when it is not known.
-    pub started_unix_s: u32,
-}
-
-impl From<CampaignCommand> for CommandRequest {
-    /// A command without options.
-    fn from(command: CampaignCommand) -> Self {
-        Self {
-            command: command as u8,
-            confirm: false,
-            force: false,
-            block_mass: None,
-            calibration_age_days: 0,
-            started_unix_s: 0,
-        }
-    }
 }
 
 /// Asks for the results after a number.

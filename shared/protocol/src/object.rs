@@ -5,19 +5,17 @@ use num_enum::{IntoPrimitive, TryFromPrimitive};
 use serde::{Deserialize, Serialize};
 
 use crate::lines_head::LinesHead;
-use crate::modes::{StoredAgreement, StoredMode, StoredRefusal};
 use massline_shared::body::RigidBody;
 use massline_shared::calibration::CalibrationSigma;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::maximum_likelihood::LearnedBudget;
 use massline_shared::identify::{
-    Consistency, DofMassLines, Estimate, ForceTrend, METHODS, MassLines, Method,
-    SUSPENSION_METHODS, lower_triangle, symmetric,
+    Consistency, DofMassLines, Estimate, ForceTrend, METHODS, MassLines, Method, lower_triangle,
+    symmetric,
 };
 use massline_shared::layout::{Dof, FrfEstimator, RIG_HITS, RIG_SENSORS, TestProfile};
 use massline_shared::mass_line::Terms;
 use massline_shared::measurement::MeasuredDof;
-use massline_shared::modes::SUSPENSION_MODES;
 use massline_shared::responses::{ResponseSquare, Responses};
 use massline_shared::signal::RESPONSES;
 use nalgebra::SVector;
@@ -44,8 +42,7 @@ pub enum ObjectKind {
     /// A finished DOF with its lines, of a stored result or of the current campaign; `number` is that of a
     /// [`LinesId`](crate::lines::LinesId). It consists of the head, postcard, which says what was measured besides the
     /// lines, and of the lines of each response as in
-    /// [`CompactLines`](massline_shared::signal::CompactLines). A campaign by mass lines stores none. A rig of
-    /// protocol 1.2 or older does not know this kind: [`Reason::NotFound`](crate::message::Reason::NotFound).
+    /// [`CompactLines`](massline_shared::signal::CompactLines). A campaign by mass lines stores none.
     Lines = 4,
 }
 
@@ -175,8 +172,6 @@ impl DofResult {
     }
 
     /// Decodes the DOF at the front of these bytes, and returns what follows; `None` when they begin with none.
-    // Not inlined: the firmware has room for one copy.
-    #[inline(never)]
     pub fn take(bytes: &[u8]) -> Option<(Self, &[u8])> {
         postcard::take_from_bytes(bytes).ok()
     }
@@ -282,8 +277,7 @@ pub struct ResultHead {
 }
 
 /// A stored result: what one campaign measured and identified. A rig writes and reads it in pieces: the head,
-/// the number of DOFs (postcard's `u32`) and each DOF, the same of those with lines, of estimates, modes and refusals, the
-/// agreement, the diagnostics.
+/// the number of DOFs (postcard's `u32`) and each DOF, the same of those with lines and of estimates, the diagnostics.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasurementResult {
     /// Origin of the result and how it was measured.
@@ -291,19 +285,10 @@ pub struct MeasurementResult {
     /// Mass lines of each DOF.
     pub dofs: Vec<DofResult, RIG_HITS>,
     /// Or, in the suspension profile, what is known of each DOF besides its lines, which are objects of their own.
-    #[serde(default)]
     pub lines: Vec<LinesHead, RIG_HITS>,
-    /// Estimates, one per method, best first; empty when there are none.
+    /// Estimates, one per method, best first; empty when there are none, as in the suspension profile, which the program
+    /// solves.
     pub estimates: Vec<StoredEstimate, METHODS>,
-    /// The suspension modes, in the suspension profile.
-    #[serde(default)]
-    pub modes: Vec<StoredMode, SUSPENSION_MODES>,
-    /// The methods of the suspension modes that have no answer.
-    #[serde(default)]
-    pub refusals: Vec<StoredRefusal, SUSPENSION_METHODS>,
-    /// How the methods of the suspension modes agree; `None` with fewer than two answers.
-    #[serde(default)]
-    pub agreement: Option<StoredAgreement>,
     /// Diagnostics of the campaign.
     #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,

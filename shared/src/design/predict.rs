@@ -29,8 +29,6 @@ pub trait Predict<R: Real> {
     fn with_noise(&self, factor: R) -> Self;
 
     /// Sum of the ten relative variances predicted for a layout; `None` as for [`Self::variances`].
-    // Not inlined: the firmware has room for one copy of the bound.
-    #[inline(never)]
     fn cost<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,

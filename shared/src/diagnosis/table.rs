@@ -564,10 +564,6 @@ codes! {
     LinesNotStored = 136, "lines_not_stored", Hit, None;
         "DOF not stored.\nResume tries again.";
         "the rig could not store the lines of {subject}; resume to try again";
-    /// The stored lines of a DOF cannot be read.
-    LinesNotReadable = 137, "lines_not_readable", Hit, None;
-        "Its stored lines\ncannot be read.";
-        "the stored lines of {subject} cannot be read, so it has no part in the result; measure it again";
 
     // Codes of the self-test.
 

@@ -101,18 +101,6 @@ pub const MASS_LINE_METHODS: usize = {
     count
 };
 
-/// Number of methods that use the suspension modes.
-pub const SUSPENSION_METHODS: usize = {
-    let (mut count, mut place) = (0, 0);
-    while place < METHODS {
-        if matches!(Method::ALL[place].observes(), Observable::Suspension) {
-            count += 1;
-        }
-        place += 1;
-    }
-    count
-};
-
 /// Size of the workspace that these methods need for this number of sensors and bins.
 pub fn workspace(methods: &[Method], sensors: usize, bins: usize) -> usize {
     let of = |method: &Method| (method.workspace())(sensors, bins);

@@ -15,7 +15,6 @@ pub mod maximum_likelihood;
 pub mod modal_constant;
 pub mod single_fault;
 pub mod suspension;
-pub mod suspension_solver;
 pub mod toivola_nuutila;
 
 mod applicability;
@@ -30,14 +29,13 @@ mod perturbation;
 mod reciprocity;
 mod response_inverse;
 mod rigidity;
+mod verdict;
 mod weighting;
 
 pub use crate::Progress;
 pub use applicability::{Applicability, information_spectrum};
 pub use estimate::{Consistency, Estimate, HALF_WIDTH_95, REJECTION_Z};
-pub use identification::{
-    Identification, MASS_LINE_METHODS, Methods, SUSPENSION_METHODS, identify, workspace,
-};
+pub use identification::{Identification, MASS_LINE_METHODS, Methods, identify, workspace};
 pub use mass_lines::{
     DofMassLines, ForceTrend, MassLines, ScatterAccumulator, lower_triangle, symmetric,
 };
@@ -48,6 +46,7 @@ pub use perturbation::{Perturbation, random_signs};
 pub use reciprocity::check_reciprocity;
 pub use response_inverse::ResponseInverse;
 pub use rigidity::{RIGIDITY_LIMIT, rigid_residuals};
+pub use verdict::{Verdict, is_of_data};
 pub use weighting::{PlacementErrors, Weighting};
 
 use crate::Real;

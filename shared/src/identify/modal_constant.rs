@@ -27,8 +27,6 @@ pub const ENTRY: Entry = Entry {
 };
 
 /// The answer of the method, or why there is none.
-// Not inlined, so that the methods do not share one large stack frame.
-#[inline(never)]
 pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
     let modes = of.modes.modes.len();
     if modes < SUSPENSION_MODES {

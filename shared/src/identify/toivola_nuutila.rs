@@ -31,8 +31,6 @@ pub const ENTRY: Entry = Entry {
 
 /// The answer of the method, or why there is none. Four modes are enough only with known properties; the rank of the
 /// equations decides.
-// Not inlined, so that the methods do not share one large stack frame.
-#[inline(never)]
 pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
     refuse_mixed_modes(of.modes, of.responses.length)?;
     let shapes: heapless::Vec<Vector6<R>, { crate::modes::MOST_PAIRS }> =

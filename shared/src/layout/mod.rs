@@ -101,8 +101,7 @@ pub struct Hit<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TestSettings<R> {
-    /// What is measured; mass lines in archives of earlier versions.
-    #[cfg_attr(feature = "serde", serde(default))]
+    /// What is measured.
     pub profile: TestProfile,
     /// Accepted hits wanted at each DOF.
     pub hits_per_dof: u8,
@@ -119,8 +118,6 @@ pub struct TestSettings<R> {
     pub min_peak_force_n: R,
     /// Smallest and largest impulse of a hit, N s. Used by [`TestProfile::Suspension`] only, whose modes answer to the
     /// impulse and not to the peak.
-    /// Zero in archives of earlier versions.
-    #[cfg_attr(feature = "serde", serde(default))]
     pub impulse_ns: [R; 2],
     /// How frequency responses are computed from the averaged spectra.
     pub frf_estimator: FrfEstimator,
@@ -229,8 +226,7 @@ pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     pub title: String<48>,
     /// Gravity in the body frame of the suspended object, m/s², if given.
     pub gravity: Option<[R; 3]>,
-    /// Standard deviation of the direction of gravity about each axis across it, rad; none in archives of the first version.
-    #[cfg_attr(feature = "serde", serde(default))]
+    /// Standard deviation of the direction of gravity about each axis across it, rad.
     pub gravity_direction: R,
     /// The sensors, in the order of the rig's channels.
     pub sensors: Vec<Sensor<R>, SENSORS>,
@@ -241,13 +237,10 @@ pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     /// Standard deviation of the hammer's gain against the sensors', relative.
     pub hammer_gain: R,
     /// Standard deviation of the mean force from hit DOF to hit DOF, relative: the hammer's linearity. The methods that
-    /// use the suspension modes count it, maximum likelihood of mass lines does not. None in archives of the first version.
-    #[cfg_attr(feature = "serde", serde(default))]
+    /// use the suspension modes count it, maximum likelihood of mass lines does not.
     pub hit_gain: R,
     /// Standard deviation of the gain that a nonlinear converter gives to responses of a few codes, relative. Only
-    /// [`TestProfile::Suspension`] counts it. Archives without it have the default.
-    #[cfg_attr(feature = "serde", serde(default = "default_converter_gain"))]
-    #[cfg_attr(feature = "serde", serde(bound(deserialize = "R: Real + serde::Deserialize<'de>")))]
+    /// [`TestProfile::Suspension`] counts it.
     pub converter_gain: R,
     /// True when a calibration supplies [`Self::hammer_gain`], because none is stated.
     pub calibrated_hammer: bool,
@@ -260,12 +253,6 @@ pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     pub priors: Vec<Prior<R>, 10>,
     /// Bodies attached to the object, which are subtracted from the result.
     pub attached: Vec<Attached<R>, MAX_ATTACHED>,
-}
-
-/// What layouts count that do not state the gain of the converter.
-#[cfg(feature = "serde")]
-fn default_converter_gain<R: Real>() -> R {
-    R::of(DEFAULT_CONVERTER_GAIN)
 }
 
 impl<R: Real> Sensor<R> {

@@ -27,7 +27,7 @@ pub type RestoredDof<R> = (MeasuredDof<R>, DofData<R>);
 /// Why a campaign was not started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StartError {
-    /// Layout or calibration is being replaced.
+    /// Layout or calibration is being replaced, or a result deleted.
     Busy,
     /// There is no layout.
     NoLayout,
@@ -44,7 +44,7 @@ pub enum StartError {
 impl core::fmt::Display for StartError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            Self::Busy => "layout or calibration are being replaced",
+            Self::Busy => "layout or calibration is being replaced, or a result deleted",
             Self::NoLayout => "there is no layout",
             Self::LayoutRefused => "the layout has an error",
             Self::BlockNeedsMassLines => {

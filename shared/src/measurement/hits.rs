@@ -39,8 +39,6 @@ pub(super) enum Task<R> {
     StoreLines,
     /// The identification methods are running.
     Identify,
-    /// The suspension modes are computed, and the answers of their methods.
-    Solve,
     /// A further hit is searched for.
     Search(FurtherHitSearch<R>),
     /// The estimate is complete.
@@ -213,7 +211,7 @@ impl<R: RealFft> Measurement<'_, R> {
             scan: trigger.0,
             peak_force: report.peak_force.0,
             peak_acceleration: report.peak_acceleration.0,
-            impulse: report.impulse.map(|impulse| impulse.0),
+            swing: report.swing,
             findings: report.findings,
         };
         self.last_hit = Some(hit.clone());
@@ -224,8 +222,6 @@ impl<R: RealFft> Measurement<'_, R> {
     /// Averages one part of the current record: the force, then each response, then the comparison with the
     /// repeat hits. An outlier is removed again when the policy requires it. A hit that is undone is removed part by part
     /// in the same way.
-    // Not inlined, which saves 1.9 KB of the firmware's deepest stack.
-    #[inline(never)]
     pub(super) fn average_hit(
         &mut self,
         campaign: &mut Campaign,

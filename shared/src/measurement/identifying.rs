@@ -5,6 +5,8 @@
 //! CloseDof ───┤
 //!             └── after the last one, or at the target ──▶ methods ─▶ precision ─▶ search ─▶ store
 //! ```
+//! In the suspension profile there is nothing to compute: the lines are the result, from which the program computes modes and
+//! estimates.
 //! The second search is done only when the target is missed; it is among the DOFs that have been hit.
 
 use super::campaign::{Campaign, Object, Outcome, Step};
@@ -27,7 +29,6 @@ impl<R: RealFft> Measurement<'_, R> {
         match task {
             Task::Identify => self.step_methods(campaign, HitCandidates::Measured),
             Task::Search(search) => self.step_search(campaign, search),
-            Task::Solve => self.step_solver(),
             Task::Identified => Task::Identified,
             _ => {
                 self.name_unfinished_dofs(campaign);
@@ -37,7 +38,9 @@ impl<R: RealFft> Measurement<'_, R> {
                     return Task::Identified;
                 }
                 if self.is_long() {
-                    return self.begin_solving();
+                    // The result is the stored lines.
+                    self.memory.answers.begin([]);
+                    return Task::Identified;
                 }
                 self.memory.answers.begin(Method::of_mass_lines());
                 Task::Identify
@@ -70,14 +73,12 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 
     /// Runs one step of the methods; then compares the answer with the target.
-    // Not inlined: the firmware has room for one copy of the methods.
-    #[inline(never)]
     fn step_methods(&mut self, campaign: &Campaign, candidates: HitCandidates) -> Task<R> {
         let Some(layout) = &self.layout else { return Task::Identified };
         let memory = &mut *self.memory;
         let observed = Observations::of_mass_lines(layout, &memory.mass_lines);
         let settings = IdentifySettings::default();
-        let Some(identification) = memory.answers.mass_lines() else { return Task::Identified };
+        let identification = &mut memory.answers;
         let step = identification.step(&observed, &settings, &mut memory.scratch);
         if step == Progress::Going {
             return Task::Identify;
@@ -102,7 +103,6 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 
     /// Evaluates one bound of the search for a further hit.
-    #[inline(never)]
     fn step_search(&mut self, campaign: &Campaign, mut search: FurtherHitSearch<R>) -> Task<R> {
         let Some(layout) = &self.layout else { return Task::Identified };
         let memory = &mut *self.memory;

@@ -3,11 +3,12 @@
 use heapless::Vec;
 use nalgebra::Complex;
 
-use super::answering::Answering;
 use super::averaging::{DofSpectra, HitMemory};
 use super::result::MeasuredDof;
 use super::stored_lines::StoredLines;
-use crate::identify::{DofMassLines, ScatterAccumulator, maximum_likelihood};
+use crate::identify::{
+    DofMassLines, Identification, MASS_LINE_METHODS, ScatterAccumulator, maximum_likelihood,
+};
 use crate::layout::{RIG_HITS, RIG_SENSORS};
 use crate::mass_line::BasisRow;
 use crate::signal::{KnownScatter, RECORD_SCANS, RealFft, Record, SPECTRUM_BINS};
@@ -33,7 +34,8 @@ pub struct Memory<R> {
     pub(super) mass_lines: Vec<DofMassLines<R, RIG_SENSORS>, RIG_HITS>,
     /// Or, in the suspension profile, what is known of their stored lines.
     pub(super) lines: Vec<StoredLines<R>, RIG_HITS>,
-    pub(super) answers: Answering<R>,
+    /// The methods that run, or their answers.
+    pub(super) answers: Identification<R, MASS_LINE_METHODS>,
 }
 
 macro_rules! memory {
@@ -51,7 +53,7 @@ macro_rules! memory {
                     dofs: Vec::new(),
                     mass_lines: Vec::new(),
                     lines: Vec::new(),
-                    answers: Answering::idle(),
+                    answers: Identification::idle(),
                 }
             }
         }

@@ -30,13 +30,10 @@
 //! | `closing` | from averaged hits to mass lines |
 //! | [`stored_lines`] | what is kept in memory of a DOF whose lines are stored |
 //! | `lines` | closes a DOF whose lines the driver stores |
-//! | `solving` | from stored lines to the suspension modes and the estimates |
-//! | `answering` | the methods under either profile |
 //! | `identifying` | from mass lines to the estimates, after each DOF and at the end |
 //! | `precision` | how precise the answer would be after each DOF, and whether the target is reached |
 //! | `view` | the state of the measurement, for display |
 
-mod answering;
 mod averaged_hit;
 pub mod averaging;
 pub mod campaign;
@@ -52,7 +49,6 @@ mod memory;
 mod precision;
 mod result;
 mod setup;
-mod solving;
 pub mod stored_lines;
 mod undo;
 mod view;
@@ -96,14 +92,6 @@ pub enum NextAction {
     StoreLines {
         /// Index of the DOF in the layout.
         dof: usize,
-    },
-    /// Read the stored lines of a response of a DOF of this campaign, then report [`Measurement::take_lines`] or
-    /// [`Measurement::lines_not_readable`].
-    FetchLines {
-        /// Index of the DOF in the layout.
-        dof: usize,
-        /// The response, from 0 on.
-        response: usize,
     },
     /// Store [`Measurement::result`], then report [`Measurement::stored`] or [`Measurement::not_stored`].
     Store,
@@ -201,10 +189,6 @@ impl<'m, R: RealFft> Measurement<'m, R> {
                 }
                 (Step::CloseDof { dof }, Task::StoreLines) => NextAction::StoreLines { dof },
                 (Step::Identify, Task::Identified) => NextAction::Store,
-                (Step::Identify, Task::Solve) => match self.wanted_lines() {
-                    Some((dof, response)) => NextAction::FetchLines { dof, response },
-                    None => NextAction::Compute,
-                },
                 _ => NextAction::Compute,
             },
         }

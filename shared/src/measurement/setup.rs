@@ -104,8 +104,6 @@ impl<R: RealFft> Measurement<'_, R> {
     /// Findings about a layout: errors when no method of a rig could give an estimate, or when the converter
     /// cannot do it. The object is still unknown; an assumed body about the sensors and hits shows what can
     /// be determined.
-    // Not inlined: the firmware has room for one copy.
-    #[inline(never)]
     pub fn check(&self, layout: &TestLayout<R>) -> Diagnostics {
         let sensors = layout.sensors.iter().map(|sensor| sensor.position);
         let places = sensors.chain(layout.hits.iter().map(|hit| hit.position));

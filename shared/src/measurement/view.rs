@@ -4,7 +4,7 @@ use super::averaging::DofSpectra;
 use super::campaign::{Campaign, Phase};
 use super::{Activity, Measurement, Memory, NextAction, TestResult};
 use crate::diagnosis::Diagnostics;
-use crate::signal::{RealFft, Record};
+use crate::signal::{RealFft, Record, Swing};
 
 /// Capacity of the queue of graded hits.
 pub(super) const EVENTS: usize = 4;
@@ -49,8 +49,8 @@ pub struct GradedHit {
     pub peak_force: f32,
     /// Largest acceleration of any channel, m/s².
     pub peak_acceleration: f32,
-    /// Impulse of the force, N s, in the suspension profile.
-    pub impulse: Option<f32>,
+    /// What it was judged by in the suspension profile.
+    pub swing: Option<Swing>,
     /// What the grading found.
     pub findings: Diagnostics,
 }

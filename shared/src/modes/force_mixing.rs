@@ -63,7 +63,7 @@ impl<R: Real, const H: usize> ForceMixing<R, H> {
     }
 
     /// The mixed forces `[F; T]` about the reference point.
-    pub(crate) fn forces<const S: usize>(
+    pub(super) fn forces<const S: usize>(
         &self,
         layout: &Layout<R, S, H>,
         reference: &Vector3<R>,
@@ -73,17 +73,6 @@ impl<R: Real, const H: usize> ForceMixing<R, H> {
             parts.fold(Vector6::zeros(), |sum, (hit, part)| sum + hit.unit_force(reference) * *part)
         };
         self.columns.iter().map(mixed).collect()
-    }
-
-    /// Number of forces.
-    pub(crate) fn count(&self) -> usize {
-        self.columns.len()
-    }
-
-    /// The share of a hit in a force.
-    pub(crate) fn share(&self, force: usize, hit: usize) -> R {
-        let column = self.columns.get(force);
-        column.and_then(|column| column.get(hit)).map_or(R::zero(), |share| *share)
     }
 
     /// What `of_hit` gives, mixed for one force.

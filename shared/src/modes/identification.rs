@@ -7,7 +7,7 @@ use super::MOST_FORCES;
 use super::origin_responses::OriginResponses;
 use super::residues::{Residues, fit_residues};
 use super::shapes::{best_force, norm_indicator_of_shape, shape_of_force, shape_of_forces};
-use super::vector_fitting::{MOST_PAIRS, Poles, SEARCH_MEMORY, find_poles};
+use super::vector_fitting::{FIT_MEMORY, MOST_PAIRS, Poles, find_poles};
 use crate::Real;
 use crate::layout::balanced_motion;
 
@@ -53,43 +53,20 @@ impl<R: Real> Modes<R> {
         responses: &OriginResponses<'_, R>,
         poles: &Poles<R>,
     ) -> Option<(Self, Vec<usize, MOST_PAIRS>)> {
-        let mut memory = [R::zero(); SEARCH_MEMORY];
-        let mut found = Self::empty();
-        let places = found.find(responses, &fit_residues(responses, poles, &mut memory)?)?;
-        Some((found, places))
-    }
-
-    /// No modes.
-    pub fn empty() -> Self {
-        let residual = R::zero();
-        Self { modes: Vec::new(), poles: Vec::new(), rigid: Vec::new(), residual }
-    }
-
-    /// Takes the modes of these residues instead, and returns the places of their poles. `None` when there are more forces
-    /// than there is room for.
-    // Not inlined, which keeps its working memory off the stack of what uses the modes.
-    #[inline(never)]
-    pub fn find(
-        &mut self,
-        responses: &OriginResponses<'_, R>,
-        residues: &Residues<'_, R>,
-    ) -> Option<Vec<usize, MOST_PAIRS>> {
-        self.modes.clear();
-        self.poles.clear();
-        self.rigid.clear();
-        for force in 0..residues.forces() {
-            self.rigid.push(residues.constant(force)).ok()?;
-        }
-        self.residual = residues.left();
+        let mut memory = [R::zero(); FIT_MEMORY];
+        let residues = fit_residues(responses, poles, &mut memory)?;
+        let rigid = (0..residues.forces()).map(|force| residues.constant(force)).collect();
+        let mut found =
+            Self { modes: Vec::new(), poles: Vec::new(), rigid, residual: residues.left() };
         let mut places = Vec::new();
-        for (place, pole) in residues.poles().iter().enumerate() {
-            if let Some(mode) = Mode::new(responses, residues, place, *pole) {
-                self.modes.push(mode).ok()?;
-                self.poles.push(*pole).ok()?;
+        for (place, pole) in poles.iter().enumerate() {
+            if let Some(mode) = Mode::new(responses, &residues, place, *pole) {
+                found.modes.push(mode).ok()?;
+                found.poles.push(*pole).ok()?;
                 places.push(place).ok()?;
             }
         }
-        Some(places)
+        Some((found, places))
     }
 
     /// The same with each shape from the force that shows the mode best, as Almeida, Maia and Urgueira choose it.
@@ -103,14 +80,8 @@ impl<R: Real> Modes<R> {
         Some(modes)
     }
 
-    /// The same with only the modes at these places, which are different.
+    /// The same with only the modes at these places, which are different, in this order.
     pub fn only(mut self, places: &[usize]) -> Self {
-        self.keep(places);
-        self
-    }
-
-    /// Keeps only the modes at these places, which are different, in this order.
-    pub fn keep(&mut self, places: &[usize]) {
         // Where each mode was.
         let mut was: Vec<usize, MOST_PAIRS> = (0..self.modes.len()).collect();
         let mut kept = 0;
@@ -121,8 +92,7 @@ impl<R: Real> Modes<R> {
             self.poles.swap(kept, now);
             kept += 1;
         }
-        self.modes.truncate(kept);
-        self.poles.truncate(kept);
+        self.first(kept)
     }
 
     /// The same with only the first modes.

@@ -3,9 +3,9 @@
 use heapless::Vec;
 
 use super::origin_responses::OriginResponses;
-use super::residues::{ResidueFit, Residues};
-use super::vector_fitting::{MOST_PAIRS, PoleSearch, Poles, SEARCH_MEMORY};
-use crate::{Progress, Real};
+use super::residues::fit_residues;
+use super::vector_fitting::{FIT_MEMORY, MOST_PAIRS, Poles, VectorFit, find_poles};
+use crate::Real;
 
 /// A pole is stable when the next smaller order has one within these distances: relative in frequency, and in damping
 /// ratio. Half of what is usual in modal analysis, since the poles are shared by all responses.
@@ -27,6 +27,17 @@ pub struct Order<R> {
 }
 
 impl<R: Real> Order<R> {
+    /// Fits this many pairs of poles. `None` for too few lines, and as [`find_poles`].
+    fn of(responses: &OriginResponses<'_, R>, pairs: usize) -> Option<Self> {
+        let accelerances = 6 * responses.forces.len();
+        let unknowns = accelerances * (2 * pairs + 2) + 2 * pairs;
+        let degrees_of_freedom = (2 * responses.s.len() * accelerances).checked_sub(unknowns)?;
+        let VectorFit { poles, settled, .. } = find_poles(responses, pairs)?;
+        let mut memory = [R::zero(); FIT_MEMORY];
+        let residual = fit_residues(responses, &poles, &mut memory)?.left();
+        Some(Self { poles, residual, degrees_of_freedom, settled })
+    }
+
     /// Variance of the noise of a reading, as sum of real and imaginary part, relative to what the lines were weighted
     /// with.
     pub fn noise_variance(&self) -> R {
@@ -65,14 +76,8 @@ pub struct Orders<R> {
 impl<R: Real> Orders<R> {
     /// Fits every order up to this number of pairs of poles.
     pub fn up_to(responses: &OriginResponses<'_, R>, pairs: usize) -> Self {
-        let mut memory = [R::zero(); SEARCH_MEMORY];
-        let mut fit = |pairs| {
-            let mut fit = OrderFit::new(responses, pairs)?;
-            while fit.step(responses, &mut memory)? == Progress::Going {}
-            fit.order()
-        };
-        let fits = (1..=pairs.min(MOST_PAIRS)).map_while(&mut fit).collect();
-        Self { fits }
+        let fits = (1..=pairs.min(MOST_PAIRS)).map_while(|pairs| Order::of(responses, pairs));
+        Self { fits: fits.collect() }
     }
 
     /// The fits, from the smallest order on.
@@ -85,63 +90,5 @@ impl<R: Real> Orders<R> {
     pub fn sufficient(&self) -> Option<&Order<R>> {
         let largest = self.fits.last()?;
         self.fits.iter().find(|fit| fit.suffices(largest))
-    }
-}
-
-/// The fit of one order, in steps between which other work can be done. A step is at most 1.6 million instructions on a rig.
-#[derive(Clone, Debug, PartialEq)]
-pub struct OrderFit<R> {
-    poles: PoleSearch<R>,
-    /// The residues, when the poles are found.
-    residues: Option<ResidueFit>,
-    left: R,
-    degrees_of_freedom: usize,
-}
-
-impl<R: Real> OrderFit<R> {
-    /// A fit of this many pairs of poles. `None` for too few lines, and as [`find_poles`](super::find_poles).
-    pub fn new(responses: &OriginResponses<'_, R>, pairs: usize) -> Option<Self> {
-        let accelerances = 6 * responses.forces.len();
-        let unknowns = accelerances * (2 * pairs + 2) + 2 * pairs;
-        let degrees_of_freedom = (2 * responses.s.len() * accelerances).checked_sub(unknowns)?;
-        let poles = PoleSearch::new(responses, pairs)?;
-        Some(Self { poles, residues: None, left: R::zero(), degrees_of_freedom })
-    }
-
-    /// Part of the fit that is done at least.
-    pub fn progress(&self) -> f32 {
-        if self.residues.is_some() { 1.0 } else { self.poles.progress() }
-    }
-
-    /// Runs one step. The responses and the memory, of [`SEARCH_MEMORY`] numbers, must be the same in every step. `None` when
-    /// the equations have no solution.
-    pub fn step(
-        &mut self,
-        responses: &OriginResponses<'_, R>,
-        memory: &mut [R],
-    ) -> Option<Progress> {
-        let Some(residues) = &mut self.residues else {
-            if self.poles.step(responses, memory)? == Progress::Done {
-                self.residues = Some(ResidueFit::default());
-            }
-            return Some(Progress::Going);
-        };
-        let poles = &self.poles.found().poles;
-        let progress = residues.step(responses, poles, memory)?;
-        if progress == Progress::Done {
-            self.left = Residues::new(responses, poles, memory)?.left();
-        }
-        Some(progress)
-    }
-
-    /// The order, when the fit is done.
-    pub fn order(&self) -> Option<Order<R>> {
-        let found = self.poles.found();
-        self.residues.map(|_| Order {
-            poles: found.poles.clone(),
-            residual: self.left,
-            degrees_of_freedom: self.degrees_of_freedom,
-            settled: found.settled,
-        })
     }
 }

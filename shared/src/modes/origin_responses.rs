@@ -4,7 +4,6 @@ use heapless::Vec;
 use nalgebra::{Complex, Vector3, Vector6};
 
 use super::force_mixing::ForceMixing;
-use super::motions::Motions;
 use super::{MOST_FORCES, MOST_LINES};
 use crate::Real;
 use crate::frequency_responses::FrequencyResponses;
@@ -19,8 +18,8 @@ use crate::linalg::ComplexLeastSquares;
 pub struct OriginResponses<'a, R> {
     /// Laplace variable of each line, `s = σ + iω`, 1/s.
     pub s: &'a [Complex<R>],
-    /// `[a; α]` per newton, (m/s²)/N and (rad/s²)/N.
-    pub motions: Motions<'a, R>,
+    /// `[a; α]` per newton, (m/s²)/N and (rad/s²)/N: line by line, force by force.
+    pub motions: &'a [Vector6<Complex<R>>],
     /// Standard deviation of each component of the motions, line by line, for a noise of one in every reading, in
     /// balanced variables: gravity makes the motion uncertain at low frequencies, where a tilt looks like a shift.
     pub sigma: &'a [[R; 6]],
@@ -35,7 +34,8 @@ impl<R: Real> OriginResponses<'_, R> {
     pub fn is_sound(&self) -> bool {
         let finite = |z: &Complex<R>| z.re.finite() && z.im.finite();
         let positive = |v: &R| v.finite() && *v > R::zero();
-        self.motions.are_sound(self.s.len(), self.forces.len())
+        self.motions.len() == self.s.len() * self.forces.len()
+            && self.motions.iter().flatten().all(finite)
             && self.sigma.len() == self.s.len()
             && self.sigma.iter().flatten().all(positive)
             && self.s.iter().all(finite)
@@ -45,13 +45,13 @@ impl<R: Real> OriginResponses<'_, R> {
 
     /// The motion under a force at a line.
     pub fn motion(&self, line: usize, force: usize) -> Vector6<Complex<R>> {
-        Vector6::from_fn(|k, _| self.motions.component(line, force, k, self.forces.len()))
+        self.motions[line * self.forces.len() + force]
     }
 
     /// One accelerance and the factor that gives it a noise of one: component 0 to 5 of the motion under a force, in
     /// balanced variables.
     pub(super) fn weighted(&self, line: usize, force: usize, component: usize) -> (Complex<R>, R) {
-        let value = self.motions.component(line, force, component, self.forces.len());
+        let value = self.motions[line * self.forces.len() + force][component];
         let value = if component < 3 { value } else { value.scale(self.length) };
         (value, self.factor(line, component))
     }
@@ -129,7 +129,6 @@ impl<R: Real> Reduction<R> {
     /// The motions.
     pub fn responses(&self) -> OriginResponses<'_, R> {
         let Self { s, motions, sigma, forces, length } = self;
-        let motions = Motions::Full(motions);
         OriginResponses { s, motions, sigma, forces, length: *length }
     }
 }
@@ -155,7 +154,7 @@ pub fn reduce_line<R: Real, const S: usize, const H: usize>(
 
 /// The motions under as many forces as `motions` has room for, at most [`MOST_FORCES`], from the readings of all
 /// channels at one line.
-pub(crate) fn reduce<R: Real, const S: usize, const H: usize>(
+fn reduce<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     s: Complex<R>,
     reference: &Vector3<R>,
@@ -167,30 +166,9 @@ pub(crate) fn reduce<R: Real, const S: usize, const H: usize>(
     if !determined {
         return None;
     }
-    solve_line(&equations, layout.characteristic_length(), motions)
-}
-
-/// The same for a layout that is known to determine the motion, which takes half as long.
-pub(crate) fn reduce_determined<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-    s: Complex<R>,
-    reference: &Vector3<R>,
-    reading: impl Fn(usize, usize) -> Complex<R>,
-    motions: &mut [Vector6<Complex<R>>],
-) -> Option<[R; 6]> {
-    let equations = equations_of_line(layout, s, reference, reading, motions.len());
-    solve_line(&equations, layout.characteristic_length(), motions)
-}
-
-/// The motions and their standard deviations from the equations of a line.
-fn solve_line<R: Real>(
-    equations: &ComplexLeastSquares<R, 6, MOST_FORCES>,
-    length: R,
-    motions: &mut [Vector6<Complex<R>>],
-) -> Option<[R; 6]> {
     let solved = equations.solve()?;
     for (motion, column) in motions.iter_mut().zip(solved.column_iter()) {
-        *motion = balanced_force(&column.into_owned(), length);
+        *motion = balanced_force(&column.into_owned(), layout.characteristic_length());
     }
     Some(equations.variances()?.map(|variance| variance.sqrt()))
 }

@@ -3,8 +3,7 @@
 use nalgebra::Vector6;
 
 use crate::Real;
-use crate::body::RigidBody;
-use crate::layout::{balanced_force, balanced_motion, motion_at};
+use crate::layout::{balanced_force, balanced_motion};
 use crate::linalg::LeastSquares;
 
 /// Largest number of steps of Gauss and Newton; three or four are usual.
@@ -22,20 +21,6 @@ pub fn norm_indicator<R: Real>(residue: &Vector6<R>, length: R) -> R {
 /// `f = [F; T]`: `|S φ| |φᵀ f|`.
 pub fn norm_indicator_of_shape<R: Real>(shape: &Vector6<R>, force: &Vector6<R>, length: R) -> R {
     norm_indicator(&(shape * shape.dot(force)), length)
-}
-
-/// Shares of the kinetic energy of a mode in the motions along and about the axes of the body, given its shape at the origin,
-/// of any size: translations of the centre of mass, then rotations about it. The sum is one; a rotation may have a negative
-/// share where the axes are not those of the principal moments.
-pub fn energy_shares<R: Real>(shape: &Vector6<R>, body: &RigidBody<R>) -> Vector6<R> {
-    let motion = motion_at(shape, &body.center_of_mass);
-    let momentum = body.inertia * motion.fixed_rows::<3>(3);
-    let of = |k: usize| match k {
-        0..3 => body.mass * motion[k] * motion[k],
-        _ => motion[k] * momentum[k - 3],
-    };
-    let energies = Vector6::from_fn(|k, _| of(k));
-    energies / energies.sum()
 }
 
 /// The force with the largest [Norm Indicator](norm_indicator) of a mode, given the mode's residues under all forces;

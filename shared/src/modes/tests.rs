@@ -4,7 +4,6 @@ use nalgebra::{Complex, Matrix6, SymmetricEigen, Vector3, Vector6};
 use std::vec::Vec;
 
 use super::*;
-use crate::Progress;
 use crate::layout::tests::{bar_body, bar_layout};
 
 /// A body on springs with proportional damping.
@@ -80,7 +79,6 @@ impl Hung {
 
     fn responses<'a>(&'a self, motions: &'a [Vector6<Complex<f64>>]) -> OriginResponses<'a, f64> {
         let Self { s, sigma, forces, length, .. } = self;
-        let motions = Motions::Full(motions);
         OriginResponses { s, motions, sigma: &sigma[..s.len()], forces, length: *length }
     }
 }
@@ -121,7 +119,7 @@ fn responses_that_cannot_be_fitted_have_no_modes() {
 }
 
 #[test]
-fn a_search_finds_the_order_that_all_orders_show() {
+fn the_order_is_that_of_the_modes_that_the_lines_show() {
     let mut hung = Hung::new();
     let mut state = 1_u32;
     let mut noise = || {
@@ -138,26 +136,15 @@ fn a_search_finds_the_order_that_all_orders_show() {
         hung.s = whole[..lines].to_vec();
         let responses = hung.responses(&motions[..lines * forces]);
         let all = Orders::up_to(&responses, MOST_PAIRS);
-        let expected = all.sufficient().unwrap();
-        let mut memory = std::vec![0.0; SEARCH_MEMORY];
-        let mut search = OrderSearch::default();
-        while search.step(&responses, &mut memory) == Progress::Going {
-            assert!((0.0..=1.0).contains(&search.progress()));
-        }
-        assert_eq!(search.sufficient().unwrap(), expected);
-        orders.push(expected.poles.len());
+        orders.push(all.sufficient().unwrap().poles.len());
     }
     assert_eq!(orders[0], SUSPENSION_MODES);
     assert!(orders[3] < SUSPENSION_MODES, "{orders:?}");
 }
 
 #[test]
-fn a_search_without_lines_ends() {
+fn without_lines_there_is_no_order() {
     let mut hung = Hung::new();
     hung.s.clear();
-    let mut search = OrderSearch::default();
-    let responses = hung.responses(&[]);
-    let mut memory = std::vec![0.0; SEARCH_MEMORY];
-    while search.step(&responses, &mut memory) == Progress::Going {}
-    assert!(search.sufficient().is_none());
+    assert!(Orders::up_to(&hung.responses(&[]), MOST_PAIRS).sufficient().is_none());
 }

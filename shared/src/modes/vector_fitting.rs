@@ -6,13 +6,15 @@
 //! `σ(s) H(s) = Σ r/(s − q) + d + e s²`, `σ(s) = Σ c/(s − q) + 1`, is linear in all unknowns, and the zeros of σ are better
 //! poles. The unknowns of one accelerance are eliminated as soon as its rows have been added (theory, section 7).
 
+use core::ops::Range;
+
 use nalgebra::Complex;
 
+use super::MOST_FORCES;
 use super::origin_responses::OriginResponses;
-use super::{MOST_FORCES, MOST_LINES};
+use crate::Real;
 use crate::linalg::{Elimination, eigenvalues};
 use crate::sorting::sort_short;
-use crate::{Progress, Real};
 
 /// Most pairs of poles.
 pub const MOST_PAIRS: usize = 8;
@@ -34,12 +36,10 @@ const SETTLED: f64 = 1e-9;
 const FIRST_DAMPING: f64 = 0.01;
 /// Damping ratio of the pair of poles in place of two real ones.
 const OVERDAMPED: f64 = 0.7;
-/// Numbers of memory that a search needs between its steps.
-pub const SEARCH_MEMORY: usize = 2048;
+/// Numbers of memory for the equations of a fit.
+pub const FIT_MEMORY: usize = 2048;
 /// Lines whose equations are added together.
 const TOGETHER: usize = 2;
-/// Pairs of numbers that one step rotates, with ten instructions each.
-const ROTATIONS: usize = 60_000;
 
 /// Poles with a positive imaginary part, 1/s, ascending in magnitude.
 pub type Poles<R> = heapless::Vec<Complex<R>, MOST_PAIRS>;
@@ -62,186 +62,107 @@ pub fn find_poles<R: Real>(
     responses: &OriginResponses<'_, R>,
     pairs: usize,
 ) -> Option<VectorFit<R>> {
-    let mut memory = [R::zero(); SEARCH_MEMORY];
-    let mut search = PoleSearch::new(responses, pairs)?;
-    while search.step(responses, &mut memory)? == Progress::Going {}
-    Some(search.fit)
+    let enough = responses.s.len() >= 2 * (2 * pairs + 2);
+    if !enough || !responses.is_sound() {
+        return None;
+    }
+    let mut fit = VectorFit { poles: first_poles(responses.s, pairs)?, steps: 0, settled: false };
+    let close = R::of(SETTLED).max(R::default_epsilon() * R::of(100.0));
+    while !fit.settled && fit.steps < MOST_STEPS {
+        let next = relocate_once(responses, &fit.poles)?;
+        let moved =
+            |(a, b): (&Complex<R>, &Complex<R>)| (a - b).norm_sqr() > close * close * a.norm_sqr();
+        fit.settled = !next.iter().zip(&fit.poles).any(moved);
+        fit.poles = next;
+        fit.steps += 1;
+    }
+    Some(fit)
 }
 
-/// One relocation.
+/// One relocation: the zeros of σ.
 pub fn relocate_once<R: Real>(
     responses: &OriginResponses<'_, R>,
     poles: &Poles<R>,
 ) -> Option<Poles<R>> {
-    let mut memory = [R::zero(); SEARCH_MEMORY];
-    let mut search = PoleSearch::once(poles.clone());
-    while search.step(responses, &mut memory)? == Progress::Going {}
-    Some(search.fit.poles)
+    let forces = responses.forces.len();
+    let Sizes { shared, together, .. } = Sizes::of(poles.len(), forces);
+    let mut memory = [R::zero(); FIT_MEMORY];
+    let (of_sigma, of_forces) =
+        memory.split_at_mut_checked(Elimination::<R>::memory(shared, shared + 1))?;
+    let mut sigma = Elimination::of(of_sigma, shared, shared + 1)?;
+    // Sum of the squared accelerances, in their noise.
+    let mut weight = R::zero();
+    for component in 0..6 {
+        for first in (0..forces).step_by(together) {
+            let some = first..forces.min(first + together);
+            weight = eliminate(responses, poles, (component, some), of_forces, &mut sigma, weight)?;
+        }
+    }
+    // The relaxed condition that keeps σ from vanishing, as heavy as the other equations: its mean real part is one.
+    let top = top(responses);
+    let mut mean = [R::zero(); MOST_SHARED + 1];
+    let count = R::of(responses.s.len() as f64);
+    for &s in responses.s {
+        let basis = Basis::at(s, poles, top);
+        (0..shared).for_each(|k| mean[k] += basis.0[k].re / count);
+    }
+    let weight = weight.sqrt();
+    mean.iter_mut().for_each(|v| *v *= weight);
+    mean[shared] = weight;
+    sigma.push(&mut mean.map(|v| [v])[..=shared]);
+    let mut solved = [R::zero(); MOST_SHARED];
+    if !sigma.solve(shared, &mut solved) {
+        return None;
+    }
+    zeros(poles, top, &solved[..shared - 1], solved[shared - 1])
 }
 
-/// A search for poles, in steps between which other work can be done. A step is at most 1.6 million instructions on a rig.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PoleSearch<R> {
-    fit: VectorFit<R>,
-    most_steps: usize,
-    next: Place,
-    /// Sum of the squared accelerances of this relocation, in their noise.
-    weight: R,
-}
-
-/// Where a relocation goes on: component by component, some forces at a time, line by line.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Place {
-    component: usize,
-    force: usize,
-    line: usize,
-}
-
-impl<R: Real> PoleSearch<R> {
-    /// A search from trial poles spread evenly over the band; `None` as [`find_poles`].
-    pub fn new(responses: &OriginResponses<'_, R>, pairs: usize) -> Option<Self> {
-        let enough = responses.s.len() >= 2 * (2 * pairs + 2);
-        if !enough || !responses.is_sound() {
-            return None;
-        }
-        Some(Self::from_poles(first_poles(responses.s, pairs)?, MOST_STEPS))
-    }
-
-    /// A single relocation of these poles.
-    pub fn once(poles: Poles<R>) -> Self {
-        Self::from_poles(poles, 1)
-    }
-
-    fn from_poles(poles: Poles<R>, most_steps: usize) -> Self {
-        let fit = VectorFit { poles, steps: 0, settled: false };
-        Self { fit, most_steps, next: Place::default(), weight: R::zero() }
-    }
-
-    /// What the search has found when it is done.
-    pub fn found(&self) -> &VectorFit<R> {
-        &self.fit
-    }
-
-    /// Part of the search that is done, if it needs all its relocations.
-    pub fn progress(&self) -> f32 {
-        let Place { component, force, line } = self.next;
-        let of_forces = (force as f32 + line as f32 / MOST_LINES as f32) / MOST_FORCES as f32;
-        let of_step = (component as f32 + of_forces) / 6.0;
-        (self.fit.steps as f32 + of_step) / self.most_steps as f32
-    }
-
-    /// Runs one step. The responses and the memory, of [`SEARCH_MEMORY`] numbers, must be the same in every step. `None` when
-    /// the equations have no solution.
-    pub fn step(
-        &mut self,
-        responses: &OriginResponses<'_, R>,
-        memory: &mut [R],
-    ) -> Option<Progress> {
-        if self.next.component == 6 {
-            return self.relocate(responses, memory);
-        }
-        let sizes = Sizes::of(self.fit.poles.len(), responses.forces.len());
-        let (of_sigma, of_forces) = memory.split_at_mut_checked(sizes.of_sigma())?;
-        if self.next == Place::default() {
-            of_sigma.fill(R::zero());
-            self.weight = R::zero();
-        }
-        if self.next.line == 0 {
-            of_forces.fill(R::zero());
-        }
-        let (own, shared) = (sizes.own, sizes.shared);
-        let first = self.next.force;
-        let together = sizes.together.min(responses.forces.len() - first);
-        let mut sigma = Elimination::of(of_sigma, shared, shared + 1)?;
-        let mut eliminated = Elimination::of(of_forces, own, own + together * shared)?;
-        let top = top(responses);
-        let end = (self.next.line + sizes.lines_of_a_step(together)).min(responses.s.len());
-        let columns = own + together * shared;
-        for start in (self.next.line..end).step_by(TOGETHER) {
-            // Real and imaginary part of the equations of some lines, column by column.
-            let mut rows = [[R::zero(); 2 * TOGETHER]; MOST_COLUMNS];
-            for (place, line) in (start..end).take(TOGETHER).enumerate() {
-                let basis = Basis::at(responses.s[line], &self.fit.poles, top);
-                let mut set = |column: usize, value: Complex<R>| {
-                    rows[column][2 * place] = value.re;
-                    rows[column][2 * place + 1] = value.im;
-                };
-                let factor = responses.factor(line, self.next.component);
-                for k in 0..own {
-                    set(k, basis.0[k].scale(factor));
-                }
-                for of_force in 0..together {
-                    let (value, factor) =
-                        responses.weighted(line, first + of_force, self.next.component);
-                    let value = value.scale(factor);
-                    self.weight += value.norm_sqr();
-                    let start = own + of_force * shared;
-                    for k in 0..shared {
-                        set(start + k, -(basis.0[k] * value));
-                    }
+/// Adds the equations of one component of the motions under some forces, whose own unknowns are eliminated in this memory, to
+/// those of σ; returns the weight with their accelerances.
+fn eliminate<R: Real>(
+    responses: &OriginResponses<'_, R>,
+    poles: &Poles<R>,
+    (component, forces): (usize, Range<usize>),
+    memory: &mut [R],
+    sigma: &mut Elimination<'_, R>,
+    mut weight: R,
+) -> Option<R> {
+    let Sizes { own, shared, .. } = Sizes::of(poles.len(), responses.forces.len());
+    let columns = own + forces.len() * shared;
+    memory.fill(R::zero());
+    let mut eliminated = Elimination::of(memory, own, columns)?;
+    let top = top(responses);
+    for start in (0..responses.s.len()).step_by(TOGETHER) {
+        // Real and imaginary part of the equations of some lines, column by column.
+        let mut rows = [[R::zero(); 2 * TOGETHER]; MOST_COLUMNS];
+        for (place, line) in (start..responses.s.len()).take(TOGETHER).enumerate() {
+            let basis = Basis::at(responses.s[line], poles, top);
+            let mut set = |column: usize, value: Complex<R>| {
+                rows[column][2 * place] = value.re;
+                rows[column][2 * place + 1] = value.im;
+            };
+            let factor = responses.factor(line, component);
+            for k in 0..own {
+                set(k, basis.0[k].scale(factor));
+            }
+            for (of_force, force) in forces.clone().enumerate() {
+                let (value, factor) = responses.weighted(line, force, component);
+                let value = value.scale(factor);
+                weight += value.norm_sqr();
+                let start = own + of_force * shared;
+                for k in 0..shared {
+                    set(start + k, -(basis.0[k] * value));
                 }
             }
-            eliminated.push(&mut rows[..columns]);
-            for of_force in rows[own..columns].chunks_exact(shared) {
-                let mut left = [[R::zero(); 2 * TOGETHER]; MOST_SHARED + 1];
-                left[..shared].copy_from_slice(of_force);
-                sigma.push(&mut left[..=shared]);
-            }
         }
-        self.go_on(end, together, responses);
-        Some(Progress::Going)
-    }
-
-    /// The place after these lines.
-    fn go_on(&mut self, end: usize, together: usize, responses: &OriginResponses<'_, R>) {
-        self.next.line = end;
-        if end == responses.s.len() {
-            self.next.line = 0;
-            self.next.force += together;
-        }
-        if self.next.force == responses.forces.len() {
-            self.next = Place { component: self.next.component + 1, ..Place::default() };
+        eliminated.push(&mut rows[..columns]);
+        for of_force in rows[own..columns].chunks_exact(shared) {
+            let mut left = [[R::zero(); 2 * TOGETHER]; MOST_SHARED + 1];
+            left[..shared].copy_from_slice(of_force);
+            sigma.push(&mut left[..=shared]);
         }
     }
-
-    /// The end of a relocation: the zeros of σ.
-    // Not inlined, since its working memory is not needed in the other steps.
-    #[inline(never)]
-    fn relocate(
-        &mut self,
-        responses: &OriginResponses<'_, R>,
-        memory: &mut [R],
-    ) -> Option<Progress> {
-        let poles = &self.fit.poles;
-        let Sizes { shared, .. } = Sizes::of(poles.len(), responses.forces.len());
-        let mut sigma = Elimination::of(memory, shared, shared + 1)?;
-        // The relaxed condition that keeps σ from vanishing, as heavy as the other equations: its mean real part is one.
-        let top = top(responses);
-        let mut mean = [R::zero(); MOST_SHARED + 1];
-        let count = R::of(responses.s.len() as f64);
-        for &s in responses.s {
-            let basis = Basis::at(s, poles, top);
-            (0..shared).for_each(|k| mean[k] += basis.0[k].re / count);
-        }
-        let weight = self.weight.sqrt();
-        mean.iter_mut().for_each(|v| *v *= weight);
-        mean[shared] = weight;
-        sigma.push(&mut mean.map(|v| [v])[..=shared]);
-        let mut solved = [R::zero(); MOST_SHARED];
-        if !sigma.solve(shared, &mut solved) {
-            return None;
-        }
-        let next = zeros(poles, top, &solved[..shared - 1], solved[shared - 1])?;
-        let close = R::of(SETTLED).max(R::default_epsilon() * R::of(100.0));
-        let moved =
-            |(a, b): (&Complex<R>, &Complex<R>)| (a - b).norm_sqr() > close * close * a.norm_sqr();
-        self.fit.settled = !next.iter().zip(poles).any(moved);
-        self.fit.poles = next;
-        self.fit.steps += 1;
-        self.next = Place::default();
-        let done = self.fit.settled || self.fit.steps == self.most_steps;
-        Some(if done { Progress::Done } else { Progress::Going })
-    }
+    Some(weight)
 }
 
 /// Sizes of the equations of a relocation.
@@ -259,21 +180,10 @@ impl Sizes {
         let (own, shared) = (2 * pairs + 2, 2 * pairs + 1);
         let fits = |together: &usize| {
             let of_forces = Elimination::<f32>::memory(own, own + together * shared);
-            of_forces + Elimination::<f32>::memory(shared, shared + 1) <= SEARCH_MEMORY
+            of_forces + Elimination::<f32>::memory(shared, shared + 1) <= FIT_MEMORY
         };
         let together = (1..=forces.max(1)).rev().find(fits).unwrap_or(1);
         Self { own, shared, together }
-    }
-
-    fn of_sigma(&self) -> usize {
-        Elimination::<f32>::memory(self.shared, self.shared + 1)
-    }
-
-    fn lines_of_a_step(&self, together: usize) -> usize {
-        let of_own = self.own * (self.own - 1) / 2;
-        let of_force = self.own * self.shared + self.shared * (self.shared + 1) / 2;
-        let lines = ROTATIONS / (2 * (of_own + together * of_force));
-        (lines / TOGETHER).max(1) * TOGETHER
     }
 }
 

@@ -24,7 +24,21 @@ use super::{AdcProperties, CHANNELS, Calibration, PRE_TRIGGER_SCANS, Record, Sam
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Subject};
 use crate::layout::{HitPolicy, TestSettings};
-use crate::units::{MetersPerSecondSquared, NewtonSeconds, Newtons};
+use crate::units::{MetersPerSecondSquared, Newtons};
+
+/// What a hit in the suspension profile is judged by: how hard it was, how still the object hung, and whether the record is long
+/// enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Swing {
+    /// Impulse of the force, N s.
+    pub impulse: f32,
+    /// Standard deviation of the response that moved most before the hit, relative to the largest peak; 0 where none moved by
+    /// more than its noise.
+    pub rest: f32,
+    /// The largest response at the end of the record, under the window, relative to the largest peak.
+    pub remainder: f32,
+}
 
 /// Result of grading one hit.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,8 +47,8 @@ pub struct HitReport {
     pub peak_force: Newtons,
     /// Largest magnitude of any response relative to its rest value.
     pub peak_acceleration: MetersPerSecondSquared,
-    /// Impulse of the force, if the hit is judged by it.
-    pub impulse: Option<NewtonSeconds>,
+    /// What a hit with a long record is judged by.
+    pub swing: Option<Swing>,
     /// The findings with their deciding numbers, about channels or about the force as a whole.
     pub findings: Diagnostics,
     /// Fingerprint that distinguishes this record from others.
@@ -181,7 +195,7 @@ impl<R: Real> HitGrader<'_, R> {
         HitReport {
             peak_force: Newtons(force.map_or(0.0, |force| force.highest.value.to_f32())),
             peak_acceleration: MetersPerSecondSquared(largest.peak.value.to_f32()),
-            impulse: None,
+            swing: None,
             findings: found.list,
             fingerprint,
         }

@@ -162,8 +162,6 @@ impl<R: Real> HumFit<R> {
     }
 
     /// The sums of [`Self::before`] for a channel, without the means and the trends of both.
-    // Not inlined, for the firmware's deepest stack.
-    #[inline(never)]
     fn compare_before<D: Samples<R> + ?Sized>(&self, record: &D, channel: usize) -> [R; 2] {
         let mut hum = [R::zero(); PRE_TRIGGER_SCANS];
         let hum = &mut hum[..self.window.rest().min(PRE_TRIGGER_SCANS)];

@@ -36,13 +36,13 @@ pub use chain::{AdcProperties, Calibration, ChannelCalibration, CrossAxis, HAMME
 pub use compact_lines::{COMPACT_RESPONSE, CompactLines, CompactLinesError, expand_response};
 pub use decimator::{Decimator, Row, SETTLING_ROWS, transfer};
 pub use fft::{FftError, RealFft};
-pub use grade::{ChannelRange, HitGrader, HitReport, grade, grade_long};
+pub use grade::{ChannelRange, HitGrader, HitReport, Swing, grade, grade_long};
 pub use hit_noise::HitNoise;
 pub use hum::{Hum, HumFit, HumSearch};
 pub use long_capture::{FullRateExtremes, LongCapture};
 pub use long_record::LongRecordAnalysis;
 pub use record::Record;
-pub use repeat_hits::{HitAgreement, KnownScatter, RepeatHits};
+pub use repeat_hits::{ELSEWHERE, HitAgreement, KnownScatter, RepeatHits};
 pub use rest_statistics::RestStatistics;
 pub use samples::Samples;
 pub use spectra::{Spectra, bins_of_band};

@@ -150,12 +150,6 @@ impl Record {
         }
     }
 
-    /// Lends all codes as memory, which discards the record.
-    pub fn lend(&mut self) -> &mut [u16] {
-        self.clear();
-        self.scans.as_flattened_mut()
-    }
-
     /// Number of scans in the record.
     pub fn len(&self) -> usize {
         self.rows.filled
@@ -423,8 +417,6 @@ mod tests {
                 let row = 10_000 + usize::from(rows) - PRE_TRIGGER_SCANS + place;
                 assert_eq!((usize::from(scan[0]), usize::from(scan[9])), (force, row));
             }
-            assert_eq!(record.lend().len(), RECORD_SCANS * CHANNELS);
-            assert!(record.is_empty());
         }
     }
 

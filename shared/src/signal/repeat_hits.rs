@@ -21,7 +21,7 @@ const AGREES: f64 = 0.15;
 /// body the other way is two.
 const DISAGREES: f64 = 1.0;
 /// A hit that disagrees and is further away than this relative distance may have landed elsewhere.
-const ELSEWHERE: f64 = 0.3;
+pub const ELSEWHERE: f64 = 0.3;
 /// A hit whose distance exceeds the scatter by this factor is an outlier.
 const TIMES_SCATTER: f64 = 5.0;
 /// Expected relative scatter before any hit, with the weight of one hit.

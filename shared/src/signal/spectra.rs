@@ -82,17 +82,6 @@ impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, B
         }
     }
 
-    /// Lends the memory of cross and response spectra, which discards the hits.
-    pub fn lend(&mut self) -> (&mut [Complex<R>], &mut [R]) {
-        self.hits = 0;
-        (self.cross.as_flattened_mut(), self.response.as_flattened_mut())
-    }
-
-    /// What has been put into the memory of the cross spectra that was lent.
-    pub fn lent(&self) -> &[Complex<R>] {
-        self.cross.as_flattened()
-    }
-
     /// Number of hits averaged.
     pub fn hits(&self) -> u16 {
         self.hits

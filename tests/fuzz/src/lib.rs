@@ -16,10 +16,11 @@ use massline_protocol::event::{HitEvent, ScanBlock};
 use massline_protocol::frame::{Deframer, FrameError};
 use massline_protocol::lines::split_dof;
 use massline_protocol::message::{
-    CommandRequest, Identity, LayoutAnswer, Refusal, ResultPage, Stats, Status,
+    Identity, LayoutAnswer, Refusal, ResultPage, StartRequest, Stats, Status,
 };
 use massline_protocol::object::{Chunk, ChunkRequest, DofResult, MeasurementResult, ObjectInfo};
 use massline_shared::layout::LayoutReport;
+use massline_shared::measurement::campaign::Command;
 use massline_shared::signal::expand_response;
 
 /// A target: its name, which is also the name of its corpus, and the function.
@@ -54,7 +55,8 @@ pub fn fuzz_deframer(bytes: &[u8]) {
         let _ = postcard::from_bytes::<LayoutAnswer>(&body).is_ok();
         let _ =
             postcard::from_bytes::<massline_shared::calibration::CalibrationRecord>(&body).is_ok();
-        let _ = postcard::from_bytes::<CommandRequest>(&body).is_ok();
+        let _ = postcard::from_bytes::<StartRequest>(&body).is_ok();
+        let _ = postcard::from_bytes::<Command>(&body).is_ok();
         let _ = postcard::from_bytes::<ObjectInfo>(&body).is_ok();
         let _ = postcard::from_bytes::<ChunkRequest>(&body).is_ok();
         let _ = postcard::from_bytes::<Chunk>(&body).is_ok();

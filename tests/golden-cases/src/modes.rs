@@ -5,8 +5,8 @@ use massline_shared::identify::conti_bretl::body_from_shapes;
 use massline_shared::identify::suspension::FEWEST_MODES;
 use massline_shared::identify::toivola_nuutila::solve_orthogonality;
 use massline_shared::modes::{
-    Mode, Motions, OriginResponses, best_force, identify_modes, norm_indicator, reduce_line,
-    shape_of_force, shape_of_forces,
+    Mode, OriginResponses, best_force, identify_modes, norm_indicator, reduce_line, shape_of_force,
+    shape_of_forces,
 };
 use massline_shared::{FrequencyResponses, Real};
 use nalgebra::{Complex, Matrix6, Vector3, Vector6};
@@ -113,7 +113,6 @@ pub(crate) fn run_identification<R: Real>(check: &mut Check<'_, '_, R>) -> Optio
     let forces: heapless::Vec<Vector6<R>, MOST_FORCES> =
         layout.hits.iter().map(|hit| hit.unit_force(&origin)).collect();
     let length = layout.characteristic_length();
-    let motions = Motions::Full(motions);
     let responses = OriginResponses { s: &s, motions, sigma: &sigma, forces: &forces, length };
     let modes = identify_modes(&responses, MODES)?.modes;
     let numbers =

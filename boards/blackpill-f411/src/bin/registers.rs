@@ -25,10 +25,12 @@ mod firmware {
     use embassy_stm32::pac::flash::regs::Acr;
     use embassy_stm32::pac::flash::vals::Latency;
     use embassy_stm32::pac::pwr::Pwr;
+    use embassy_stm32::pac::rcc::Rcc;
+    use embassy_stm32::pac::rcc::vals::Sw;
     use massline_blackpill_f411::chip::flash_interface::{
         drop_cached, empty_and_on, enable_caches,
     };
-    use massline_blackpill_f411::chip::{registers, supply};
+    use massline_blackpill_f411::chip::{internal_clock, registers, supply};
     use massline_blackpill_f411::plan::{INPUTS, RANKS};
 
     use super::ram_registers::RamRegisters;
@@ -38,6 +40,7 @@ mod firmware {
     fn main() -> ! {
         adc();
         flash();
+        clock_of_the_boot_loader();
         read_back::dead_or_alive_crystal();
         read_back::period_of_the_watchdog();
         levels_of_supply();
@@ -89,6 +92,19 @@ mod firmware {
         assert_eq!(register.latency(), Latency::WS3, "wait states");
         assert!(register.icen() && register.dcen() && register.prften(), "caches and prefetch");
         assert!(!(register.icrst() || register.dcrst()), "caches are not held empty");
+    }
+
+    /// What the boot loader leaves: the core runs from the PLL.
+    fn clock_of_the_boot_loader() {
+        static RCC: RamRegisters = RamRegisters::new();
+        // SAFETY: as above.
+        let rcc = unsafe { Rcc::from_ptr(RCC.address()) };
+        rcc.cr().modify(|w| w.set_pllon(true));
+        rcc.cfgr().modify(|w| w.set_sw(Sw::PLL1_P));
+        internal_clock::select(rcc);
+        assert!(rcc.cr().read().hsion() && !rcc.cr().read().pllon(), "the PLL is stopped");
+        assert_eq!(rcc.cfgr().read().sw(), Sw::HSI, "the core runs from the internal oscillator");
+        hprintln!("clock at the start: {:?}", rcc.cfgr().read().sw());
     }
 
     fn levels_of_supply() {

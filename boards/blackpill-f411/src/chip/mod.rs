@@ -4,6 +4,7 @@ pub mod adc;
 #[path = "../../../cortex-m/stm32/crystal.rs"]
 pub mod crystal;
 pub mod flash_interface;
+pub mod internal_clock;
 mod panel;
 pub mod registers;
 #[path = "../../../cortex-m/armv7m/stack_guard.rs"]
@@ -23,15 +24,18 @@ use massline_cortex_m::boot::ResetFlags;
 use massline_cortex_m::flash::{Supervisor, Window};
 use massline_cortex_m::panel::{ActiveLow, Wiring};
 use massline_cortex_m::rig::{self, Rig, Watchdog as _};
-use massline_cortex_m::stack;
+use massline_cortex_m::ticks::TICK_HZ;
+use massline_cortex_m::{stack, ticks};
 use massline_firmware::board::Clock;
 use static_cell::StaticCell;
 use supply::SUPPLY;
 
 use crate::facts::{FLASH_SELECT, NAME, STORE};
-use crate::time::TICK_HZ;
+use crate::plan::{CORE_HZ, LONGEST_ERASE_US};
 
-const _: () = assert!(embassy_time::TICK_HZ == TICK_HZ as u64, "the clock is that of `time`");
+const _: () = assert!((CORE_HZ as u64).is_multiple_of(TICK_HZ), "the clock is exact");
+const _: () = assert!(CORE_HZ as u64 / TICK_HZ <= 0x1_0000, "the prescaler has 16 bits");
+const _: () = assert!(ticks::outlast(TICK_HZ, LONGEST_ERASE_US), "no time is lost in an erase");
 
 /// The store's part of the flash.
 pub type Store = Window<flash::Bank1Region1<'static, flash::Blocking>, Caches>;
@@ -69,6 +73,7 @@ async fn run(parts: Parts) {
 /// Initialises the chip. To be called once.
 pub fn parts() -> Parts {
     stack_guard::set();
+    internal_clock::select(pac::RCC);
     let clock = crystal::start(pac::RCC);
     let info = rig::info(NAME, FLASH_SELECT, reset_flags(), clock, SUPPLY);
     let p: Peripherals = embassy_stm32::init(clocks(clock));

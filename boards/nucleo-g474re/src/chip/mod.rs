@@ -23,14 +23,18 @@ use massline_cortex_m::boot::ResetFlags;
 use massline_cortex_m::flash::Window;
 use massline_cortex_m::panel::Wiring;
 use massline_cortex_m::rig::{self, Rig, Watchdog as _};
-use massline_cortex_m::stack;
 use massline_cortex_m::twin::{ActiveLink, TwinLink};
+use massline_cortex_m::{stack, ticks};
 use massline_firmware::board::Clock;
 use static_cell::StaticCell;
 use supply::SUPPLY;
 
 use crate::STORE_IN_BANK_2;
 use crate::facts::{FLASH_SELECT, NAME};
+use crate::plan::LONGEST_ERASE_US;
+
+const _: () =
+    assert!(ticks::outlast(ticks::TICK_HZ, LONGEST_ERASE_US), "no time is lost in an erase");
 
 /// The store's part of the flash.
 pub type Store = Window<flash::Bank2Region<'static, flash::Blocking>, ecc::Ecc>;

@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::settings::refusal;
-use crate::renamed_keys::{RenamedKey, plain};
+use crate::toml_message::plain;
 
 /// What is wrong with a bench file, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -57,9 +57,7 @@ impl<'a> Located<'a> {
     /// Deserialises the text as `T`.
     pub(super) fn deserialize<T: DeserializeOwned>(&self) -> Result<T, BenchFileError> {
         toml::from_str(self.text).map_err(|e: toml::de::Error| {
-            let renamed = RenamedKey::first_in(self.text);
-            let span = renamed.as_ref().map(|key| key.span.clone()).or(e.span());
-            let offset = span.map_or(0, |s| s.start);
+            let offset = e.span().map_or(0, |span| span.start);
             let mut places = Vec::new();
             walk_table(self.root.get_ref(), "", &mut places);
             // The innermost key is the one with the longest path among those that contain the offset.
@@ -73,8 +71,7 @@ impl<'a> Located<'a> {
                 file: self.file.to_string(),
                 line: line_number(self.text, offset),
                 key,
-                message: renamed
-                    .map_or_else(|| plain(e.message()).to_string(), |key| key.message()),
+                message: plain(e.message()).to_string(),
             }
         })
     }

@@ -21,10 +21,11 @@ use super::menu::{Action, Menu, Screen};
 use super::modal::ModalState;
 use super::pace::TimeEstimator;
 use super::refused::Refused;
-use super::summary::{self, Page};
+use super::summary;
 use super::{Button, Cue, PanelModel, cues};
 use crate::deadline::Deadline;
 use crate::rig::Rig;
+use crate::screen_setting::ScreenSetting;
 use crate::store::{LAYOUTS, LayoutHandle, RESULTS, ResultHandle, Shortage, Store};
 
 /// An action that needs the flash.
@@ -32,8 +33,8 @@ use crate::store::{LAYOUTS, LayoutHandle, RESULTS, ResultHandle, Shortage, Store
 pub(super) enum PendingAction {
     /// Start a campaign; the store is asked whether it has room.
     Start(Object),
-    /// Read a result with what a page of it shows; the flag is true when it was not open before.
-    Open(ResultHandle, Page, bool),
+    /// Read a result.
+    Open(ResultHandle),
     Delete(u32),
     /// Begin a self-test; the store says whether the sensors are known.
     SelfTest,
@@ -41,6 +42,7 @@ pub(super) enum PendingAction {
     UseProfile(TestProfile),
     SolveBlock,
     KeepCalibration,
+    UseScreen(ScreenSetting),
 }
 
 /// The parts of the loop that do not wait. They are plain functions, because the code of an async function
@@ -68,7 +70,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
             self.menu.follow(&model);
         }
         self.pace.follow(&model, Instant::now());
-        model.seconds_left = self.pace.seconds_left(&model, Instant::now());
+        model.seconds_left = self.pace.seconds_left(&model);
         let record_ms = 1e3 * ringing_s(self.rig.measurement.borrow().adc());
         let record = Duration::from_millis(record_ms as u64);
         model.ringing_left = self.pace.ringing_left(record, Instant::now());
@@ -122,18 +124,15 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
             at_rest,
             info: &rig.info,
             stats,
+            screen: store.screen(),
         };
         draw(&view, screen);
     }
 
     /// Handles a button; returns the action that needs the flash, if any.
     pub(super) fn press(&mut self, button: Button) -> Option<PendingAction> {
-        let shown = self.page();
-        let done = match self.menu.press(button, &self.before) {
-            Some(action) => self.act(action),
-            None => self.turned(shown),
-        };
-        match done {
+        let action = self.menu.press(button, &self.before)?;
+        match self.act(action) {
             Ok(pending) => pending,
             Err(reason) => {
                 self.menu.refuse(reason);
@@ -200,6 +199,10 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
             }
             Action::SolveBlock => return self.when_idle(PendingAction::SolveBlock),
             Action::KeepCalibration => return self.when_idle(PendingAction::KeepCalibration),
+            Action::NextScreen => {
+                let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
+                return self.when_idle(PendingAction::UseScreen(store.screen().next()));
+            }
         }
         Ok(None)
     }
@@ -219,22 +222,6 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         } else {
             Err(Refused::WrongPhase)
         }
-    }
-
-    /// After a press that may have turned from this page: what the new one shows has to be read.
-    fn turned(&self, from: Option<(u32, Page)>) -> Result<Option<PendingAction>, Refused> {
-        let Some((number, page)) = self.page().filter(|page| Some(*page) != from) else {
-            return Ok(None);
-        };
-        let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
-        let stored = store.find(number).ok_or(Refused::NotFound)?;
-        Ok(page.has_detail().then_some(PendingAction::Open(stored, page, false)))
-    }
-
-    /// Number of the open result, and its page on the screen.
-    fn page(&self) -> Option<(u32, Page)> {
-        let summary = self.modal.summary().filter(|_| self.menu.screen() == Screen::Result)?;
-        Some((summary.number, summary.page(self.menu.cursor())))
     }
 
     /// Starts a campaign, for which the store lacks `shortage`.
@@ -258,9 +245,9 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
     }
 }
 
-/// Opens this result at its first page.
+/// Opens this result.
 fn open(stored: Option<ResultHandle>) -> Result<Option<PendingAction>, Refused> {
-    Ok(Some(PendingAction::Open(stored.ok_or(Refused::NotFound)?, Page::Mass, true)))
+    Ok(Some(PendingAction::Open(stored.ok_or(Refused::NotFound)?)))
 }
 
 /// The stored layouts.

@@ -4,14 +4,14 @@ use core::fmt::Write as _;
 use massline_shared::measurement::campaign::Phase;
 
 use embedded_graphics::prelude::*;
-use massline_shared::diagnosis::Diagnostic;
+use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::TestProfile;
-use massline_shared::signal::CHANNELS;
+use massline_shared::signal::{CHANNELS, ELSEWHERE, Swing};
 
 use super::View;
 use super::canvas::{Canvas, SIZE, Screen, clipped, text, top};
 use super::{lists, precision, sketch};
-use crate::panel::number::{Text, decimals_for, fitting};
+use crate::panel::number::{Text, decimals_for, fitting, percent};
 use crate::panel::{PanelModel, words};
 
 /// Position and size of the sketch.
@@ -32,6 +32,7 @@ pub(super) fn draw<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
             }
             match precision::after_a_dof(model) {
                 Some(line) => canvas.bar(53, &line),
+                None if model.is_swing_shown() && model.phase == Phase::Armed => {}
                 None => levels(canvas, model),
             }
         }
@@ -45,24 +46,16 @@ pub(super) fn draw<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
             lists::entries(canvas, view, &title);
         }
         Phase::Solving => {
-            canvas.title("Computing", &model.computed.map_or_else(Text::new, |_| time_left(model)));
-            match model.computed {
-                None => canvas.lines(1, "The ten properties\nare being computed."),
-                Some(percent) => computing(canvas, percent),
-            }
+            let (title, words) = match model.profile {
+                TestProfile::MassLine => ("Computing", "The ten properties\nare being computed."),
+                TestProfile::Suspension => ("Storing", "The last place is\nbeing stored."),
+            };
+            canvas.title(title, "");
+            canvas.lines(1, words);
         }
         Phase::TargetReached => precision::target_reached(canvas, model),
         Phase::Done => done(canvas, model),
     }
-}
-
-/// The computation of the suspension modes, which takes long.
-fn computing<D: Screen>(canvas: &mut Canvas<'_, D>, percent: u8) {
-    let share = u32::from(percent.min(100)) * SIZE.width / 100;
-    canvas.fill(0, 12, share as i32, 1);
-    canvas.lines(0, "Suspension modes, the\nten properties, and\nhow certain they are.");
-    canvas.format(3, format_args!("{percent} % done"));
-    canvas.line(4, "Back: stop");
 }
 
 fn prepared<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
@@ -94,15 +87,26 @@ fn guided<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
         None if model.profile == TestProfile::Suspension => text(format_args!("Hit when still")),
         None => text(format_args!("Hit now")),
     };
-    let time = time_left(model);
-    let fits = said.len() + time.len() < words::WIDTH;
-    canvas.title(&said, if fits { &time } else { "" });
+    let count = text(format_args!("{}/{}", next_hit(model), model.wanted));
+    let swing = model.verdict.and_then(|verdict| verdict.swing);
+    let beside = if swing.is_some() { count.clone() } else { time_left(model) };
+    let fits = said.len() + beside.len() < words::WIDTH;
+    canvas.title(&said, if fits { &beside } else { "" });
     progress(canvas, model);
     canvas.big(0, 14, &place(model));
-    let number = model.dof.map_or(0, |(index, _)| index + 1);
-    canvas.text(0, 33, &text(format_args!("place {number}/{}", model.dofs)));
-    let hit = || text(format_args!("hit {}/{}", next_hit(model), model.wanted));
-    canvas.text(0, 42, &precision::place_that_helps(model).unwrap_or_else(hit));
+    match swing {
+        Some(Swing { rest, remainder, .. }) => {
+            let percent = |share: f32| fitting(100.0 * share, 2, 4);
+            canvas.text(0, 33, &text(format_args!("rest {}%", percent(rest))));
+            canvas.text(0, 42, &text(format_args!("left {}%", percent(remainder))));
+        }
+        None => {
+            let number = model.dof.map_or(0, |(index, _)| index + 1);
+            canvas.text(0, 33, &text(format_args!("place {number}/{}", model.dofs)));
+            let hit = || text(format_args!("hit {count}"));
+            canvas.text(0, 42, &precision::place_that_helps(model).unwrap_or_else(hit));
+        }
+    }
     let current = model.dof.map(|(index, _)| usize::from(index));
     if let Some(layout) = view.layout {
         sketch::draw(canvas, layout, current, SKETCH.0, SKETCH.1);
@@ -134,7 +138,24 @@ fn said_of_hit<D: Screen>(
     canvas.title(title, if fits { &hit } else { "" });
     progress(canvas, model);
     canvas.lines(0, found.code.words());
-    canvas.text(0, 43, &words::subject(found, view.layout));
+    canvas.text(0, 43, &difference(found).unwrap_or_else(|| words::subject(found, view.layout)));
+    if let Some(swing) = model.verdict.and_then(|verdict| verdict.swing) {
+        canvas.bar(53, &still(swing));
+    }
+}
+
+/// How still the object hung before a hit, and how much of its response the record cut off.
+fn still(swing: Swing) -> Text {
+    let percent = |share: f32| fitting(100.0 * share, 2, 4);
+    text(format_args!("rest {}% left {}%", percent(swing.rest), percent(swing.remainder)))
+}
+
+/// How far a hit that may have landed elsewhere is from its repeat hits, and the limit that it exceeds.
+fn difference(found: &Diagnostic) -> Option<Text> {
+    (found.code == Code::HitElsewhere).then(|| {
+        let limit = ELSEWHERE as f32;
+        text(format_args!("{} off, over {}", percent(found.value), percent(limit)))
+    })
 }
 
 /// Progress bar of the campaign, under the title.
@@ -179,6 +200,11 @@ fn done<D: Screen>(canvas: &mut Canvas<'_, D>, model: &PanelModel) {
             }
             canvas.line(3, "OK: all properties");
         }
+        None if model.has_lines() => {
+            canvas.big(0, top(0), "Measured");
+            canvas.line(2, "The program solves it.");
+            canvas.line(3, "OK: how");
+        }
         None => {
             canvas.big(0, top(0), "No answer");
             canvas.line(3, "OK: why");
@@ -200,8 +226,8 @@ fn next_hit(model: &PanelModel) -> u8 {
 /// What a hit is judged by: its impulse in the suspension profile, else its peak force.
 fn strength(model: &PanelModel) -> Text {
     let Some(verdict) = model.verdict else { return Text::new() };
-    match verdict.impulse {
-        Some(impulse) => text(format_args!("{} N s", fitting(impulse, 2, 6))),
+    match verdict.swing {
+        Some(swing) => text(format_args!("{} N s", fitting(swing.impulse, 2, 6))),
         None => text(format_args!("{} N", fitting(verdict.peak_force, 0, 6))),
     }
 }

@@ -7,7 +7,7 @@ use massline_shared::layout::{RigLayout, TestProfile};
 
 use super::canvas::{Canvas, Screen, clipped, text, wrapped};
 use super::{LayoutLine, View};
-use crate::panel::menu::{ABOUT_PAGES, Question};
+use crate::panel::menu::{ABOUT_PAGES, Question, SCREEN_PAGE};
 use crate::panel::number::{Text, fixed};
 use crate::panel::refused::Refused;
 use crate::panel::words;
@@ -121,6 +121,10 @@ pub(super) fn about<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
             canvas.pair(4, "broken frames", &text(format_args!("{}", stats.frames_broken)));
         }
         2 => hardware(canvas, view),
+        SCREEN_PAGE => {
+            canvas.pair(0, "screen", view.screen.name());
+            canvas.lines(2, "Shifted by 2 columns?\nOK: another type");
+        }
         _ if info.last_panic.is_empty() => canvas.line(0, "No panic before this."),
         _ => {
             canvas.line(0, "Last panic:");

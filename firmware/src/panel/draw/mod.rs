@@ -5,7 +5,6 @@ mod campaign;
 pub mod canvas;
 mod figures;
 mod lists;
-mod modes;
 mod precision;
 mod result;
 mod safe_mode;
@@ -23,6 +22,7 @@ use super::PanelModel;
 use super::menu::{Menu, Screen};
 use super::summary::Summary;
 use crate::info::BoardInfo;
+use crate::screen_setting::ScreenSetting;
 
 /// Everything that a screen may show.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +49,8 @@ pub struct View<'a> {
     pub info: &'a BoardInfo,
     /// Counters of the rig.
     pub stats: &'a Stats,
+    /// Which controller the screen has.
+    pub screen: ScreenSetting,
 }
 
 /// One line of the list of layouts.

@@ -1,15 +1,15 @@
 //! The list of stored results, and the pages of one result.
 
 use massline_protocol::message::ResultEntry;
-use massline_shared::identify::Estimate;
+use massline_shared::identify::{Estimate, Verdict};
 use massline_shared::layout::{HitUncertainty, RigLayout};
 
 use super::View;
 use super::canvas::{Canvas, Screen, text};
 use super::figures::{quantity, symbol};
-use super::{lists, modes};
+use super::lists;
 use crate::panel::number::{Text, decimals_for, fitting, percent};
-use crate::panel::summary::{Detail, Page, Summary};
+use crate::panel::summary::{Page, Summary};
 
 /// Millimeters of a meter, gram square meters of a kilogram square meter.
 const MILLI: f32 = 1000.0;
@@ -47,48 +47,47 @@ pub(super) fn page<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
         (Page::Finding(finding), _) => finding_page(canvas, view, summary, finding, &pages),
         (Page::NoAnswer, _) => canvas.lines(0, "No answer: the next\npages say why."),
         (Page::Mass, Some(answer)) => {
-            property(canvas, answer, 0, 0, 1.0, "kg");
-            (1..4).for_each(|k| property(canvas, answer, k, k, MILLI, "mm"));
+            canvas.line(0, summary.verdict.map_or("", of_verdict));
+            property(canvas, answer, 1, 0, 1.0, "kg");
+            (1..4).for_each(|k| property(canvas, answer, 1 + k, k, MILLI, "mm"));
         }
         (Page::Moments, Some(answer)) => inertia(canvas, answer, 4),
         (Page::Products, Some(answer)) => inertia(canvas, answer, 7),
         (Page::Principal, Some(answer)) => principal(canvas, answer),
         (Page::Limits, Some(answer)) => limits(canvas, answer),
         (Page::Budget, Some(answer)) => budget(canvas, answer, own_layout(view, summary)),
-        _ => detail(canvas, view, summary, page),
+        (Page::Lines, _) => lines(canvas, summary),
+        _ => {}
     }
 }
 
 fn title(page: Page, summary: &Summary) -> Text {
     match page {
-        Page::NoAnswer | Page::Mass => text(format_args!("Result {}", summary.number)),
+        Page::NoAnswer | Page::Lines | Page::Mass => {
+            text(format_args!("Result {}", summary.number))
+        }
         Page::Moments | Page::Products => text(format_args!("Inertia g m\u{b2}")),
         Page::Principal => text(format_args!("Principal g m\u{b2}")),
         Page::Limits => text(format_args!("What limits it")),
         Page::Budget => text(format_args!("Error budget")),
-        Page::Mode(mode) => text(format_args!("Mode {} of {}", mode + 1, summary.modes)),
-        Page::Property(k) => modes::property_title(k.into()),
-        Page::Agreement => text(format_args!("Agreement")),
-        Page::Refusal(_) => text(format_args!("No answer of")),
         Page::Finding(_) => Text::new(),
     }
 }
 
-/// A page of the suspension modes and of the methods that use them.
-fn detail<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, summary: &Summary, page: Page) {
-    let layout = own_layout(view, summary);
-    match (page, &summary.detail) {
-        (Page::Mode(_), Detail::Mode(mode)) => {
-            let body = summary.answer.as_ref().map(|answer| &answer.body);
-            modes::mode(canvas, mode, body, layout, summary.dofs_with_lines);
-        }
-        (Page::Property(k), Detail::Property { each, combined }) => {
-            modes::property(canvas, k.into(), each, *combined);
-        }
-        (Page::Agreement, Detail::Agreement(agreement)) => modes::agreement(canvas, agreement),
-        (Page::Refusal(_), Detail::Refusal(refusal)) => modes::refusal(canvas, refusal, layout),
-        _ => {}
+/// Whether an answer can be used.
+fn of_verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Good => "Verdict: good",
+        Verdict::UseWithCare => "Use with care",
+        Verdict::DoNotUse => "Do not use",
     }
+}
+
+/// Lines that are stored: the program solves them.
+fn lines<D: Screen>(canvas: &mut Canvas<'_, D>, summary: &Summary) {
+    canvas.format(0, format_args!("{} places stored.", summary.places_with_lines));
+    canvas.lines(1, "The program solves it:\nmassline");
+    canvas.format(3, format_args!("results get {}", summary.number));
 }
 
 fn inertia<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>, first: usize) {

@@ -83,10 +83,7 @@ fn suits(action: Action, model: &PanelModel) -> bool {
     match action {
         Action::Start => matches!(phase, Phase::Idle | Phase::Done),
         Action::Command(C::Accept | C::Reject) => phase == Phase::Confirming,
-        Action::Command(C::Pause) => {
-            matches!(phase, Phase::Armed | Phase::Busy)
-                || phase == Phase::Solving && model.computed.is_some()
-        }
+        Action::Command(C::Pause) => matches!(phase, Phase::Armed | Phase::Busy),
         Action::Command(C::Redo | C::Skip | C::Resume | C::Abort) => phase == Phase::Paused,
         Action::Command(C::Undo) => phase == Phase::Paused && model.averaged > 0,
         Action::Command(C::Finish) => phase == Phase::Paused && model.accepted > 0,
@@ -108,6 +105,8 @@ fn suits(action: Action, model: &PanelModel) -> bool {
             matches!(model.calibration_wizard, CalibrationWizard::Proposed(_))
         }
         Action::CancelCalibration => model.calibration_wizard != CalibrationWizard::Off,
+        // Any phase: the rig refuses it while something is measured.
+        Action::NextScreen => true,
     }
 }
 
@@ -301,6 +300,7 @@ fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Me
         }
         Action::UseLayout(_) => std::vec![(menu, *model)],
         Action::UseProfile(_) => std::vec![(at(Screen::Measure), *model)],
+        Action::NextScreen => std::vec![(menu, *model), refused(Refused::WrongPhase)],
     }
 }
 

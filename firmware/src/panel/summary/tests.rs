@@ -70,9 +70,6 @@ fn result(dofs: usize, estimates: usize, said: usize) -> MeasurementResult {
         dofs: (0..dofs).map(dof).collect(),
         lines: Default::default(),
         estimates: methods.into_iter().take(estimates).map(estimate).collect(),
-        modes: Default::default(),
-        refusals: Default::default(),
-        agreement: None,
         diagnostics: (0..said)
             .map(|_| Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0))
             .collect(),
@@ -80,10 +77,10 @@ fn result(dofs: usize, estimates: usize, said: usize) -> MeasurementResult {
 }
 
 /// Parses the result in pieces, as it is read from the flash.
-fn walk(result: &MeasurementResult, page: Page) -> Result<Summary, StoreError> {
+fn walk(result: &MeasurementResult) -> Result<Summary, StoreError> {
     let mut bytes = std::vec![0; 8192];
     let length = postcard::to_slice(result, &mut bytes).unwrap().len();
-    let mut walk = Walk::new(page);
+    let mut walk = Walk::new();
     while walk.stage != Stage::Done {
         let rest: Vec<u8> = bytes[..length].iter().copied().skip(walk.at).take(PIECE).collect();
         let mut piece = [0; PIECE];
@@ -96,7 +93,7 @@ fn walk(result: &MeasurementResult, page: Page) -> Result<Summary, StoreError> {
 
 #[test]
 fn the_largest_result_is_read_in_pieces() {
-    let summary = walk(&result(RIG_HITS, 2, 16), Page::Mass).unwrap();
+    let summary = walk(&result(RIG_HITS, 2, 16)).unwrap();
     assert_eq!((summary.number, summary.layout_hash), (u32::MAX, 7));
     assert_eq!(summary.answer.unwrap().method, Method::MaximumLikelihood);
     // The diagnostics of the estimate come first and fill the list.
@@ -104,22 +101,30 @@ fn the_largest_result_is_read_in_pieces() {
 }
 
 #[test]
+fn a_result_has_the_verdict_of_all_that_was_found() {
+    let verdict = |result: &MeasurementResult| walk(result).unwrap().verdict;
+    assert_eq!(verdict(&result(3, 2, 0)), Some(Verdict::Good));
+    // A warning of the campaign for which there is no room among the findings.
+    assert_eq!(verdict(&result(3, 2, 1)), Some(Verdict::UseWithCare));
+    // Maximum likelihood was tried and has failed.
+    let mut one_method = result(3, 2, 1);
+    one_method.estimates.remove(0);
+    assert_eq!(verdict(&one_method), Some(Verdict::Good));
+    one_method.diagnostics[0].code = Code::NotConverged;
+    assert_eq!(verdict(&one_method), Some(Verdict::DoNotUse));
+    assert_eq!(verdict(&result(0, 0, 2)), None);
+}
+
+#[test]
 fn a_result_without_an_answer_has_what_was_said() {
-    let summary = walk(&result(0, 0, 2), Page::Mass).unwrap();
+    let summary = walk(&result(0, 0, 2)).unwrap();
     assert_eq!(summary.answer, None);
     assert_eq!(summary.findings.len(), 2);
     assert_eq!(summary.pages(), 3);
 }
 
-/// A result of the suspension profile with three answers.
-fn of_modes() -> MeasurementResult {
-    let mode = |k: u8| StoredMode {
-        frequency_hz: f32::from(k) + 2.5,
-        damping_ratio: 0.01,
-        shape: [0.2; 6],
-        sigma: [0.001; 8],
-        complexity: 0.01,
-    };
+#[test]
+fn a_result_of_the_suspension_profile_says_that_the_program_solves_it() {
     let line = |index| LinesHead {
         dof: "65535:-Z".parse().unwrap(),
         index,
@@ -129,63 +134,16 @@ fn of_modes() -> MeasurementResult {
         mean_squared: 1.0,
         scatter_squared: 0.1,
     };
-    let reason = Diagnostic::whole(Code::DampingNotViscous, Severity::Error, 3.0);
-    let methods = [Method::ToivolaNuutila, Method::ContiBretl, Method::Dppim];
-    MeasurementResult {
-        lines: [0, 2, 3].into_iter().map(line).collect(),
-        estimates: methods.into_iter().map(estimate).collect(),
-        modes: (0..6).map(mode).collect(),
-        refusals: [StoredRefusal { method: 7, reason: (&reason).into() }].into_iter().collect(),
-        agreement: Some(StoredAgreement {
-            properties: [7.5; 10],
-            sigma: [0.25; 10],
-            off: Default::default(),
-            differ: false,
-            largest: None,
-        }),
-        ..result(0, 0, 2)
-    }
-}
-
-#[test]
-fn the_pages_of_a_result_by_modes_are_read_when_they_are_turned_to() {
-    let stored = of_modes();
-    let summary = walk(&stored, Page::Mass).unwrap();
-    assert_eq!(summary.detail, Detail::Nothing);
-    assert_eq!(summary.dofs_with_lines, 0b1101);
+    let lines = [0, 2, 3].into_iter().map(line).collect();
+    let summary = walk(&MeasurementResult { lines, ..result(0, 0, 2) }).unwrap();
+    assert_eq!(summary.places_with_lines, 3);
     let pages: Vec<Page> = (0..summary.pages()).map(|place| summary.page(place)).collect();
-    // Five of the answer, six modes, ten properties, the agreement, a refusal, sixteen findings.
-    assert_eq!(pages.len(), 39);
-    assert_eq!(pages[4..7], [Page::Limits, Page::Mode(0), Page::Mode(1)]);
-    assert_eq!(pages[10..12], [Page::Mode(5), Page::Property(0)]);
-    assert_eq!(
-        pages[20..24],
-        [Page::Property(9), Page::Agreement, Page::Refusal(0), Page::Finding(0)]
-    );
-    for page in pages {
-        let turned = walk(&stored, page).unwrap();
-        match (page, turned.detail) {
-            (Page::Mode(k), Detail::Mode(mode)) => assert_eq!(mode, stored.modes[usize::from(k)]),
-            (Page::Property(k), Detail::Property { each, combined }) => {
-                let of = |place: usize| stored.estimates[place].properties[usize::from(k)];
-                assert!(
-                    each.iter().enumerate().all(|(place, (_, (value, _)))| *value == of(place))
-                );
-                assert_eq!((each.len(), combined), (3, Some((7.5, Some(0.25)))));
-            }
-            (Page::Agreement, Detail::Agreement(of)) => assert_eq!(Some(of), stored.agreement),
-            (Page::Refusal(0), Detail::Refusal(of)) => assert_eq!(of, stored.refusals[0]),
-            (page, detail) => {
-                assert!(!page.has_detail(), "{page:?}");
-                assert_eq!(detail, Detail::Nothing);
-            }
-        }
-    }
+    assert_eq!(pages, [Page::Lines, Page::Finding(0), Page::Finding(1)]);
 }
 
 #[test]
 fn bytes_that_are_no_result_are_refused() {
-    let mut walk = Walk::new(Page::Mass);
+    let mut walk = Walk::new();
     let refused = loop {
         if let Err(reason) = walk.take(&[0xFF; PIECE]) {
             break reason;

@@ -249,3 +249,12 @@ fn the_longest_change_fits_its_room() {
         postcard::to_slice(&change, &mut [0; MAX_SHORT_CHANGE]).expect("fits");
     }
 }
+
+#[test]
+fn the_last_statement_about_the_screen_holds_whatever_the_order_in_the_log() {
+    let says = |serial, setting| (serial, Change::Screen { setting });
+    let all = [says(7, ScreenSetting::Sh1106), says(3, ScreenSetting::Ssd1306)];
+    let contents = restarted(&all);
+    assert_eq!(contents.screen, Some((7, ScreenSetting::Sh1106)));
+    assert!(contents.is_live(7) && !contents.is_live(3));
+}

@@ -104,7 +104,7 @@ impl<F: NorFlash> Log<F> {
     };
     const PAGE: u32 = F::ERASE_SIZE as u32;
     /// Version of the log's format.
-    pub const FORMAT: u32 = 9;
+    pub const FORMAT: u32 = 1;
 
     pub fn new(flash: F) -> Self {
         Self { flash, work: Work::default(), window: None }

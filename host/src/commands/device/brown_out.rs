@@ -45,7 +45,7 @@ pub fn text(level_mv: u16) -> String {
     format!("the chip resets itself below {volts:.1} V, from the next time that it is switched on")
 }
 
-/// Sets the highest level; returns it, mV. `None` from a board that has none to set, and from older firmware.
+/// Sets the highest level; returns it, mV. `None` from a board that has none to set.
 ///
 /// # Errors
 /// Those of the client.
@@ -83,7 +83,7 @@ pub fn raise_after_start(board: &str, output: &mut Output) -> AfterStart {
         {
             return match raise(&mut client) {
                 Ok(Some(level)) => AfterStart::Raised(level),
-                Ok(None) => AfterStart::Refused("its firmware is too old".into()),
+                Ok(None) => AfterStart::Refused("it has no such level to set".into()),
                 Err(error) => AfterStart::Refused(error.to_string()),
             };
         }

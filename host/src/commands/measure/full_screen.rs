@@ -12,6 +12,7 @@ use massline_shared::measurement::campaign::Phase;
 use super::presenter::Presenter;
 use crate::client::{Client, ClientError};
 use crate::commands::keyboard::{Keyboard, no_terminal};
+use crate::document::ModesSoFar;
 use crate::error::Result;
 use crate::output::{Output, harmless};
 use crate::precision::PrecisionReport;
@@ -60,8 +61,8 @@ pub(super) struct FullScreen {
     began: Instant,
     /// Records of the suspension profile, which a rig does not give.
     has_long_records: bool,
-    /// When the levels were asked for; `None` from a rig that does not send them.
-    levels: Option<Instant>,
+    /// When the levels were asked for.
+    levels: Instant,
     /// The last hit whose record was asked for.
     record: u32,
     /// The DOF at which the link was slow.
@@ -90,7 +91,7 @@ impl FullScreen {
             calibration: calibration.clone(),
             began: Instant::now(),
             has_long_records: layout.test.profile == TestProfile::Suspension,
-            levels: Some(Instant::now()),
+            levels: Instant::now(),
             record: 0,
             slow_at: None,
             spectra: (0, 0),
@@ -105,13 +106,11 @@ impl FullScreen {
     }
 
     fn read_levels(&mut self, client: &mut Client) -> Result<()> {
-        if self.levels.is_none_or(|asked| asked.elapsed() < LEVELS) {
-            return Ok(());
-        }
-        self.levels = client.levels()?.map(|levels| {
+        if self.levels.elapsed() >= LEVELS {
+            let levels = client.levels()?;
             self.screen.update(|guide| guide.levels(levels));
-            Instant::now()
-        });
+            self.levels = Instant::now();
+        }
         Ok(())
     }
 
@@ -183,6 +182,11 @@ impl Presenter for FullScreen {
 
     fn precision(&mut self, report: &PrecisionReport<'_>) {
         self.screen.update(|guide| guide.precision(report));
+        self.screen.draw();
+    }
+
+    fn modes(&mut self, report: &ModesSoFar) {
+        self.screen.update(|guide| guide.modes(report));
         self.screen.draw();
     }
 

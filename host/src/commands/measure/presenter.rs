@@ -2,11 +2,13 @@
 
 use crossterm::event::KeyCode;
 use massline_protocol::event::HitEvent;
-use massline_protocol::message::{CampaignCommand, Reason, Status};
+use massline_protocol::message::{Reason, Status};
+use massline_shared::measurement::campaign::Command;
 
 use crate::campaign::explain_refusal;
 use crate::client::Client;
 use crate::commands::progress::Progress;
+use crate::document::ModesSoFar;
 use crate::error::Result;
 use crate::precision::PrecisionReport;
 
@@ -21,7 +23,10 @@ pub(super) trait Presenter {
     /// The precision after a further DOF.
     fn precision(&mut self, report: &PrecisionReport<'_>);
 
-    /// The hit that closed a DOF was undone: the mass lines of so many DOFs are left.
+    /// Which modes show after a further DOF, in the suspension profile.
+    fn modes(&mut self, report: &ModesSoFar);
+
+    /// The hit that closed a DOF was undone: the lines of so many DOFs are left.
     fn reopened(&mut self, measured: usize) {
         let _ = measured;
     }
@@ -54,7 +59,7 @@ pub(super) trait Presenter {
     }
 
     /// The rig refused a command.
-    fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+    fn refused(&mut self, command: Command, reason: Reason) {
         self.line(&explain_refusal(command, reason));
     }
 }
@@ -69,6 +74,10 @@ impl Presenter for Progress<'_> {
     }
 
     fn precision(&mut self, report: &PrecisionReport<'_>) {
+        Progress::line(self, &report.to_text());
+    }
+
+    fn modes(&mut self, report: &ModesSoFar) {
         Progress::line(self, &report.to_text());
     }
 

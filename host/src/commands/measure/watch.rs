@@ -3,9 +3,10 @@
 use std::time::Instant;
 
 use massline_protocol::event::HitEvent;
-use massline_protocol::message::{CampaignCommand, Reason, Status};
+use massline_protocol::lines::{CURRENT_CAMPAIGN, LinesId};
+use massline_protocol::message::{Reason, Status};
 use massline_shared::layout::RigLayout;
-use massline_shared::measurement::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Phase};
 
 use crate::archive::RecordCollection;
 use crate::campaign::{CampaignOutcome, Observer, follow, open_dof};
@@ -14,9 +15,11 @@ use crate::commands::keyboard::{self, Keyboard, Pressed};
 use crate::commands::progress::{Progress, Prompts};
 use crate::error::{Error, Result};
 use crate::hit_log::HitLog;
+use crate::modes_so_far::ModesMonitor;
 use crate::output::{Output, counted};
 use crate::precision::PrecisionMonitor;
-use crate::screen::guide::Wanted;
+use crate::rig_lines::lines_of;
+use crate::screen::guide::{AnswerSoFar, Wanted};
 use crate::spectra::{Collecting, SpectraCollection};
 
 use super::full_screen::{FullScreen, Shown};
@@ -32,6 +35,8 @@ const GOES_ON: &str =
 pub(in crate::commands) struct Watching<'a> {
     /// Reports the precision after each DOF.
     pub monitor: Option<&'a mut PrecisionMonitor>,
+    /// Reports which modes show after each DOF, in the suspension profile.
+    pub modes: Option<&'a mut ModesMonitor>,
     /// Collects the spectra.
     pub collection: Option<&'a mut SpectraCollection>,
     /// Collects the records of accepted hits, beside the spectra.
@@ -56,7 +61,8 @@ pub(in crate::commands) fn watch(
     output: &mut Output,
 ) -> Result<CampaignOutcome> {
     let interrupt = output.interrupt().clone();
-    let Watching { monitor, collection, records, log, confirm, yes, record_s, shown } = watching;
+    let Watching { monitor, modes, collection, records, log, confirm, yes, record_s, shown } =
+        watching;
     let ringing = record_s.map(Ringing::new);
     // The rig waits with every hit until what is collected and shown of it has been read. It keeps waiting when its
     // campaign is resumed in another way.
@@ -64,7 +70,12 @@ pub(in crate::commands) fn watch(
     let keyboard = output.has_keyboard().then(|| Keyboard::take(output)).transpose()?;
     let presenter: Box<dyn Presenter + '_> = match shown.zip(keyboard.as_ref()) {
         Some((shown, keyboard)) => {
-            let wanted = Wanted { estimates: monitor.is_some(), verdicts: !accepts };
+            let answer = match (&monitor, &modes) {
+                (Some(_), _) => Some(AnswerSoFar::Intervals),
+                (None, Some(_)) => Some(AnswerSoFar::Modes),
+                (None, None) => None,
+            };
+            let wanted = Wanted { answer, verdicts: !accepts };
             Box::new(FullScreen::open(shown, layout, wanted, (keyboard, output))?)
         }
         None => {
@@ -75,7 +86,8 @@ pub(in crate::commands) fn watch(
             Box::new(Progress::new(output, "hits", layout, prompts))
         }
     };
-    let mut person = Person { presenter, keyboard, monitor, yes, accepts, ringing, asked: false };
+    let mut person =
+        Person { presenter, keyboard, monitor, modes, yes, accepts, ringing, asked: false };
     let ending = match collection {
         Some(collection) => {
             let records = records.map(|records| (records, layout));
@@ -97,6 +109,7 @@ struct Person<'o> {
     presenter: Box<dyn Presenter + 'o>,
     keyboard: Option<Keyboard>,
     monitor: Option<&'o mut PrecisionMonitor>,
+    modes: Option<&'o mut ModesMonitor>,
     /// Finish at the target without asking.
     yes: bool,
     /// The program gives the verdicts.
@@ -123,6 +136,20 @@ impl Person<'_> {
         Ok(())
     }
 
+    /// Reads the lines of the DOFs that have been stored meanwhile, and reports which modes they show.
+    fn follow_modes(&mut self, client: &mut Client, status: &Status) -> Result<()> {
+        let Some(monitor) = &mut self.modes else { return Ok(()) };
+        if let Some(open) = open_dof(status)
+            && monitor.forget(open)
+        {
+            self.presenter.reopened(monitor.measured());
+        }
+        if read_new_lines(client, monitor, status, CURRENT_CAMPAIGN, |dof| dof != status.dof)? {
+            self.presenter.modes(monitor.report());
+        }
+        Ok(())
+    }
+
     /// The question at the target.
     fn question(&mut self) -> String {
         let reached = self.monitor.as_mut().map_or_else(
@@ -143,7 +170,7 @@ impl Person<'_> {
         self.keyboard.is_some() && !self.yes
     }
 
-    fn poll(&mut self, status: &Status) -> Option<CampaignCommand> {
+    fn poll(&mut self, status: &Status) -> Option<Command> {
         let keyboard = self.keyboard.as_mut()?;
         let presenter = &mut self.presenter;
         let phase = Phase::try_from(status.phase).ok();
@@ -185,6 +212,29 @@ pub(super) fn read_new(
     Ok(new)
 }
 
+/// Reads the lines of the DOFs of a result, or of the campaign, that are `closed` and not known yet; returns whether there
+/// were any.
+pub(super) fn read_new_lines(
+    client: &mut Client,
+    monitor: &mut ModesMonitor,
+    status: &Status,
+    result: u32,
+    closed: impl Fn(u8) -> bool,
+) -> Result<bool> {
+    let mut new = false;
+    for (dof, &hits) in (0..).zip(&status.accepted) {
+        if hits > 0
+            && closed(dof)
+            && !monitor.knows(dof)
+            && let Some(stored) = client.lines(LinesId { result, dof })?
+        {
+            monitor.add(lines_of(&stored));
+            new = true;
+        }
+    }
+    Ok(new)
+}
+
 fn is_at_target(status: &Status) -> bool {
     Phase::try_from(status.phase).ok() == Some(Phase::TargetReached)
 }
@@ -205,23 +255,20 @@ impl Observer for Person<'_> {
         self.presenter.hit(hit);
     }
 
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<CampaignCommand>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Command>> {
         self.asked = false;
         self.follow_precision(client, status)?;
+        self.follow_modes(client, status)?;
         let waits = Phase::try_from(status.phase).ok() == Some(Phase::Confirming);
         if let Some(ringing) = &self.ringing {
             self.presenter.ringing(ringing.left_s(Instant::now()));
         }
         self.presenter.look(client, status)?;
-        let accept = CampaignCommand::Accept;
+        let accept = Command::Accept;
         Ok(self.poll(status).or((waits && self.accepts).then_some(accept)))
     }
 
-    fn at_target(
-        &mut self,
-        client: &mut Client,
-        status: &Status,
-    ) -> Result<Option<CampaignCommand>> {
+    fn at_target(&mut self, client: &mut Client, status: &Status) -> Result<Option<Command>> {
         self.follow_precision(client, status)?;
         if !self.asked {
             self.asked = true;
@@ -232,10 +279,10 @@ impl Observer for Person<'_> {
         if self.asks() {
             return Ok(self.poll(status));
         }
-        Ok(Some(CampaignCommand::Conclude))
+        Ok(Some(Command::Conclude))
     }
 
-    fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+    fn refused(&mut self, command: Command, reason: Reason) {
         self.presenter.refused(command, reason);
     }
 }

@@ -3,8 +3,8 @@
 use std::time::{Duration, Instant};
 
 use massline_protocol::event::ScanBlock;
-use massline_protocol::message::CampaignCommand;
 use massline_shared::layout::TestProfile;
+use massline_shared::measurement::campaign::Command;
 use massline_shared::signal::{HitReport, ringing_s};
 
 use super::Recording;
@@ -143,14 +143,14 @@ impl<'r> Stream<'r> {
     }
 
     /// Applies a command of the operator; true to end the recording.
-    fn steer(&mut self, command: CampaignCommand) -> bool {
+    fn steer(&mut self, command: Command) -> bool {
         match command {
-            CampaignCommand::Abort => return true,
-            CampaignCommand::Undo => {
+            Command::Abort => return true,
+            Command::Undo => {
                 self.segments.truncate(self.before.max(self.segments.len().saturating_sub(1)));
             }
-            CampaignCommand::Redo => self.segments.truncate(self.before),
-            CampaignCommand::Skip | CampaignCommand::Finish => self.next_dof(),
+            Command::Redo => self.segments.truncate(self.before),
+            Command::Skip | Command::Finish => self.next_dof(),
             _ => {}
         }
         false

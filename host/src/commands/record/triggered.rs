@@ -1,8 +1,8 @@
 //! Records hit by hit: each record is read before its hit is accepted.
 
 use massline_protocol::event::HitEvent;
-use massline_protocol::message::{CampaignCommand, Reason, Status};
-use massline_shared::measurement::campaign::Phase;
+use massline_protocol::message::{Reason, Status};
+use massline_shared::measurement::campaign::{Command, Phase};
 use massline_shared::signal::Scan;
 
 use super::Recording;
@@ -35,7 +35,7 @@ pub(super) fn record(
     drop(recorder);
     if ending.as_ref().is_err_and(|e| !is_out_of_reach(e)) {
         // A recording cannot be resumed.
-        client.command(CampaignCommand::Abort).ok();
+        client.command(Command::Abort).ok();
     }
     match ending? {
         CampaignOutcome::Done(number) => {
@@ -44,11 +44,11 @@ pub(super) fn record(
         }
         CampaignOutcome::Stopped(status) => Err(show::stopped(&status)),
         CampaignOutcome::Restarted(status) => {
-            client.command(CampaignCommand::Abort).ok();
+            client.command(Command::Abort).ok();
             Err(restarted(&status))
         }
         CampaignOutcome::Paused(_) | CampaignOutcome::Aborted => {
-            client.command(CampaignCommand::Abort).ok();
+            client.command(Command::Abort).ok();
             Err(Error::interrupted("the recording was interrupted"))
         }
     }
@@ -93,7 +93,7 @@ impl Observer for Recorder<'_, '_> {
         self.progress.hit(hit);
     }
 
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<CampaignCommand>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Command>> {
         if Phase::try_from(status.phase).ok() != Some(Phase::Confirming) {
             return Ok(None);
         }
@@ -102,15 +102,15 @@ impl Observer for Recorder<'_, '_> {
             self.read = status.last_hit;
             self.hits += 1;
         }
-        Ok(Some(CampaignCommand::Accept))
+        Ok(Some(Command::Accept))
     }
 
     /// A recording has every DOF, whatever the target.
-    fn at_target(&mut self, _: &mut Client, _: &Status) -> Result<Option<CampaignCommand>> {
-        Ok(Some(CampaignCommand::Continue))
+    fn at_target(&mut self, _: &mut Client, _: &Status) -> Result<Option<Command>> {
+        Ok(Some(Command::Continue))
     }
 
-    fn refused(&mut self, command: CampaignCommand, reason: Reason) {
+    fn refused(&mut self, command: Command, reason: Reason) {
         self.progress.refused(command, reason);
     }
 }

@@ -10,5 +10,9 @@ use crate::error::{Error, Result};
 pub fn serve(link: HostEnd) -> Result<Served> {
     let server = PtyServer::serve(link)
         .map_err(|e| Error::internal("no_pty", format!("the system gives no pty: {e}")))?;
-    Ok(Served { port: server.path().display().to_string(), _server: Box::new(server) })
+    Ok(Served {
+        is_open_to_others: false,
+        port: server.path().display().to_string(),
+        _server: Box::new(server),
+    })
 }

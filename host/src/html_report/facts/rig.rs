@@ -4,7 +4,7 @@ use massline_shared::layout::TestProfile;
 use massline_shared::signal::{AdcProperties, PRE_TRIGGER_SCANS, RECORD_SCANS};
 
 use super::{Fact, Group, fact};
-use crate::archive::Archive;
+use crate::archive::{Archive, ArchivedSampler};
 use crate::result_file::ResultFile;
 
 /// The boards of simulated rigs: in this program, and in QEMU.
@@ -43,29 +43,22 @@ pub(super) fn group(source: &ResultFile) -> Group {
 fn of_archive(archive: &Archive) -> Vec<Fact> {
     let rig = &archive.rig;
     let changed = if rig.git_dirty { ", with changes" } else { "" };
-    let mut rows = vec![
+    let ArchivedSampler { adc, pre_trigger_scans } = &rig.sampler;
+    let rate = f64::from(adc.rate.0);
+    let record = match archive.result.profile() {
+        TestProfile::MassLine => {
+            let before = 1e3 * f64::from(*pre_trigger_scans) / rate;
+            let seconds = RECORD_SCANS as f64 / rate;
+            format!("{seconds:.3} s, {before:.0} ms of it before the hit")
+        }
+        TestProfile::Suspension => long_record(adc),
+    };
+    vec![
         fact("board", &rig.board),
         fact("firmware", format!("{} (commit {}{changed})", rig.firmware, rig.git_hash)),
-    ];
-    if let Some(sampler) = rig.sampler {
-        let rate = f64::from(sampler.adc.rate.0);
-        rows.push(fact(
-            "sampling",
-            format!("{rate:.0} scans per second, {} bits", sampler.adc.bits),
-        ));
-        rows.push(fact(
-            "record of a hit",
-            match archive.result.profile() {
-                TestProfile::MassLine => {
-                    let before = 1e3 * f64::from(sampler.pre_trigger_scans) / rate;
-                    let seconds = RECORD_SCANS as f64 / rate;
-                    format!("{seconds:.3} s, {before:.0} ms of it before the hit")
-                }
-                TestProfile::Suspension => long_record(&sampler.adc),
-            },
-        ));
-    }
-    rows
+        fact("sampling", format!("{rate:.0} scans per second, {} bits", adc.bits)),
+        fact("record of a hit", record),
+    ]
 }
 
 /// The record of a hit in the suspension profile: the force in every scan about the hit, the responses filtered and decimated.

@@ -9,6 +9,7 @@ use ratatui::widgets::{Paragraph, Wrap};
 use super::curves::{Curves, plot, stacked};
 use super::framed;
 use crate::output::Tone;
+use crate::report::swing_words;
 use crate::screen::Theme;
 use crate::screen::guide::{Guide, HitReadings};
 
@@ -36,8 +37,8 @@ pub(super) fn verdict(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
         hit.peak_force,
         hit.peak_acceleration,
     );
-    if let Some(impulse) = hit.impulse {
-        numbers += &format!(", {impulse:.2} N s");
+    if let Some(swing) = &hit.swing {
+        numbers += &format!(", {}", swing_words(swing));
     }
     let said = guide.verdict().map(|said| {
         let style = if said.tone == Tone::Good { theme.good() } else { theme.bad() };

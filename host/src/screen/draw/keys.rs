@@ -46,9 +46,6 @@ pub(super) fn of(guide: &Guide) -> &'static [&'static str] {
             &["a accept", "r reject", "p pause", "d redo", "? help", "Tab page"]
         }
         Some(Phase::TargetReached) => &["y finish", "n go on", "p pause", "? help", "Tab page"],
-        Some(Phase::Solving) if guide.computing.percent().is_some() => {
-            &["p stop computing", "? help", "Tab page"]
-        }
         Some(Phase::Solving | Phase::Done) => &["? help", "Tab page"],
         _ => {
             &["p pause", "q abort", "? help", "Tab page", "u undo", "d redo", "f finish", "s skip"]

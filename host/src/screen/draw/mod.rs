@@ -6,6 +6,7 @@ mod estimate;
 mod hit;
 mod keys;
 mod levels;
+mod modes;
 mod place;
 mod positions;
 mod sketch;
@@ -132,6 +133,7 @@ fn page(page: Page, guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: The
         Page::Hit => hit::readings(guide, frame, area, theme),
         Page::Spectra => spectra::spectra(guide, frame, area, theme),
         Page::Estimate => estimate::estimate(guide, frame, area, theme),
+        Page::Modes => modes::modes(guide, frame, area, theme),
     }
 }
 

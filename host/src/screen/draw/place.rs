@@ -46,10 +46,7 @@ pub(super) fn words(guide: &Guide) -> String {
         }
         Some(Phase::Busy | Phase::Confirming) => format!("measuring at {}", hit.dof),
         Some(Phase::TargetReached) => "target reached".into(),
-        Some(Phase::Solving) => {
-            let words = guide.computing.words();
-            words.unwrap_or_else(|| "the rig is computing the result".into())
-        }
+        Some(Phase::Solving) => "the rig is finishing the result".into(),
         Some(Phase::Paused) => "paused".into(),
         Some(Phase::Done) => "done".into(),
         Some(Phase::Idle) | None => "waiting for the rig".into(),

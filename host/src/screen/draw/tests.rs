@@ -3,6 +3,7 @@ use massline_protocol::event::HitEvent;
 use massline_shared::calibration::tumble::Position;
 use massline_shared::layout::{HostLayout, TestProfile, TestSettings};
 use massline_shared::measurement::campaign::Phase;
+use massline_shared::signal::Swing;
 use nalgebra::Vector3;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -165,12 +166,13 @@ fn a_record_of_the_suspension_profile_is_counted_down_and_its_hit_has_an_impulse
         scan: 0,
         peak_force: 96.0,
         peak_acceleration: 4.1,
-        impulse: Some(1.02),
+        swing: Some(Swing { impulse: 1.02, rest: 0.0031, remainder: 0.0008 }),
         findings: Default::default(),
     });
     assert_eq!(place::words(&guide), "measuring at 2:+Z");
     let screen = shown(&guide, [200, 60]);
-    assert!(screen.contains("2:+Z: 96.0 N, 4.1 m/s², 1.02 N s"), "{screen}");
+    let numbers = "2:+Z: 96.0 N, 4.1 m/s², 1.02 N s, moved 0.31 % before it, 0.080 % left";
+    assert!(screen.contains(numbers), "{screen}");
     assert!(screen.contains("the records of 40 s stay on the rig"), "{screen}");
     assert!(words(&guide, [80, 24]).contains("show what they give"), "it is wrapped");
 }

@@ -4,7 +4,8 @@ use massline_shared::layout::HostLayout;
 use super::*;
 use crate::layout_file::LayoutFile;
 
-pub(in crate::screen) const ALL: Wanted = Wanted { estimates: true, verdicts: true };
+pub(in crate::screen) const ALL: Wanted =
+    Wanted { answer: Some(AnswerSoFar::Intervals), verdicts: true };
 
 pub(in crate::screen) fn layout() -> HostLayout {
     let text = include_str!("../../../examples/three-bar-test-1.toml");
@@ -24,7 +25,6 @@ pub(in crate::screen) fn status(dof: u8, accepted: &[u8]) -> Status {
         layout_hash: 1,
         result: 0,
         started_unix_s: 1,
-        computed: None,
         diagnostics: Diagnostics::new(),
     }
 }

@@ -4,18 +4,15 @@ use heapless::Vec;
 use nalgebra::{SMatrix, SVector};
 
 use super::difference::{Difference, MOST_PAIRS, differences, outliers};
-use super::{JointCovariances, MOST_METHODS};
+use super::{MOST_METHODS, Propagation};
+use crate::Real;
 use crate::linalg::cholesky;
-use crate::{Progress, Real};
 
 /// Two methods may give nearly the same; this much independent error, relative to their variances, keeps their weights from
 /// growing without bound.
 const INDEPENDENT: f64 = 1e-4;
 /// Steps of the bisection for the standard deviation between methods; each halves its uncertainty.
 const BISECTIONS: usize = 30;
-
-/// In place of the next property when the comparison is done.
-const DONE: usize = 11;
 
 /// The methods compared, and the best estimate of all of them.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,22 +64,12 @@ impl Outcome {
     }
 }
 
-/// A comparison in steps between which other work can be done: one property after the other. A step is at most
-/// 1.6 million instructions on a rig.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Comparing<R> {
-    /// Places of the methods that are combined.
-    seen: Vec<usize, MOST_METHODS>,
-    found: Agreement<R>,
-    /// The next property whose standard deviation between the methods is looked for.
-    property: usize,
-}
-
-impl<R: Real> Comparing<R> {
-    /// Compares these answers, of which the places are those of the propagation. `None` with fewer than two answers.
-    pub fn new(
+impl<R: Real> Agreement<R> {
+    /// Compares and combines these answers, of which the places are those of the propagation. `None` with fewer than two
+    /// answers, or when a covariance is singular.
+    pub fn of<const M: usize>(
         answers: &[Option<SVector<R, 10>>],
-        propagation: &impl JointCovariances<R>,
+        propagation: &Propagation<R, M>,
     ) -> Option<Self> {
         let mut seen: Vec<usize, MOST_METHODS> = (0..answers.len().min(MOST_METHODS))
             .filter(|m| answers[*m].is_some() && propagation.unstable(*m).is_none())
@@ -94,54 +81,14 @@ impl<R: Real> Comparing<R> {
         let outliers = outliers(&seen, &pairs);
         seen.retain(|m| !outliers.contains(m));
         let (theta, between) = (SVector::zeros(), SVector::zeros());
-        let found = Agreement { pairs, outliers, theta, covariance: SMatrix::zeros(), between };
-        let property = if found.outcome() == Outcome::Differ { 0 } else { 10 };
-        Some(Self { seen, found, property })
-    }
-
-    /// Runs one step. Answers and propagation must be the same in every step. `None` when a covariance is singular.
-    pub fn step(
-        &mut self,
-        answers: &[Option<SVector<R, 10>>],
-        propagation: &impl JointCovariances<R>,
-    ) -> Option<Progress> {
-        let k = self.property;
-        if self.is_done() {
-            return Some(Progress::Done);
+        let mut found = Self { pairs, outliers, theta, covariance: SMatrix::zeros(), between };
+        if found.outcome() == Outcome::Differ {
+            for k in 0..10 {
+                found.between[k] = between_methods(&seen, k, answers, propagation)?;
+            }
         }
-        if k < 10 {
-            self.found.between[k] = between_methods(&self.seen, k, answers, propagation)?;
-            self.property += 1;
-            return Some(Progress::Going);
-        }
-        let between = &self.found.between;
-        (self.found.theta, self.found.covariance) =
-            combined(&self.seen, answers, propagation, between)?;
-        self.property = DONE;
-        Some(Progress::Done)
-    }
-
-    /// True when the combined estimate is known.
-    pub fn is_done(&self) -> bool {
-        self.property == DONE
-    }
-
-    /// How the methods agree, when the comparison is done.
-    pub fn found(&self) -> &Agreement<R> {
-        &self.found
-    }
-}
-
-impl<R: Real> Agreement<R> {
-    /// Compares and combines these answers, of which the places are those of the propagation. `None` with fewer than two
-    /// answers, or when a covariance is singular.
-    pub fn of(
-        answers: &[Option<SVector<R, 10>>],
-        propagation: &impl JointCovariances<R>,
-    ) -> Option<Self> {
-        let mut comparing = Comparing::new(answers, propagation)?;
-        while comparing.step(answers, propagation)? == Progress::Going {}
-        Some(comparing.found)
+        (found.theta, found.covariance) = combined(&seen, answers, propagation, &found.between)?;
+        Some(found)
     }
 
     /// Whether the methods agree.
@@ -161,10 +108,10 @@ impl<R: Real> Agreement<R> {
 
 /// Generalised least squares, property by property, with these standard deviations between the methods: `theta` and its
 /// covariance.
-fn combined<R: Real>(
+fn combined<R: Real, const M: usize>(
     seen: &[usize],
     answers: &[Option<SVector<R, 10>>],
-    propagation: &impl JointCovariances<R>,
+    propagation: &Propagation<R, M>,
     between: &SVector<R, 10>,
 ) -> Option<(SVector<R, 10>, SMatrix<R, 10, 10>)> {
     let count = seen.len();
@@ -207,11 +154,11 @@ fn combined<R: Real>(
 /// The standard deviation between methods with which the scatter of their answers about their mean is what it should be, and
 /// no method has a negative weight, so that the mean lies among the answers (Paule and Mandel 1982, for answers with
 /// covariances).
-fn between_methods<R: Real>(
+fn between_methods<R: Real, const M: usize>(
     seen: &[usize],
     property: usize,
     answers: &[Option<SVector<R, 10>>],
-    propagation: &impl JointCovariances<R>,
+    propagation: &Propagation<R, M>,
 ) -> Option<R> {
     let mut values = [R::zero(); MOST_METHODS];
     for (to, &m) in values.iter_mut().zip(seen) {
@@ -261,10 +208,10 @@ struct Joint<R> {
 
 impl<R: Real> Joint<R> {
     /// With this standard deviation between the methods.
-    fn of(
+    fn of<const M: usize>(
         seen: &[usize],
         property: usize,
-        propagation: &impl JointCovariances<R>,
+        propagation: &Propagation<R, M>,
         between: R,
     ) -> Option<Self> {
         // Methods that are not there are independent, with weight zero.
@@ -289,8 +236,7 @@ impl<R: Real> Joint<R> {
     /// Weights `C⁻¹ 1/(1ᵀ C⁻¹ 1)`.
     fn weights(&self) -> Option<[R; MOST_METHODS]> {
         let whitened = self.whitened(|_| R::one())?;
-        // The solver of the transposed form formats shapes when they differ, which takes a kilobyte on a rig.
-        let solved = self.factor.transpose().solve_upper_triangular(&whitened)?;
+        let solved = self.factor.tr_solve_lower_triangular(&whitened)?;
         let mut weights = [R::zero(); MOST_METHODS];
         let mut sum = R::zero();
         for i in 0..self.count {

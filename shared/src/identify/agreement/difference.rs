@@ -3,7 +3,7 @@
 use heapless::Vec;
 use nalgebra::SVector;
 
-use super::{JointCovariances, MOST_METHODS};
+use super::{MOST_METHODS, Propagation};
 use crate::Real;
 
 /// Most pairs of methods.
@@ -30,10 +30,10 @@ pub struct Difference<R> {
 }
 
 /// The largest difference of every pair, in its standard deviations.
-pub(super) fn differences<R: Real>(
+pub(super) fn differences<R: Real, const M: usize>(
     seen: &[usize],
     answers: &[Option<SVector<R, 10>>],
-    propagation: &impl JointCovariances<R>,
+    propagation: &Propagation<R, M>,
 ) -> Vec<Difference<R>, MOST_PAIRS> {
     let tests = 10 * seen.len() * (seen.len() - 1) / 2;
     // At least the two-sided quantile for so many tests: P(|z| > t) < exp(−t²/2).

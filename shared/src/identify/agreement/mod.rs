@@ -7,17 +7,15 @@
 
 mod combination;
 mod difference;
-mod packed;
 mod propagation;
 #[cfg(test)]
 mod tests;
 
 use super::METHODS;
 
-pub use combination::{Agreement, Comparing, Outcome};
+pub use combination::{Agreement, Outcome};
 pub use difference::{Difference, MOST_PAIRS};
-pub use packed::PackedPropagation;
-pub use propagation::{Answers, JointCovariances, NOISE_DRAWS, Propagation, ask, changes, shift};
+pub use propagation::{Answers, NOISE_DRAWS, Propagation, ask, changes};
 
 /// Most methods that are compared: all of them.
 pub const MOST_METHODS: usize = METHODS;

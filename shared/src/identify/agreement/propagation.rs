@@ -15,33 +15,6 @@ const MOST_UNANSWERED: f64 = 0.05;
 /// Answers of `M` methods to one change; `None` where a method has none.
 pub type Answers<R, const M: usize> = [Option<SVector<R, 10>>; M];
 
-/// What small changes show of the answers of several methods together.
-pub trait JointCovariances<R: Real> {
-    /// Covariance of one property of the answer of a method with one property of the answer of another.
-    fn element(&self, methods: [usize; 2], properties: [usize; 2]) -> R;
-
-    /// The share of the changes that a method has not answered, if it is so large that its answer is not stable: more
-    /// than a few draws of noise, or any error of the layout, whose effect is then unknown.
-    fn unstable(&self, method: usize) -> Option<f64>;
-
-    /// Number of draws of noise.
-    fn draws(&self) -> u32;
-
-    /// Covariance of `theta` of a method.
-    fn of_method(&self, method: usize) -> SMatrix<R, 10, 10> {
-        SMatrix::from_fn(|k, l| self.element([method; 2], [k, l]))
-    }
-}
-
-/// The share of changes without an answer, if it is too large; `answered` and `asked` are the numbers of draws of noise and of
-/// errors of the layout.
-pub(super) fn too_few(answered: [u32; 2], asked: [u32; 2]) -> Option<f64> {
-    let share = |k: usize| f64::from(asked[k] - answered[k]) / f64::from(asked[k].max(1));
-    let (of_draws, of_shifts) = (share(0), share(1));
-    let unstable = of_draws > MOST_UNANSWERED || of_shifts > 0.0 || answered[0] == 0;
-    unstable.then_some(of_draws.max(of_shifts))
-}
-
 /// What the changes have shown: covariance of the answers of `M` methods with each other.
 #[derive(Clone, Debug)]
 pub struct Propagation<R, const M: usize> {
@@ -108,20 +81,33 @@ impl<R: Real, const M: usize> Propagation<R, M> {
         }
         found
     }
-}
 
-impl<R: Real, const M: usize> JointCovariances<R> for Propagation<R, M> {
-    fn element(&self, [first, second]: [usize; 2], [k, l]: [usize; 2]) -> R {
+    /// Covariance of one property of the answer of a method with one property of the answer of another.
+    pub fn element(&self, [first, second]: [usize; 2], [k, l]: [usize; 2]) -> R {
         let (noise, draws) = self.noise.element(first, second, k, l);
         noise / R::of(f64::from(draws.max(1))) + self.layout.element(first, second, k, l).0
     }
 
-    fn unstable(&self, method: usize) -> Option<f64> {
-        let answered = [&self.noise, &self.layout].map(|sums| sums.counts[method][method]);
-        too_few(answered, [self.asked, self.shifts])
+    /// Covariance of `theta` of a method.
+    pub fn of_method(&self, method: usize) -> SMatrix<R, 10, 10> {
+        SMatrix::from_fn(|k, l| self.element([method; 2], [k, l]))
     }
 
-    fn draws(&self) -> u32 {
+    /// The share of the changes that a method has not answered, if it is so large that its answer is not stable: more
+    /// than a few draws of noise, or any error of the layout, whose effect is then unknown.
+    pub fn unstable(&self, method: usize) -> Option<f64> {
+        let missing = |sums: &Sums<R, M>, asked: u32| {
+            f64::from(asked - sums.counts[method][method]) / f64::from(asked.max(1))
+        };
+        let of_draws = missing(&self.noise, self.asked);
+        let of_shifts = missing(&self.layout, self.shifts);
+        let is_answered = self.noise.counts[method][method] > 0;
+        let is_unstable = of_draws > MOST_UNANSWERED || of_shifts > 0.0 || !is_answered;
+        is_unstable.then_some(of_draws.max(of_shifts))
+    }
+
+    /// Number of draws of noise.
+    pub(super) fn draws(&self) -> u32 {
         self.asked
     }
 }
@@ -144,17 +130,9 @@ pub fn ask<T, R: Real, const S: usize, const H: usize>(
         return Some(answers(&Perturbation { layout, quantity: None, draw }));
     }
     let mut shifted = layout.clone();
-    let place = (change - 1 - NOISE_DRAWS) as usize;
-    let quantity = Some(place);
-    shift(&mut shifted, place)
+    let quantity = Some((change - 1 - NOISE_DRAWS) as usize);
+    let uncertain = layout.uncertain_quantities().nth(quantity?)?;
+    shifted
+        .shift(uncertain)
         .then(|| answers(&Perturbation { layout: &shifted, quantity, draw: None }))
-}
-
-/// Shifts a layout by one standard deviation of the uncertain quantity with this place; false for one that it does not have.
-pub fn shift<R: Real, const S: usize, const H: usize>(
-    layout: &mut Layout<R, S, H>,
-    place: usize,
-) -> bool {
-    let quantity = layout.uncertain_quantities().nth(place);
-    quantity.is_some_and(|quantity| layout.shift(quantity))
 }

@@ -3,9 +3,9 @@
 use heapless::Vec;
 use nalgebra::{Complex, Matrix6, SMatrix, Vector6};
 
+use crate::Real;
 use crate::body::{RigidBody, regressor, scale};
 use crate::linalg::{ComplexLeastSquares, LeastSquares, Spectrum};
-use crate::{Progress, Real};
 
 /// A unit force at one frequency, and the motion that it excites, all about the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,7 +119,29 @@ pub fn solve_viscous<R: Real>(
     if span(first, length)? < 6 {
         return None;
     }
-    solve(Form::Viscous, first, second, length)
+    solve_spanning(first, second, length)
+}
+
+/// The same where the motions of the first are known to span six directions.
+pub(super) fn solve_spanning<R: Real>(
+    first: &(impl Excitations<R> + ?Sized),
+    second: &(impl Excitations<R> + ?Sized),
+    length: R,
+) -> Option<Solution<R>> {
+    let mut equations = Equations::new(length);
+    // `(Y₁ᴴ)⁺ S₁* Y₁ᴴ`, with which K is eliminated.
+    let row = |one: &Excitation<R>| one.receptance.map(|y| (one.s * y).conj()).into();
+    let eliminated = inverse_of_motions(first, length, row)?;
+    for others in chunks(second, length) {
+        let betas: SMatrix<_, 6, CHUNK> = inverse_of_motions(first, length, |one| {
+            of_each(&others, |other| one.products(other)[1])
+        })?;
+        let rows =
+            all(first).map(|one| viscous_row(&one.balanced(length), &others, &eliminated, &betas));
+        let motion = |other: &Excitation<R>| other.receptance.map(|y| y * other.s);
+        equations.push_chunk(&others, motion, rows);
+    }
+    equations.solve()
 }
 
 /// Solves the structural form for all pairs of a `first` and a `second` excitation, which must have different
@@ -130,118 +152,12 @@ pub fn solve_structural<R: Real>(
     second: &(impl Excitations<R> + ?Sized),
     length: R,
 ) -> Option<Solution<R>> {
-    solve(Form::Structural, first, second, length)
-}
-
-fn solve<R: Real>(
-    form: Form,
-    first: &(impl Excitations<R> + ?Sized),
-    second: &(impl Excitations<R> + ?Sized),
-    length: R,
-) -> Option<Solution<R>> {
-    let mut solver = DirectSolver::new(form, length);
-    while solver.step(first, second)? == Progress::Going {}
-    solver.solution()
-}
-
-/// The form of the dynamic stiffness.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
-    /// `D = s² M + s C + K`.
-    Viscous,
-    /// `D = K + iH − ω² M`.
-    Structural,
-}
-
-/// Solves one form in steps between which other work can be done. A step is at most 1.6 million instructions on a rig.
-#[derive(Clone, Debug)]
-pub struct DirectSolver<R> {
-    form: Form,
-    equations: Equations<R>,
-    next: Part<R>,
-    /// The first excitation of the next chunk of second ones.
-    start: usize,
-    /// `(Y₁ᴴ)⁺ S₁* Y₁ᴴ`, with which K is eliminated.
-    eliminated: Matrix6<Complex<R>>,
-}
-
-/// What the next step does.
-#[derive(Clone, Debug)]
-enum Part<R> {
-    /// Eliminates K.
-    Eliminate,
-    /// Multiplies β of a chunk by `(Y₁ᴴ)⁺`.
-    Betas,
-    /// Adds the equations of a chunk, with these products.
-    Rows(SMatrix<Complex<R>, 6, CHUNK>),
-}
-
-impl<R: Real> DirectSolver<R> {
-    /// A solver of one form; `length` is L in m, which balances the unknowns.
-    pub fn new(form: Form, length: R) -> Self {
-        let next = match form {
-            Form::Viscous => Part::Eliminate,
-            Form::Structural => Part::Rows(no_betas()),
-        };
-        let eliminated = Matrix6::from_element(Complex::new(R::zero(), R::zero()));
-        Self { form, equations: Equations::new(length), next, start: 0, eliminated }
+    let mut equations = Equations::new(length);
+    for others in chunks(second, length) {
+        let rows = all(first).map(|one| structural_row(&one.balanced(length), &others));
+        equations.push_chunk(&others, |other| other.receptance, rows);
     }
-
-    /// Runs one step. The excitations must be the same in every step. `None` when the motions of the first do not determine
-    /// six directions.
-    pub fn step(
-        &mut self,
-        first: &(impl Excitations<R> + ?Sized),
-        second: &(impl Excitations<R> + ?Sized),
-    ) -> Option<Progress> {
-        let length = self.equations.length;
-        if self.start >= second.count() {
-            return Some(Progress::Done);
-        }
-        let others = chunk(second, self.start, length);
-        self.next = match &self.next {
-            Part::Eliminate => {
-                let row = |one: &Excitation<R>| one.receptance.map(|y| (one.s * y).conj()).into();
-                self.eliminated = inverse_of_motions(first, length, row)?;
-                Part::Betas
-            }
-            Part::Betas => Part::Rows(inverse_of_motions(first, length, |one| {
-                of_each(&others, |other| one.products(other)[1])
-            })?),
-            Part::Rows(betas) => {
-                match self.form {
-                    Form::Viscous => {
-                        let motion = |other: &Excitation<R>| other.receptance.map(|y| y * other.s);
-                        let rows = all(first).map(|one| {
-                            viscous_row(&one.balanced(length), &others, &self.eliminated, betas)
-                        });
-                        self.equations.push_chunk(&others, motion, rows);
-                    }
-                    Form::Structural => {
-                        let rows =
-                            all(first).map(|one| structural_row(&one.balanced(length), &others));
-                        self.equations.push_chunk(&others, |other| other.receptance, rows);
-                    }
-                }
-                self.start += CHUNK;
-                match self.form {
-                    Form::Viscous => Part::Betas,
-                    Form::Structural => Part::Rows(no_betas()),
-                }
-            }
-        };
-        let done = self.start >= second.count();
-        Some(if done { Progress::Done } else { Progress::Going })
-    }
-
-    /// The solution of the equations when the work is done; `None` when a number is not finite.
-    pub fn solution(&self) -> Option<Solution<R>> {
-        self.equations.solve()
-    }
-}
-
-fn no_betas<R: Real>() -> SMatrix<Complex<R>, 6, CHUNK> {
-    SMatrix::from_element(Complex::new(R::zero(), R::zero()))
+    equations.solve()
 }
 
 /// Left and right sides of the viscous form for one first excitation.
@@ -275,14 +191,15 @@ fn structural_row<R: Real>(
 /// Second excitations that are treated together.
 const CHUNK: usize = 6;
 
-/// The excitations of a set in balanced variables, some from this one on.
-fn chunk<R: Real>(
+/// The excitations of a set in balanced variables, some at a time.
+fn chunks<R: Real>(
     set: &(impl Excitations<R> + ?Sized),
-    start: usize,
     length: R,
-) -> Vec<Excitation<R>, CHUNK> {
-    let end = (start + CHUNK).min(set.count());
-    (start..end).map(|place| set.at(place).balanced(length)).collect()
+) -> impl Iterator<Item = Vec<Excitation<R>, CHUNK>> {
+    (0..set.count()).step_by(CHUNK).map(move |start| {
+        let end = (start + CHUNK).min(set.count());
+        (start..end).map(|place| set.at(place).balanced(length)).collect()
+    })
 }
 
 /// A number for each excitation of a chunk, and zeros for those that it has not.

@@ -12,15 +12,13 @@ pub mod structural;
 use super::Method;
 use super::method::{Entry, Observable};
 use super::suspension::{Answer, Suspension, is_blocked};
+use crate::Real;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::layout::balanced_motion;
 use crate::linalg::ComplexLeastSquares;
-use crate::modes::{Lines, OriginResponses};
-use crate::{Progress, Real};
 
-pub use equations::{
-    DirectSolver, Excitation, Excitations, Form, Solution, solve_structural, solve_viscous, span,
-};
+use equations::solve_spanning;
+pub use equations::{Excitation, Excitations, Solution, solve_structural, solve_viscous, span};
 
 /// Description of the viscous form for the registry.
 pub const ENTRY: Entry = Entry {
@@ -39,64 +37,12 @@ pub const ENTRY: Entry = Entry {
 
 /// The answer of the viscous form, or why there is none.
 pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
-    answer_of_form(Form::Viscous, of)
-}
-
-fn answer_of_form<R: Real>(form: Form, of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
-    let Suspension { responses, lines, noise, .. } = *of;
-    let near = NearModes { responses, lines, noise };
-    let mut solver = FormSolver::new(form, &near)?;
-    while solver.step(&near)? == Progress::Going {}
-    solver.answer()
-}
-
-/// What the direct method uses.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct NearModes<'a, R> {
-    /// The motions.
-    pub(super) responses: &'a OriginResponses<'a, R>,
-    /// The lines about the modes.
-    pub(super) lines: &'a Lines,
-    /// Standard deviation of the noise of a reading, (m/s²)/N, of a complex number.
-    pub(super) noise: R,
-}
-
-/// One form on what the methods of the suspension share, in steps between which other work can be done. A step is at most
-/// 1.6 million instructions on a rig.
-#[derive(Clone, Debug)]
-pub(super) struct FormSolver<R>(DirectSolver<R>);
-
-impl<R: Real> FormSolver<R> {
-    /// # Errors
-    /// `responses_do_not_span_six` for the viscous form.
-    pub(super) fn new(form: Form, of: &NearModes<'_, R>) -> Result<Self, Diagnostics> {
-        let length = of.responses.length;
-        if form == Form::Viscous {
-            let [below, _] = sides(of);
-            let rank = span_above_noise(of).min(span(&below, length).unwrap_or(0));
-            if rank < 6 {
-                return Err(fatal(Code::ResponsesDoNotSpanSix, R::of(rank as f64)));
-            }
-        }
-        Ok(Self(DirectSolver::new(form, length)))
+    let ([below, above], length) = (sides(of), of.responses.length);
+    let rank = span_above_noise(of).min(span(&below, length).unwrap_or(0));
+    if rank < 6 {
+        return Err(fatal(Code::ResponsesDoNotSpanSix, R::of(rank as f64)));
     }
-
-    /// Runs one step.
-    ///
-    /// # Errors
-    /// `data_not_finite`.
-    pub(super) fn step(&mut self, of: &NearModes<'_, R>) -> Result<Progress, Diagnostics> {
-        let [below, above] = sides(of);
-        self.0.step(&below, &above).ok_or_else(|| fatal(Code::DataNotFinite, R::zero()))
-    }
-
-    /// The answer when the work is done.
-    ///
-    /// # Errors
-    /// `data_not_finite` and `ten_parameters_not_identifiable`.
-    pub(super) fn answer(&self) -> Result<Answer<R>, Diagnostics> {
-        accepted(self.0.solution())
-    }
+    accepted(solve_spanning(&below, &above, length))
 }
 
 /// When the viscous form fits worse than the structural one by this factor, it has no answer.
@@ -121,7 +67,7 @@ pub fn worse_form<R: Real>(viscous: R, structural: R) -> Option<(Method, Code, R
 const ABOVE_NOISE: f64 = 3.0;
 
 /// Number of independent motions below the modes that stand out of the noise.
-fn span_above_noise<R: Real>(of: &NearModes<'_, R>) -> usize {
+fn span_above_noise<R: Real>(of: &Suspension<'_, R>) -> usize {
     let responses = of.responses;
     let mut motions = ComplexLeastSquares::<R, 6, 0>::new();
     let forces = responses.forces.len();
@@ -145,13 +91,13 @@ fn accepted<R: Real>(solution: Option<Solution<R>>) -> Result<Answer<R>, Diagnos
 }
 
 /// The excitations below and above the modes.
-fn sides<'a, R: Real>(of: &'a NearModes<'a, R>) -> [Side<'a, R>; 2] {
+fn sides<'a, R: Real>(of: &'a Suspension<'a, R>) -> [Side<'a, R>; 2] {
     [&of.lines.below, &of.lines.above].map(|lines| Side { of, lines })
 }
 
 /// The excitations at the lines on one side of the modes: line by line, force by force.
 struct Side<'a, R> {
-    of: &'a NearModes<'a, R>,
+    of: &'a Suspension<'a, R>,
     lines: &'a [usize],
 }
 

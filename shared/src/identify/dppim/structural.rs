@@ -1,6 +1,6 @@
 //! The structural form of direct physical parameter identification.
 
-use super::{Form, answer_of_form};
+use super::{accepted, sides, solve_structural};
 use crate::Real;
 use crate::diagnosis::Diagnostics;
 use crate::identify::method::{Entry, Observable};
@@ -25,5 +25,6 @@ pub const ENTRY: Entry = Entry {
 pub(in crate::identify) fn answer<R: Real>(
     of: &Suspension<'_, R>,
 ) -> Result<Answer<R>, Diagnostics> {
-    answer_of_form(Form::Structural, of)
+    let [below, above] = sides(of);
+    accepted(solve_structural(&below, &above, of.responses.length))
 }

@@ -21,8 +21,6 @@ impl<R: Real> Fit<R> {
     /// # Errors
     /// When the information about the ten properties is not positive definite, a number is not finite, or the
     /// fit needs further steps.
-    // Not inlined, which saves 2.5 KB of the firmware's deepest stack.
-    #[inline(never)]
     pub fn answer<const S: usize, const H: usize>(
         &mut self,
         layout: &Layout<R, S, H>,

@@ -24,8 +24,6 @@ impl<R: Real> Fit<R> {
     ///
     /// # Errors
     /// When the model cannot be evaluated.
-    // Not inlined, for the firmware's deepest stack.
-    #[inline(never)]
     pub(super) fn tell_band_shift<const S: usize, const H: usize>(
         &mut self,
         problem: &FitProblem<'_, R, S, H>,

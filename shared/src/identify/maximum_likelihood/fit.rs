@@ -203,8 +203,6 @@ impl<R: Real> Fit<R> {
     ///
     /// # Errors
     /// When the equations can no longer be solved, or sixty steps were not enough.
-    // Not inlined, which saves 0.6 KB of the firmware's deepest stack.
-    #[inline(never)]
     pub fn step<const S: usize, const H: usize>(
         &mut self,
         layout: &Layout<R, S, H>,
@@ -234,7 +232,12 @@ impl<R: Real> Fit<R> {
                     }
                 }
             }
-            Stage::Evaluated { trials } => self.descend(&problem, dofs, &mut equations, trials)?,
+            Stage::Evaluated { trials } => {
+                let progress = self.descend(&problem, dofs, &mut equations, trials)?;
+                if let Progress::Done = progress {
+                    self.settle(&equations);
+                }
+            }
             Stage::Refining(refinement) => {
                 self.evaluate(&problem, dofs, &mut equations)?;
                 self.stage = Stage::Refined(refinement);
@@ -407,7 +410,7 @@ impl<R: Real> Fit<R> {
     /// Called at a minimum. A fit that has come from a crude start continues with free parameters; a free
     /// minimum that is not a physical body is abandoned for a fit over physical bodies, once it has taught the
     /// budget.
-    pub(super) fn settle(&mut self, equations: &NormalEquations<'_, R>) {
+    fn settle(&mut self, equations: &NormalEquations<'_, R>) {
         self.stage = Stage::Settled;
         match self.parameters {
             // Held on the way: where the stated budget does not suffice, it is learned first, and the minimum may be

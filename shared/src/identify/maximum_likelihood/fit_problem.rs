@@ -119,8 +119,6 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
     }
 
     /// Model, weights and residual of one hit DOF, whose hits have these errors.
-    // Not inlined, for the firmware's flash.
-    #[inline(never)]
     pub(super) fn terms(
         &self,
         model: &Model<R, S>,
@@ -192,8 +190,6 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         })
     }
 
-    // Not inlined, which saves 10 KB of the firmware's flash.
-    #[inline(never)]
     fn fill(&self, columns: &mut Columns<R, S>, model: &Model<R, S>, terms: &Terms<R, S>) {
         let Columns { sensors, shared } = columns;
         for (i, sensor) in self.layout.sensors.iter().enumerate() {

@@ -32,8 +32,6 @@ const LOWERED: f64 = 0.1;
 
 /// The step from `phi` along which the quadratic model with this information and gradient falls to its smallest value at a
 /// physical body. `None` when the information is not positive definite, or a number leaves its range.
-// Not inlined, for the firmware's deepest stack.
-#[inline(never)]
 pub(super) fn step_to_body<R: Real>(
     phi: &SVector<R, 10>,
     information: &SMatrix<R, 10, 10>,

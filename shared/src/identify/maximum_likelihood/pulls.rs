@@ -104,8 +104,6 @@ fn sum_of_squares<R: Real>(values: &[R]) -> R {
 }
 
 /// The sensor or hit with the largest pull; `None` when no pull is large enough.
-// Not inlined, which saves 2.5 KB of the firmware's deepest stack.
-#[inline(never)]
 pub(super) fn suspect<R: Real, const S: usize, const H: usize>(
     problem: &FitProblem<'_, R, S, H>,
     dofs: &[DofMassLines<R, S>],

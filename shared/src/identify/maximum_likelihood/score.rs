@@ -41,8 +41,6 @@ impl<R: Real, const S: usize> Score<R, S> {
     }
 
     /// Sums without a DOF for the first [`TOGETHER`] of these responses.
-    // Not inlined, for the firmware's deepest stack.
-    #[inline(never)]
     pub(super) fn of_responses(
         unknowns: &UnknownValues<R, S>,
         responses: impl Iterator<Item = usize>,

@@ -18,8 +18,6 @@ impl<R: Real> Fit<R> {
     ///
     /// # Errors
     /// When the model cannot be evaluated.
-    // Not inlined, for the firmware's deepest stack.
-    #[inline(never)]
     pub(super) fn visit<const S: usize, const H: usize>(
         &self,
         problem: &FitProblem<'_, R, S, H>,
@@ -43,8 +41,6 @@ impl<R: Real> Fit<R> {
     }
 
     /// Size and significance of a change, from completed equations.
-    // Not inlined, for the firmware's deepest stack.
-    #[inline(never)]
     pub(super) fn tested<const S: usize>(
         &self,
         score: &Score<R, S>,

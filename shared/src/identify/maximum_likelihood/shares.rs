@@ -16,8 +16,6 @@ impl<R: Real> Fit<R> {
     ///
     /// # Errors
     /// When the model cannot be evaluated.
-    // Not inlined, for the firmware's deepest stack.
-    #[inline(never)]
     pub(super) fn add_shares<const S: usize, const H: usize>(
         &mut self,
         place: Option<usize>,

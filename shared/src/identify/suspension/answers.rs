@@ -16,19 +16,19 @@ use crate::modes::{
 
 /// What the methods see of a test or of a change of it.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::identify) struct Observed<'a, R> {
-    pub(in crate::identify) responses: &'a OriginResponses<'a, R>,
-    pub(in crate::identify) modes: &'a Modes<R>,
-    pub(in crate::identify) lines: &'a Lines,
+pub(super) struct Observed<'a, R> {
+    pub(super) responses: &'a OriginResponses<'a, R>,
+    pub(super) modes: &'a Modes<R>,
+    pub(super) lines: &'a Lines,
     /// Standard deviation of the noise of a reading, (m/s²)/N, of a complex number.
-    pub(in crate::identify) noise: R,
+    pub(super) noise: R,
 }
 
 /// The answer of a method, as a body in the body frame without the attached ones.
 ///
 /// # Errors
 /// Those of the method, and `mass_not_positive`.
-pub(in crate::identify) fn answer<R: Real, const S: usize, const H: usize>(
+pub(super) fn answer<R: Real, const S: usize, const H: usize>(
     method: Method,
     layout: &Layout<R, S, H>,
     reference: &Vector3<R>,
@@ -53,7 +53,7 @@ pub(in crate::identify) fn answer<R: Real, const S: usize, const H: usize>(
 ///
 /// # Errors
 /// `mass_not_positive`.
-pub(in crate::identify) fn of_object<R: Real, const S: usize, const H: usize>(
+fn of_object<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     reference: &Vector3<R>,
     answer: &Answer<R>,
@@ -68,7 +68,7 @@ pub(in crate::identify) fn of_object<R: Real, const S: usize, const H: usize>(
 }
 
 /// The noise of the reading with this place in a draw; `sigma` is the standard deviation of a complex number.
-pub(in crate::identify) fn noise_in_draw<R: Real>(sigma: R, draw: u32, place: usize) -> Complex<R> {
+pub(super) fn noise_in_draw<R: Real>(sigma: R, draw: u32, place: usize) -> Complex<R> {
     let part = sigma * R::of(core::f64::consts::FRAC_1_SQRT_2);
     let [re, im] = random_signs(draw, place).map(|sign| part * R::of(f64::from(sign)));
     Complex::new(re, im)
@@ -76,7 +76,7 @@ pub(in crate::identify) fn noise_in_draw<R: Real>(sigma: R, draw: u32, place: us
 
 /// The places among `found` of those poles that `kept` are places of in `poles`. Noise may change the order of close modes,
 /// or find one where there was none. `None` when two of them are found as one.
-pub(in crate::identify) fn found_again<R: Real>(
+pub(super) fn found_again<R: Real>(
     found: &Poles<R>,
     poles: &Poles<R>,
     kept: impl Iterator<Item = usize>,
@@ -92,7 +92,7 @@ pub(in crate::identify) fn found_again<R: Real>(
 }
 
 /// The lines about these poles.
-pub(in crate::identify) fn lines_about<R: Real>(
+pub(super) fn lines_about<R: Real>(
     poles: &Poles<R>,
     s: &[Complex<R>],
     per_side: LinesPerSide,

@@ -4,7 +4,7 @@ use super::Answer;
 use super::checks::undetermined_property;
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject, fatal};
-use crate::identify::agreement::JointCovariances;
+use crate::identify::agreement::Propagation;
 use crate::identify::{Estimate, Method};
 
 /// The refusal of an answer that says next to nothing about a property.
@@ -18,11 +18,11 @@ pub fn refusal_of_property<R: Real>(property: usize, share: R) -> Diagnostics {
 /// # Errors
 /// `unstable_under_noise`, `property_undetermined` for one whose uncertainty says that there is no answer, and
 /// `not_physically_consistent` for a negative moment of inertia.
-pub fn judged_estimate<R: Real>(
+pub fn judged_estimate<R: Real, const M: usize>(
     method: Method,
     answer: &Answer<R>,
     place: usize,
-    covariances: &impl JointCovariances<R>,
+    covariances: &Propagation<R, M>,
     length: R,
 ) -> Result<Estimate<R>, Diagnostics> {
     if let Some(share) = covariances.unstable(place) {

@@ -18,17 +18,12 @@ use crate::body::RigidBody;
 use crate::diagnosis::Code;
 use crate::modes::{Lines, Modes, OriginResponses};
 
-pub(in crate::identify) use answers::{
-    Observed, answer, found_again, lines_about, noise_in_draw, of_object,
-};
 pub(in crate::identify) use checks::refuse_mixed_modes;
 pub use checks::{mixed_mode, mode_findings, truncated_mode, undetermined_property};
 pub use deviations::ModeDeviations;
 pub use fit::SuspensionFit;
 pub use judgement::{add_doubts, judged_estimate, refusal_of_property};
 pub use known::KnownProperty;
-pub(in crate::identify) use points::suspects;
-pub(in crate::identify) use selection::{Selection, select};
 
 /// Fewest modes that can determine the ten properties: what is known of fewer leaves one of them open.
 pub const FEWEST_MODES: usize = 5;

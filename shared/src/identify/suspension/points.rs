@@ -29,7 +29,7 @@ pub(super) fn suspect_points<R: Real, const S: usize, const H: usize>(
 }
 
 /// The same from the motions of these points.
-pub(in crate::identify) fn suspects<R: Real>(points: &[PointMotion<R>]) -> Diagnostics {
+fn suspects<R: Real>(points: &[PointMotion<R>]) -> Diagnostics {
     // Of all hits together: the real part of one accelerance may have its sign at nearly all lines.
     let mean = |part: fn(&PointMotion<R>) -> R| {
         points.iter().fold(R::zero(), |sum, point| sum + part(point)) / R::of(points.len() as f64)

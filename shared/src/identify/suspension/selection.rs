@@ -23,21 +23,17 @@ const TOO_MUCH: f64 = 0.1;
 const NO_MODE: f64 = 0.3;
 
 /// The suspension modes, and what speaks against them.
-pub(in crate::identify) struct Selection {
+pub(super) struct Selection {
     /// Places of the suspension modes.
-    pub(in crate::identify) kept: Vec<usize, MOST_PAIRS>,
+    pub(super) kept: Vec<usize, MOST_PAIRS>,
     /// A finding about one more mode.
-    pub(in crate::identify) one_more: Option<Diagnostic>,
+    pub(super) one_more: Option<Diagnostic>,
 }
 
 /// Selects the modes within the band, and at most six, since a body on its suspension has no more and any others are hum,
 /// drift or an elastic mode. Those with the highest peaks are kept. `s` has the lines of the fit, ascending, and `length`
 /// is L in m.
-pub(in crate::identify) fn select<R: Real>(
-    all: &Modes<R>,
-    s: &[Complex<R>],
-    length: R,
-) -> Selection {
+pub(super) fn select<R: Real>(all: &Modes<R>, s: &[Complex<R>], length: R) -> Selection {
     let hertz = |s: Option<&Complex<R>>| s.map_or(R::zero(), |s| s.im / R::two_pi());
     let (low, high) = (hertz(s.first()), hertz(s.last()));
     let inside = |place: &usize| {
@@ -135,7 +131,8 @@ mod tests {
 
     /// Six modes with residues of 0.1/kg and damping of 1 %, and one more.
     fn with(one_more: Mode<f64>) -> Option<Diagnostic> {
-        let mut all = Modes::empty();
+        let (modes, poles, rigid) = (Vec::new(), Vec::new(), Vec::new());
+        let mut all = Modes { modes, poles, rigid, residual: 0.0 };
         for place in 1..=SUSPENSION_MODES {
             all.modes.push(mode(1.5 * place as f64, 0.01, 0.1)).unwrap();
         }

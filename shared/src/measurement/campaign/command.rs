@@ -6,7 +6,9 @@
 pub enum Object {
     /// An object to be identified.
     Unknown,
-    /// A block of known mass: its hits determine the hammer's gain against the sensors'.
+    /// A block of known mass: its hits determine the hammer's gain against the sensors'. The layout need not determine the
+    /// ten properties, they are not identified, and the result is marked with
+    /// [`Code::BlockTest`](crate::diagnosis::Code::BlockTest).
     Block {
         /// Mass of the block, kg.
         mass: f32,
@@ -40,6 +42,7 @@ impl Start {
 
 /// A command of the operator to a campaign in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Command {
     /// Accept the hit that is waiting for confirmation.
     Accept,
@@ -51,7 +54,8 @@ pub enum Command {
     Skip,
     /// Continue with the next DOF, using the hits accepted so far.
     Finish,
-    /// Interrupt the campaign: stop sampling, but keep all accepted hits.
+    /// Interrupt the campaign: stop sampling or computing, but keep all accepted hits. A computation begins anew with
+    /// [`Self::Resume`].
     Pause,
     /// Continue after an interruption.
     Resume,

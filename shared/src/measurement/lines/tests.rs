@@ -93,7 +93,7 @@ fn the_lines_of_a_dof_are_handed_to_the_driver() {
     assert_eq!(good(&mut rig), []);
     let hit = rig.last_hit().unwrap();
     // 50 N for 20 ms; a code of the hammer is 0.03 N.
-    assert!((hit.impulse.unwrap() - 1.0).abs() < 0.01, "{hit:?}");
+    assert!((hit.swing.unwrap().impulse - 1.0).abs() < 0.01, "{hit:?}");
     push(&mut rig, 777_777, 1.0);
     assert_eq!(rig.next_action(), NextAction::StoreLines { dof: 0 });
     for response in [0, 5, 8] {

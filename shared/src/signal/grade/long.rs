@@ -1,14 +1,16 @@
 //! Grades a hit with a long record: a push of the suspension modes.
 
 use super::channel::Survey;
-use super::{ChannelRange, Findings, HitReport, Largest, fingerprint, force, rest_scans, too_hard};
+use super::{
+    ChannelRange, Findings, HitReport, Largest, Swing, fingerprint, force, rest_scans, too_hard,
+};
 use crate::diagnosis::{Code, Diagnostics, Subject};
 use crate::layout::TestSettings;
 use crate::signal::chain::HAMMER;
 use crate::signal::{
     AdcProperties, Calibration, FullRateExtremes, LongRecordAnalysis, PRE_TRIGGER_SCANS, Record,
 };
-use crate::units::{MetersPerSecondSquared, NewtonSeconds, Newtons, ScanIndex};
+use crate::units::{MetersPerSecondSquared, Newtons, ScanIndex};
 
 /// Largest standard deviation of the rows of an ADXL326 at rest, m/s²: 4 mg, twice what its noise of 300 µg/√Hz and its 1/f noise make in
 /// 25 Hz.
@@ -71,15 +73,18 @@ pub fn grade_long(
     if second > 0.0 {
         found.add(Code::DoubleHit, Subject::Whole, second);
     }
-    let unrest = largest.spread.value / largest.peak.value;
-    if unrest > SWINGS {
-        found.about_channel(Code::PreTriggerNotQuiet, largest.spread.channel, unrest);
+    // Where nothing has moved, nothing is left either.
+    let share =
+        |value: f32| if largest.peak.value > 0.0 { value / largest.peak.value } else { 0.0 };
+    let rest = share(largest.spread.value);
+    if rest > SWINGS {
+        found.about_channel(Code::PreTriggerNotQuiet, largest.spread.channel, rest);
     }
     let seconds = record.len().saturating_sub(PRE_TRIGGER_SCANS) as f32 / rows.rate.0;
-    let left = largest.end.value * libm::expf(-test.exponential_decay * seconds);
-    if left > largest.peak.value * LEFT {
-        let left = left / largest.peak.value;
-        found.about_channel(Code::ClippedRecord, largest.end.channel, left);
+    let window = libm::expf(-test.exponential_decay * seconds);
+    let remainder = share(largest.end.value * window);
+    if remainder > LEFT {
+        found.about_channel(Code::ClippedRecord, largest.end.channel, remainder);
     }
     let fingerprint = fingerprint::<f32, _>(record);
     if last == Some(fingerprint) {
@@ -88,7 +93,7 @@ pub fn grade_long(
     HitReport {
         peak_force: Newtons(push.highest.value),
         peak_acceleration: MetersPerSecondSquared(largest.peak.value),
-        impulse: Some(NewtonSeconds(impulse)),
+        swing: Some(Swing { impulse, rest, remainder }),
         findings: found.list,
         fingerprint,
     }
@@ -203,7 +208,7 @@ mod tests {
         let report = Push::good().report();
         assert_eq!(report.findings, []);
         // A half sine: 2/π of the peak for 20 ms. The force is known to 0.03 N in each of 80 scans.
-        let impulse = report.impulse.unwrap().0;
+        let impulse = report.swing.unwrap().impulse;
         assert!((impulse - 80.0 * 0.02 * 2.0 / core::f32::consts::PI).abs() < 1e-3, "{impulse}");
         assert!((report.peak_acceleration.0 - 3.0).abs() < 0.1);
     }

@@ -52,14 +52,12 @@ fn mass_line(elf: &Path, examples: &Path) -> anyhow::Result<u64> {
     })
 }
 
-/// Measures the wheel with two hits at each of its first three DOFs: the rig averages, and computes everything that it would
-/// compute after more of them.
+/// Measures the wheel with two hits at each of its first three DOFs: the rig averages, and stores the lines.
 fn suspension(elf: &Path, examples: &Path) -> anyhow::Result<u64> {
     let mut file = LayoutFile::read(&examples.join("wheel.toml"))?;
     file.layout.hits.truncate(3);
     file.layout.test.hits_per_dof = 2;
     high_water(elf, &file, "wheel", |client, result| {
-        ensure!(result.estimates.len() >= 3, "the rig has answers of several methods");
         let id = LinesId { result: result.head.number, dof: 0 };
         ensure!(client.lines(id)?.is_some(), "the rig has forgotten the lines");
         Ok(())

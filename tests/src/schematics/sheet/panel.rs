@@ -51,7 +51,7 @@ impl Layout<'_> {
         self.pen.part((RIGHT + 120, y - 20), (150, 112));
         let name = format!("DS1 {}", self.value("DS1"));
         self.pen.text((RIGHT + 195, y + 66), 12, Align::Middle, &name);
-        self.pen.text((RIGHT + 195, y + 82), 11, Align::Middle, "128 × 64, I²C 0x3C");
+        self.pen.text((RIGHT + 195, y + 82), 11, Align::Middle, "128 × 64, I²C");
         let pins = [(&self.wiring.screen.scl, "SCL"), (&self.wiring.screen.sda, "SDA")];
         for (row, (pin, name)) in (0..).zip(pins) {
             let y = y + 40 * row;

@@ -3,11 +3,7 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
-mod modes;
-#[cfg(target_os = "none")]
 mod outcome;
-#[cfg(target_os = "none")]
-mod solver;
 #[cfg(target_os = "none")]
 mod work;
 

@@ -24,9 +24,7 @@ use massline_shared::signal::{
 use massline_shared::units::{Hertz, ScanIndex, Seconds, Volts};
 use nalgebra::{ComplexField, SVector};
 
-use super::modes::measure_modes;
 use super::outcome::{close, report};
-use super::solver::{measure_comparison, measure_solver};
 
 const ADC: AdcProperties = AdcProperties {
     rate: Hertz(4000.0),
@@ -76,9 +74,6 @@ fn main() -> ! {
         fitted.estimate
     );
     report("ml_outlier_5", fitted.whole);
-    measure_modes(&self::layout(6), &body());
-    measure_solver(&self::layout(6), &body());
-    measure_comparison();
     end(true)
 }
 
