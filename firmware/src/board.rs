@@ -92,7 +92,7 @@ pub struct Board<S: Sampler, L: Link, F: NorFlash, P: Panel> {
     pub flash: F,
     /// Screen and buttons.
     pub panel: P,
-    /// Restarts the period of the board's watchdog, of 8 s or more. The application calls it every second while measuring,
-    /// session and panel get on with their work.
+    /// Restarts the period of the board's watchdog, of 8 s or more. The application calls it every second while
+    /// measuring, session and panel get on with their work.
     pub feed_watchdog: fn(),
 }

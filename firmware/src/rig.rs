@@ -154,10 +154,12 @@ impl<'m> Rig<'m> {
         done
     }
 
-    /// Runs `delete`, which deletes a result while the rig is idle or paused. Until it returns, nothing is started or resumed.
+    /// Runs `delete`, which deletes a result while the rig is idle or paused. Until it returns, nothing is started or
+    /// resumed.
     ///
     /// # Errors
-    /// Those of `delete`; [`StartError::WrongPhase`] while the rig measures, [`StartError::Busy`] during another deletion.
+    /// Those of `delete`; [`StartError::WrongPhase`] while the rig measures, [`StartError::Busy`] during another
+    /// deletion.
     pub async fn deleting<T, E: From<StartError>>(
         &self,
         delete: impl AsyncFnOnce() -> Result<T, E>,

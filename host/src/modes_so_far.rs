@@ -32,13 +32,13 @@ impl ModesMonitor {
 
     /// True when the lines of the DOF with this index are known.
     pub fn knows(&self, index: u8) -> bool {
-        self.dofs.iter().any(|of| of.dof == usize::from(index))
+        self.dofs.iter().any(|lines| lines.dof == usize::from(index))
     }
 
     /// Forgets the lines of a DOF that is measured again; returns whether they were known.
     pub fn forget(&mut self, index: u8) -> bool {
         let before = self.dofs.len();
-        self.dofs.retain(|of| of.dof != usize::from(index));
+        self.dofs.retain(|lines| lines.dof != usize::from(index));
         self.dofs.len() < before
     }
 
@@ -50,7 +50,7 @@ impl ModesMonitor {
     /// Takes the lines of a DOF.
     pub fn add(&mut self, dof: DofLines) {
         self.dofs.push(dof);
-        self.dofs.sort_by_key(|of| of.dof);
+        self.dofs.sort_by_key(|lines| lines.dof);
     }
 
     /// What all DOFs so far show; it is also kept for [`Self::into_reports`].
@@ -67,9 +67,9 @@ impl ModesMonitor {
 
     fn latest(&self) -> ModesSoFar {
         let test = TestLines::new(&self.layout, &self.adc, &self.dofs);
-        let found = modes_of(&test);
+        let modes = modes_of(&test);
         let hits = 0..test.layout().hits.len();
-        let shown: Vec<(Mode<f64>, Shown<f64>)> = found
+        let shown: Vec<(Mode<f64>, Shown<f64>)> = modes
             .into_iter()
             .filter_map(|mode| {
                 let shown = Shown::of(&mode.shape, test.layout(), hits.clone())?;
@@ -101,7 +101,7 @@ impl ModesMonitor {
         // The points that are left, in the order in which the rig asks for them.
         let left = || {
             let hits = layout.hits.iter().enumerate();
-            let is_open = |dof: usize| self.dofs.iter().all(|of| of.dof != dof);
+            let is_open = |dof: usize| self.dofs.iter().all(|lines| lines.dof != dof);
             hits.filter(move |(dof, _)| is_open(*dof)).map(|(_, hit)| hit).enumerate()
         };
         let of_layout = |(before, dof): (usize, Dof)| NextPoint {

@@ -314,8 +314,8 @@ fn a_refused_undo_is_explained_and_the_campaign_goes_on() {
     let mut undoing = Undoing::default();
     let ending = follow(&mut operator.client, &Interrupt::new(), Some(LATE), &mut undoing);
     assert_eq!(ending.unwrap(), CampaignOutcome::Aborted);
-    let said = undoing.refused.unwrap();
-    assert!(said.contains("there is no hit to undo"), "{said}");
+    let refusal = undoing.refused.unwrap();
+    assert!(refusal.contains("there is no hit to undo"), "{refusal}");
     operator.rig.stop().unwrap();
 }
 

@@ -9,8 +9,8 @@ use crate::sequence::SampleTime;
 
 /// Clock of the core and of the timers on both buses: 25 MHz / 25 · 192 / 2.
 pub const CORE_HZ: u32 = 96_000_000;
-/// Longest erase of a sector of the store, by bytes, during which no interrupt is served: data sheet, table "Flash memory
-/// programming".
+/// Longest erase of a sector of the store, by bytes, during which no interrupt is served: data sheet, table "Flash
+/// memory programming".
 pub const LONGEST_ERASE_US: u64 = 800_000;
 /// Clock of the ADC: a quarter of its bus clock. The limit is 36 MHz; a half would be 48 MHz.
 pub const ADC_HZ: u32 = CORE_HZ / 4;

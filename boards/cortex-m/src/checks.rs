@@ -7,13 +7,11 @@ use massline_firmware::board::{BoardInfo, BootReason, Sampler};
 use massline_shared::signal::CHANNELS;
 
 use crate::rig::{WATCHDOG, Watchdog};
-use crate::screen::ScreenBus;
+use crate::screen::{ADDRESSES, ScreenBus};
 use crate::{last_words, stack};
 
 /// Scans per block, as the rig reads them.
 const BLOCK: usize = 20;
-/// I²C addresses of a screen.
-const SCREENS: [u8; 2] = [0x3C, 0x3D];
 /// Command that switches the screen off.
 const OFF: [u8; 2] = [0x00, 0xAE];
 
@@ -114,7 +112,7 @@ pub const fn page<F: NorFlash>() -> usize {
 
 /// A screen acknowledges, or its absence is detected; the bus does not hang.
 pub async fn the_screen_answers_or_is_absent(bus: &mut impl ScreenBus) {
-    for address in SCREENS.into_iter().cycle().take(6) {
+    for address in ADDRESSES.into_iter().cycle().take(6) {
         let mut open = bus.open();
         let answer = with_timeout(Duration::from_millis(50), open.write(address, &OFF)).await;
         assert!(answer.is_ok(), "the bus hangs");

@@ -62,8 +62,8 @@ impl<const LENGTH: usize> RawBuffer<LENGTH> {
         self.0.as_ptr() as u32
     }
 
-    /// Copies a raw scan of `VALUES` values out of a half. Each value is read whole; the caller detects afterwards when the
-    /// transfer has overtaken it.
+    /// Copies a raw scan of `VALUES` values out of a half. Each value is read whole; the caller detects afterwards
+    /// when the transfer has overtaken it.
     pub fn raw_scan<const VALUES: usize>(&self, half: Half, index: usize) -> [u16; VALUES] {
         let start = if half == Half::First { 0 } else { LENGTH / 2 } + VALUES * index;
         let values = &self.0[start..start + VALUES];

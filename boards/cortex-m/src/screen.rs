@@ -1,10 +1,12 @@
-//! The screen: an OLED of 128 × 64 pixels with an SSD1306 or an SH1106 on an I²C bus, which a glitch on a wire may leave
-//! hanging.
+//! The screen: an OLED of 128 × 64 pixels with an SSD1306 or an SH1106 on an I²C bus, which a glitch on a wire may
+//! leave hanging.
 //!
-//! Both take the same commands, page by page. An SH1106 has 132 columns, of which the glass shows all but two at each side.
+//! Both take the same commands, page by page. An SH1106 has 132 columns, of which the glass shows all but two at each
+//! side.
 //!
-//! A screen that has seen one clock too many or too few waits for more of them with the data line pulled low, and then no
-//! transfer ever begins. Nine clocks end whatever byte it believes in, a stop ends the transfer, and the peripheral is set up anew.
+//! A screen that has seen one clock too many or too few waits for more of them with the data line pulled low, and
+//! then no transfer ever begins. Nine clocks end whatever byte it believes in, a stop ends the transfer, and the
+//! peripheral is set up anew.
 
 use display_interface::DisplayError;
 use embassy_time::{Duration, Instant, Timer, with_deadline};
@@ -26,14 +28,14 @@ use crate::patience::PatientBus;
 const HALF_CLOCK: Duration = Duration::from_micros(5);
 /// Clocks that end a byte and its acknowledgement.
 const CLOCKS: usize = 9;
-/// Pause before a screen that does not answer is tried again, doubled after each attempt: its supply may rise more slowly
-/// than the chip's.
+/// Pause before a screen that does not answer is tried again, doubled after each attempt: its supply may rise more
+/// slowly than the chip's.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(100);
 /// Longest pause between two attempts.
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 
-/// Addresses of a screen, by the resistor on its back.
-const ADDRESSES: [u8; 2] = [0x3C, 0x3D];
+/// I²C addresses of a screen, by the resistor on its back.
+pub const ADDRESSES: [u8; 2] = [0x3C, 0x3D];
 /// What precedes commands, and pixels.
 const COMMANDS: u8 = 0x00;
 const PIXELS: u8 = 0x40;
@@ -56,7 +58,8 @@ pub trait ScreenBus {
     /// Resets the peripheral and sets it up.
     fn open(&mut self) -> Self::Open<'_>;
 
-    /// False while the peripheral would wait for the bus without letting anything else run. To be asked while it is open.
+    /// False while the peripheral would wait for the bus without letting anything else run. To be asked while it is
+    /// open.
     fn is_free() -> bool {
         true
     }
@@ -85,12 +88,14 @@ enum Controller {
 }
 
 impl Controller {
-    /// By the lower half of its status byte: 8 is that of an SH1106; an SSD1306 answers 3, 6 or 7. Neither data sheet says so.
+    /// By the lower half of its status byte: 8 is that of an SH1106; an SSD1306 answers 3, 6 or 7. Neither data sheet
+    /// says so.
     fn of_status(status: u8) -> Self {
         if status & 0x0F == 8 { Self::Sh1106 } else { Self::Ssd1306 }
     }
 
-    /// What sets about 105 pictures a second: the oscillator of an SH1106 is 15 % faster with the setting of an SSD1306.
+    /// What sets about 105 pictures a second: the oscillator of an SH1106 is 15 % faster with the setting of an
+    /// SSD1306.
     fn rate(self) -> u8 {
         match self {
             Self::Ssd1306 => 0x80,
@@ -127,11 +132,11 @@ impl ScreenAnswer {
 
 type Screen<I> = Ssd1306Async<I2CInterface<I>, DisplaySize128x64, BasicMode>;
 
-/// Shows the pages; never returns. A screen that has answered is tried again at once, because its bus may only hang; while it
-/// does not answer, pages are discarded, and it is tried again later.
+/// Shows the pages; never returns. A screen that has answered is tried again at once, because its bus may only hang;
+/// while it does not answer, pages are discarded, and it is tried again later.
 ///
-/// Every [`gauge::INTERVAL`] the gauge of the battery is read, which is on the same bus, and `charged` gets the charge. A
-/// gauge that does not answer costs the screen nothing but a new start of the bus.
+/// Every [`gauge::INTERVAL`] the gauge of the battery is read, which is on the same bus, and `charged` gets the
+/// charge. A gauge that does not answer costs the screen nothing but a new start of the bus.
 pub async fn drive<B: ScreenBus>(
     mut bus: B,
     pages: &impl Pages,
@@ -245,8 +250,8 @@ async fn send_page<I: I2c>(
     screen.draw(page).await
 }
 
-/// Lets a screen that holds the data line finish its byte, and ends the transfer: I²C specification (UM10204), 3.1.16. Errors of
-/// pins do not occur on a chip.
+/// Lets a screen that holds the data line finish its byte, and ends the transfer: I²C specification (UM10204),
+/// 3.1.16. Errors of pins do not occur on a chip.
 async fn free<L: InputPin + OutputPin>([mut clock, mut data]: [L; 2]) {
     let _ = data.set_high();
     for _ in 0..CLOCKS {

@@ -1,14 +1,14 @@
-//! The clock that everything on an STM32 waits by. The HAL's driver counts its ticks with 16 bits of a timer and adds half a turn
-//! at each of two interrupts a turn: a second one that comes before the first is served is lost, and with it half a turn. While
-//! a board erases the flash that its code is in, no interrupt is served.
+//! The clock that everything on an STM32 waits by. The HAL's driver counts its ticks with 16 bits of a timer and adds
+//! half a turn at each of two interrupts a turn: a second one that comes before the first is served is lost, and with
+//! it half a turn. While a board erases the flash that its code is in, no interrupt is served.
 
 pub use embassy_time::TICK_HZ;
 
 /// Ticks from one of the driver's interrupts to the next.
 const HALF_TURN: u64 = 0x8000;
 
-/// True when no interrupt of a clock with this many ticks per second is lost during an erase that takes up to this long, and a
-/// quarter more for a clock that runs fast and for the interrupts before.
+/// True when no interrupt of a clock with this many ticks per second is lost during an erase that takes up to this
+/// long, and a quarter more for a clock that runs fast and for the interrupts before.
 pub const fn outlast(tick_hz: u64, longest_erase_us: u64) -> bool {
     HALF_TURN * 1_000_000 / tick_hz > longest_erase_us + longest_erase_us / 4
 }
@@ -81,8 +81,8 @@ mod tests {
         }
     }
 
-    /// The most that an erase loses, ms, and whether the clock ever ran backwards, over 10 000 erases of up to this long with
-    /// pauses of up to 0.1 s.
+    /// The most that an erase loses, ms, and whether the clock ever ran backwards, over 10 000 erases of up to this
+    /// long with pauses of up to 0.1 s.
     fn erased(tick_hz: u32, longest_erase_us: u64) -> (f64, bool) {
         let mut driver = Driver::new(tick_hz);
         let (mut most, mut back, mut state) = (0.0_f64, false, 1_u64);

@@ -83,8 +83,8 @@ mod tests {
         assert_eq!(with_facts, listed, "add the folder to `members` in Cargo.toml");
     }
 
-    /// A limit below what a chip has is a choice, and must not be what stops the firmware. The emulated board has the limits of
-    /// a chip.
+    /// A limit below what a chip has is a choice, and must not be what stops the firmware. The emulated board has the
+    /// limits of a chip.
     #[test]
     fn every_image_may_fill_a_quarter_of_its_chip_s_flash() {
         for board in boards(&root()).unwrap().into_iter().filter(|board| board.chip.is_some()) {

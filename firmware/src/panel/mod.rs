@@ -79,7 +79,8 @@ pub struct PanelModel {
     pub levels: [u8; CHANNELS],
     /// Estimated time until the end of the campaign, s; `None` before the first hit.
     pub seconds_left: Option<u16>,
-    /// Time for which the object still rings in the record of a hit of the suspension profile, s; `None` outside of one.
+    /// Time for which the object still rings in the record of a hit of the suspension profile, s; `None` outside of
+    /// one.
     pub ringing_left: Option<u8>,
     /// What the layout measures.
     pub profile: TestProfile,

@@ -47,7 +47,8 @@ impl TimeEstimator {
         self.record = records.then(|| self.record.unwrap_or(now));
     }
 
-    /// Time for which the object still rings in the record that is being taken, which lasts so long; `None` when none is. After it the hit is analysed.
+    /// Time for which the object still rings in the record that is being taken, which lasts so long; `None` when none
+    /// is. After it the hit is analysed.
     pub fn ringing_left(&self, record: Duration, now: Instant) -> Option<u8> {
         let took = now.saturating_duration_since(self.record?);
         let left = record.as_millis().saturating_sub(took.as_millis()).div_ceil(1000);

@@ -66,7 +66,8 @@ const CALIBRATION_ROOM: usize = size_of::<CalibrationRecord>() + 16;
 pub struct Store<F: NorFlash> {
     log: Log<F>,
     contents: Contents,
-    /// The piece or the change that is being written. It is here once: in the futures it would be once for each task that writes.
+    /// The piece or the change that is being written. It is here once: in the futures it would be once for each task
+    /// that writes.
     piece: [u8; MAX_PIECE],
     /// The last serial that was assigned.
     serial: u32,

@@ -14,8 +14,8 @@ use super::{
     StoreError,
 };
 
-/// Changes without an object for which a full store still has room: deletions and their like, beside a layout that is put into
-/// use.
+/// Changes without an object for which a full store still has room: deletions and their like, beside a layout that is
+/// put into use.
 const SMALL_CHANGES: u32 = 3;
 
 /// What a campaign will store.

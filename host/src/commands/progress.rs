@@ -142,8 +142,10 @@ impl<'o> Progress<'o> {
         let said = HitSaid::of(hit, &self.layout);
         let toned = self.output.toned(said.verdict, said.tone);
         let verdict = said.to_string().replacen(said.verdict, &toned, 1);
-        let swing =
-            hit.swing.as_ref().map_or_else(String::new, |of| format!("  {}", swing_words(of)));
+        let swing = hit
+            .swing
+            .as_ref()
+            .map_or_else(String::new, |swing| format!("  {}", swing_words(swing)));
         let line = format!(
             "hit {:3}  {:7}  {:6.1} N  {:6.1} m/s²{swing}  {verdict}",
             hit.number,

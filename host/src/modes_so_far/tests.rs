@@ -40,7 +40,7 @@ fn lines(layout: &HostLayout, adc: &AdcProperties, noise: f64) -> Vec<DofLines> 
         frequency_responses(&bench, layout, &frequencies, decay, &Besides::default()).unwrap();
     add_noise(&mut all, noise, 1, 0);
     let (channels, hits) = (3 * layout.sensors.len(), layout.hits.len());
-    let of = |dof: usize| {
+    let lines_of = |dof: usize| {
         let at = |channel: usize, bin: usize| match bin {
             // An accelerance vanishes at zero.
             0 => Complex::new(0.0, 0.0),
@@ -50,7 +50,7 @@ fn lines(layout: &HostLayout, adc: &AdcProperties, noise: f64) -> Vec<DofLines> 
             (0..channels).flat_map(|channel| (0..SPECTRUM_BINS).map(move |bin| at(channel, bin)));
         DofLines { dof, lines: responses.collect() }
     };
-    (0..hits).map(of).collect()
+    (0..hits).map(lines_of).collect()
 }
 
 /// The reports after each point of this layout.

@@ -103,12 +103,12 @@ fn an_address_that_others_can_reach_is_warned_of() {
         .unwrap();
     let lines = BufReader::new(process.stderr.take().unwrap()).lines();
     // The port is named last.
-    let said: Vec<_> =
+    let printed: Vec<_> =
         lines.map_while(Result::ok).take_while(|line| !line.contains("--port")).collect();
     process.kill().unwrap();
     process.wait().unwrap();
     let warning = "this rig answers anybody who can reach tcp://0.0.0.0:";
-    assert!(said.iter().any(|line| line.contains(warning)), "{said:?}");
+    assert!(printed.iter().any(|line| line.contains(warning)), "{printed:?}");
 }
 
 #[test]

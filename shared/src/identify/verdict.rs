@@ -55,7 +55,7 @@ impl Verdict {
     /// ```
     pub fn on<R: Real>(answer: &Estimate<R>, campaign: &[Diagnostic], is_complete: bool) -> Self {
         let is_contradicted =
-            answer.stated_consistency(campaign).is_some_and(|found| found.contradicts_layout());
+            answer.stated_consistency(campaign).is_some_and(|stated| stated.contradicts_layout());
         let is_preferred = answer.method == Method::MaximumLikelihood;
         let preferred_failed =
             !is_preferred && campaign.iter().any(|finding| is_of_data(finding.code));
@@ -90,10 +90,10 @@ impl<R: Real> Estimate<R> {
     /// χ² of the stated budget. An answer that has learned its budget keeps it in a finding, of its own or of the campaign.
     pub fn stated_consistency(&self, campaign: &[Diagnostic]) -> Option<Consistency<R>> {
         let mut all = self.diagnostics.iter().chain(campaign);
-        let stated = all.find(|found| found.code == Code::DataInconsistentWithBudget);
+        let stated = all.find(|finding| finding.code == Code::DataInconsistentWithBudget);
         self.consistency.map(|consistency| match stated {
-            Some(found) => Consistency {
-                chi_squared: R::of(f64::from(found.value))
+            Some(finding) => Consistency {
+                chi_squared: R::of(f64::from(finding.value))
                     * R::of(f64::from(consistency.degrees_of_freedom)),
                 ..consistency
             },

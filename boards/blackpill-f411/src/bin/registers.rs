@@ -1,6 +1,6 @@
-//! Runs the parts of the firmware that write the ADC's sequence and the flash interface, and reads the registers back field
-//! by field. It is for QEMU's machine `netduinoplus2`, which has the ADC of the same family; it has no flash interface, in
-//! place of which the registers are in RAM. The gate runs it.
+//! Runs the parts of the firmware that write the ADC's sequence and the flash interface, and reads the registers back
+//! field by field. It is for QEMU's machine `netduinoplus2`, which has the ADC of the same family; it has no flash
+//! interface, in place of which the registers are in RAM. The gate runs it.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

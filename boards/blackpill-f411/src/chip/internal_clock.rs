@@ -1,11 +1,12 @@
-//! The clock of the chip after a reset. Its boot loader leaves another one when it starts a program that it has written: the PLL
-//! runs, and while it does, the chip's voltage scale cannot be changed (RM0383, 5.4.1), so the core would run at 96 MHz with the
-//! voltage for 84.
+//! The clock of the chip after a reset. Its boot loader leaves another one when it starts a program that it has
+//! written: the PLL runs, and while it does, the chip's voltage scale cannot be changed (RM0383, 5.4.1), so the core
+//! would run at 96 MHz with the voltage for 84.
 
 use embassy_stm32::pac::rcc::Rcc;
 use embassy_stm32::pac::rcc::vals::Sw;
 
-/// Times that the chip is looked at before a change is given up: at 16 MHz a tenth of a second at least. It takes microseconds.
+/// Times that the chip is looked at before a change is given up: at 16 MHz a tenth of a second at least. It takes
+/// microseconds.
 const LOOKS: u32 = 400_000;
 
 /// Runs the core from the internal oscillator and stops the PLL. To be called before the clocks are set up.

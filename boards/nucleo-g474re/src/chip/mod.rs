@@ -134,8 +134,8 @@ fn light_on() {
     pac::GPIOA.bsrr().write(|w| w.set_bs(5, true));
 }
 
-/// Derives 170 MHz from the board's crystal of 24 MHz, or from the chip's 16 MHz. USB has its own 48 MHz oscillator, synchronised to
-/// the host's frames.
+/// Derives 170 MHz from the board's crystal of 24 MHz, or from the chip's 16 MHz. USB has its own 48 MHz oscillator,
+/// synchronised to the host's frames.
 fn clocks(clock: Clock) -> Config {
     use rcc::mux::Clk48sel;
     use rcc::{Hse, HseMode, Hsi48Config, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk};

@@ -96,9 +96,8 @@ fn guided<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     canvas.big(0, 14, &place(model));
     match swing {
         Some(Swing { rest, remainder, .. }) => {
-            let percent = |share: f32| fitting(100.0 * share, 2, 4);
-            canvas.text(0, 33, &text(format_args!("rest {}%", percent(rest))));
-            canvas.text(0, 42, &text(format_args!("left {}%", percent(remainder))));
+            canvas.text(0, 33, &text(format_args!("rest {}%", in_percent(rest))));
+            canvas.text(0, 42, &text(format_args!("left {}%", in_percent(remainder))));
         }
         None => {
             let number = model.dof.map_or(0, |(index, _)| index + 1);
@@ -146,8 +145,13 @@ fn said_of_hit<D: Screen>(
 
 /// How still the object hung before a hit, and how much of its response the record cut off.
 fn still(swing: Swing) -> Text {
-    let percent = |share: f32| fitting(100.0 * share, 2, 4);
-    text(format_args!("rest {}% left {}%", percent(swing.rest), percent(swing.remainder)))
+    let [rest, left] = [swing.rest, swing.remainder].map(in_percent);
+    text(format_args!("rest {rest}% left {left}%"))
+}
+
+/// A share in percent, to a hundredth.
+fn in_percent(share: f32) -> Text {
+    fitting(100.0 * share, 2, 4)
 }
 
 /// How far a hit that may have landed elsewhere is from its repeat hits, and the limit that it exceeds.

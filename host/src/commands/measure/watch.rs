@@ -199,9 +199,8 @@ pub(super) fn read_new(
     closed: impl Fn(u8) -> bool,
 ) -> Result<bool> {
     let mut new = false;
-    for (index, &hits) in (0..).zip(&status.accepted) {
-        if hits > 0
-            && closed(index)
+    for index in dofs_with_hits(status) {
+        if closed(index)
             && !monitor.knows(index)
             && let Some(dof) = client.mass_lines(index)?
         {
@@ -222,9 +221,8 @@ pub(super) fn read_new_lines(
     closed: impl Fn(u8) -> bool,
 ) -> Result<bool> {
     let mut new = false;
-    for (dof, &hits) in (0..).zip(&status.accepted) {
-        if hits > 0
-            && closed(dof)
+    for dof in dofs_with_hits(status) {
+        if closed(dof)
             && !monitor.knows(dof)
             && let Some(stored) = client.lines(LinesId { result, dof })?
         {
@@ -233,6 +231,11 @@ pub(super) fn read_new_lines(
         }
     }
     Ok(new)
+}
+
+/// The indices of the DOFs with accepted hits.
+fn dofs_with_hits(status: &Status) -> impl Iterator<Item = u8> + '_ {
+    (0..).zip(&status.accepted).filter(|(_, hits)| **hits > 0).map(|(dof, _)| dof)
 }
 
 fn is_at_target(status: &Status) -> bool {
