@@ -158,7 +158,7 @@ impl ModesSoFar {
         let row = |mode: &SeenMode| {
             let SeenMode { frequency_hz, dof, norm_indicator, share_of_possible, .. } = mode;
             format!(
-                "{:>7} Hz  {dof:8} {} ({:.0} % of the possible)",
+                "{:>7} Hz  {dof:8} {} ({:.0} % of the largest possible)",
                 format!("{frequency_hz:.2}"),
                 two_digits(*norm_indicator),
                 100.0 * share_of_possible,

@@ -34,7 +34,7 @@ A wheel of 17.3 kg hangs on mounts with modes at 2.8 to 7.7 Hz, so that no mass 
 23 Hz. Its responses from 0.5 to 12.5 Hz are computed, noise is added, and every method answers
 that uses the suspension modes, with all forces and with some of them. Errors are in % of scale.
 With --rig a simulated rig measures the wheel instead, from the taps of a mallet on: 5 DOFs of
-5 hits, 40 s of ringing after each, the answers of rig and host beside the truth.
+5 hits, 40 s of ringing after each; the answer is compared with the truth.
 
 Examples:
   massline demo wheel
