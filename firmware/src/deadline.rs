@@ -9,13 +9,12 @@
 //! | --- | --- | --- | --- |
 //! | a block of 20 scans | sampling | not measured separately | far below 1 ms |
 //! | `hit_step`: one channel of a hit | sampler stopped | 0.35 M | 5 ms |
-//! | `hit_grading`: a record | sampler stopped | 0.66 M | 10 ms |
+//! | `hit_grading`: a record | sampler stopped | 0.565 M | 8 ms |
 //! | `dof_closing`: all mass lines of a DOF | sampler stopped | 0.54 M | 8 ms |
 //! | `ml_learn_step_12`: a step of the fit, twelve hit DOFs | sampler stopped | 1.6 M | 24 ms |
-//! | `solver_answers_step`: a step from responses to modes | sampler stopped | 1.6 M | 24 ms |
 //! | the bytes of a result, for each piece of it | sampler stopped | not measured separately | not measured |
-//! | `layout_check` | whenever a layout arrives | 0.65 M | 10 ms |
-//! | `record_checksum`: the host requests a record | any time except sampling | 0.90 M | 14 ms |
+//! | `layout_check` | whenever a layout arrives | 0.615 M | 9 ms |
+//! | `record_checksum`: the host requests a record | any time except sampling | 0.70 M | 11 ms |
 //! | `rest_statistics`: six of them make a tumble test | idle | 0.24 M | 4 ms |
 //! | `self_test_channel`: a channel of a self-test by buttons | idle | 0.56 M | 8 ms |
 //!

@@ -1,7 +1,7 @@
 //! Polls futures in a stack frame of their own.
 //!
 //! A future that is polled inline shares the stack frame of its caller, and that larger frame stays below
-//! everything else that the caller polls, the solver included.
+//! everything else that the caller polls.
 
 use core::future::poll_fn;
 use core::pin::Pin;
