@@ -55,6 +55,7 @@ use crate::hit_log;
 use crate::judgement::verdict_on_rig;
 use crate::layout_file::LayoutFile;
 use crate::limited::at_most;
+use crate::report::BestAnswer;
 use crate::single_fault::NominalTest;
 use crate::uff::Frf;
 use crate::verdict::Verdict;
@@ -228,6 +229,22 @@ impl Archive {
         }
         let stated: Stated = serde_json::from_str(self.answers.0.get()).unwrap_or_default();
         stated.verdict.or_else(|| verdict_on_rig(&self.result).map(|(verdict, _)| verdict))
+    }
+
+    /// The best answer when the archive was written, of the host before that of the rig; `None` without an answer.
+    pub fn best_answer(&self) -> Option<BestAnswer> {
+        #[derive(Default, Deserialize)]
+        struct Results {
+            results: Vec<BestAnswer>,
+        }
+        #[derive(Default, Deserialize)]
+        struct Answers {
+            results: Vec<BestAnswer>,
+            host: Option<Results>,
+        }
+        let Answers { results, host } =
+            serde_json::from_str(self.answers.0.get()).unwrap_or_default();
+        host.unwrap_or_default().results.into_iter().chain(results).next()
     }
 
     /// The archive of a result, written now; without spectra and records of hits. `calibration` is left out unless it is

@@ -35,6 +35,7 @@ use crate::identification::{
     sensors_not_rigid,
 };
 use crate::judgement::{Evidence, Judgement, verdict_line, verdict_reasons};
+use crate::modes_so_far::lacking_modes;
 use crate::report::{
     SolvedHere, cannot_see, comparison_json, comparison_text, diagnostics_json, estimates_of,
     global_fit_json, global_fit_text, hammer_text, message_in, modes_json, modes_text,
@@ -75,6 +76,8 @@ pub struct HostSolution<'a> {
     suspicions: Vec<Suspicion>,
     /// What is missing of the test.
     notes: Vec<String>,
+    /// Which modes do not show, or hardly, where there is no answer in the suspension profile.
+    lacking_modes: Option<String>,
     /// How the methods agree.
     comparison: Comparison,
     result: &'a MeasurementResult,
@@ -164,6 +167,10 @@ impl<'a> HostSolution<'a> {
                 Self::without_answer(test.result, layout, selection, identification)
             }
         };
+        if all.identification.estimates.is_empty() {
+            let readings = lines.responses().ok();
+            all.lacking_modes = readings.and_then(|of| lacking_modes(lines.layout(), &of));
+        }
         all.profile = TestProfile::Suspension;
         all.notes.extend(missing_lines(test));
         all
@@ -184,6 +191,7 @@ impl<'a> HostSolution<'a> {
             global_fit: None,
             suspicions: Vec::new(),
             notes: Vec::new(),
+            lacking_modes: None,
             comparison: Comparison::default(),
             result,
             layout,
@@ -204,7 +212,7 @@ impl<'a> HostSolution<'a> {
         let Identification { estimates, not_applicable, .. } = &self.identification;
         match (self.profile, estimates.first()) {
             (TestProfile::Suspension, Some(best)) => format!(
-                "use this answer, by {}, solved here in double precision: report and export take it too\n",
+                "the answer, by {}, solved here in double precision; report and export take it too\n",
                 best.method.name()
             ),
             (TestProfile::Suspension, None) if !not_applicable.is_empty() => {
@@ -287,7 +295,9 @@ impl<'a> HostSolution<'a> {
         let none = || Error::undetermined("lines_missing", self.notes.join("; "));
         Some(reasons.map_or_else(none, |(_, reasons)| {
             match self.profile {
-                TestProfile::Suspension => no_modal_answer(&self.layout, reasons),
+                TestProfile::Suspension => {
+                    no_modal_answer(&self.layout, reasons, self.lacking_modes.as_deref())
+                }
                 TestProfile::MassLine => first_error(reasons, |d| message_in(d, &self.layout))
                     .unwrap_or_else(|| Error::undetermined("no_answer", self.notes.join("; "))),
             }

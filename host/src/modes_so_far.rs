@@ -1,6 +1,8 @@
 //! During a campaign of the suspension profile: which modes the points measured so far show, and which point to hit next.
 
-use massline_shared::layout::{Dof, HostLayout};
+use massline_shared::FrequencyResponses;
+use massline_shared::identify::suspension::clear_modes;
+use massline_shared::layout::{Dof, Hit, HostLayout};
 use massline_shared::modes::{Mode, Reduction, SUSPENSION_MODES, Shown};
 use massline_shared::signal::AdcProperties;
 
@@ -53,9 +55,10 @@ impl ModesMonitor {
         self.dofs.sort_by_key(|lines| lines.dof);
     }
 
-    /// What all DOFs so far show; it is also kept for [`Self::into_reports`].
-    pub fn report(&mut self) -> &ModesSoFar {
-        let report = self.latest();
+    /// What all DOFs so far show, with a rig that is at the DOF with this index: it asks for this one and those after it, and
+    /// what it has left without lines was skipped. It is also kept for [`Self::into_reports`].
+    pub fn report(&mut self, at: usize) -> &ModesSoFar {
+        let report = self.latest(at);
         self.reports.push(report);
         &self.reports[self.reports.len() - 1]
     }
@@ -65,86 +68,116 @@ impl ModesMonitor {
         self.reports
     }
 
-    fn latest(&self) -> ModesSoFar {
+    fn latest(&self, at: usize) -> ModesSoFar {
         let test = TestLines::new(&self.layout, &self.adc, &self.dofs);
-        let modes = modes_of(&test);
-        let hits = 0..test.layout().hits.len();
-        let shown: Vec<(Mode<f64>, Shown<f64>)> = modes
-            .into_iter()
-            .filter_map(|mode| {
-                let shown = Shown::of(&mode.shape, test.layout(), hits.clone())?;
-                Some((mode, shown))
-            })
-            .collect();
-        let seen = shown.iter().map(|(mode, shown)| SeenMode {
+        let modes = test
+            .responses()
+            .map_or_else(|_| Vec::new(), |responses| shown_modes(test.layout(), &responses));
+        let seen = modes.iter().map(|(mode, shown)| SeenMode {
             frequency_hz: mode.frequency_hz,
             damping_ratio: mode.damping_ratio,
             dof: test.layout().hits[shown.hit].dof.to_string(),
             norm_indicator: shown.indicator,
             share_of_possible: shown.share().min(1.0),
         });
+        let left: Vec<&Hit<f64>> = self.left(at).collect();
+        let measured = test.layout().hits.len();
         ModesSoFar {
-            dofs_measured: hits.len(),
-            dofs: self.layout.hits.len(),
+            dofs_measured: measured,
+            dofs: measured + left.len(),
             modes: seen.collect(),
-            modes_missing: SUSPENSION_MODES.saturating_sub(shown.len()),
-            next: self.next(&test, &shown),
+            modes_missing: SUSPENSION_MODES.saturating_sub(modes.len()),
+            next: next(test.layout(), &modes, &left),
         }
     }
 
-    /// The point to hit next: of those that have not been hit, the one that pushes most unlike the others while modes are
-    /// missing, then the one that shows much more of the mode that shows worst. Where the layout has none, a point that it would
-    /// need.
-    fn next(&self, test: &TestLines, shown: &[(Mode<f64>, Shown<f64>)]) -> Option<NextPoint> {
-        let (layout, reference) = (&self.layout, self.layout.sensor_centroid());
-        let length = layout.characteristic_length();
-        // The points that are left, in the order in which the rig asks for them.
-        let left = || {
-            let hits = layout.hits.iter().enumerate();
-            let is_open = |dof: usize| self.dofs.iter().all(|lines| lines.dof != dof);
-            hits.filter(move |(dof, _)| is_open(*dof)).map(|(_, hit)| hit).enumerate()
-        };
-        let of_layout = |(before, dof): (usize, Dof)| NextPoint {
-            dof: dof.to_string(),
-            points_before: Some(before),
-        };
-        let of_body = |dof: String| NextPoint { dof, points_before: None };
-        if shown.len() < SUSPENSION_MODES {
-            let so_far = HitDirections::of(test.layout())?;
-            let newest = left()
-                .map(|(before, hit)| {
-                    (so_far.share_outside(&hit.unit_force(&reference)), (before, hit.dof))
-                })
-                .filter(|(share, _)| *share > NEW)
-                .max_by(|a, b| a.0.total_cmp(&b.0));
-            return match newest {
-                Some((_, point)) => Some(of_layout(point)),
-                None => so_far.newest(test.layout()).map(|place| of_body(place.dof())),
-            };
-        }
-        let (mode, worst) = shown.iter().min_by(|a, b| a.1.share().total_cmp(&b.1.share()))?;
-        if worst.share() >= WELL {
-            return None;
-        }
-        let best = left()
-            .map(|(before, hit)| {
-                (mode.indicator(&hit.unit_force(&reference), length), (before, hit.dof))
-            })
-            .filter(|(indicator, _)| *indicator > MUCH_BETTER * worst.indicator)
-            .max_by(|a, b| a.0.total_cmp(&b.0));
-        match best {
-            Some((_, point)) => Some(of_layout(point)),
-            None => worst.is_hardly_shown().then(|| of_body(worst.better.to_string())),
-        }
+    /// The hits that a rig at this DOF still asks for, in its order.
+    fn left(&self, at: usize) -> impl Iterator<Item = &Hit<f64>> {
+        let is_open = |dof: usize| self.dofs.iter().all(|lines| lines.dof != dof);
+        let hits = self.layout.hits.iter().enumerate().skip(at);
+        hits.filter(move |(dof, _)| is_open(*dof)).map(|(_, hit)| hit)
     }
 }
 
-/// The suspension modes that these lines show; none where they show none.
-fn modes_of(test: &TestLines) -> Vec<Mode<f64>> {
-    let Ok(responses) = test.responses() else { return Vec::new() };
+/// The point to hit next: of those that are `left`, the one that pushes most unlike the others while modes are missing, then the
+/// one that shows much more of the mode that shows worst. Where there is none, a point that the layout would need. `measured`
+/// has the hits so far.
+fn next(
+    measured: &HostLayout,
+    modes: &[(Mode<f64>, Shown<f64>)],
+    left: &[&Hit<f64>],
+) -> Option<NextPoint> {
+    let reference = measured.sensor_centroid();
+    let best_left = |score: &dyn Fn(&Hit<f64>) -> f64, least: f64| {
+        let scored = left.iter().enumerate().map(|(before, hit)| (score(hit), before, hit.dof));
+        scored.filter(|of| of.0 > least).max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let of_layout = |(_, before, dof): (f64, usize, Dof)| NextPoint {
+        dof: dof.to_string(),
+        points_before: Some(before),
+    };
+    let of_body = |dof: String| NextPoint { dof, points_before: None };
+    if modes.len() < SUSPENSION_MODES {
+        let so_far = HitDirections::of(measured)?;
+        let outside = |hit: &Hit<f64>| so_far.share_outside(&hit.unit_force(&reference));
+        return match best_left(&outside, NEW) {
+            Some(point) => Some(of_layout(point)),
+            None => so_far.newest(measured).map(|place| of_body(place.dof())),
+        };
+    }
+    let (mode, worst) = worst_of(modes)?;
+    if worst.share() >= WELL {
+        return None;
+    }
+    let length = measured.characteristic_length();
+    let indicator = |hit: &Hit<f64>| mode.indicator(&hit.unit_force(&reference), length);
+    match best_left(&indicator, MUCH_BETTER * worst.indicator) {
+        Some(point) => Some(of_layout(point)),
+        None => worst.is_hardly_shown().then(|| of_body(worst.better.to_string())),
+    }
+}
+
+/// The suspension modes that these readings show clearly, and how well; none where they show none.
+fn shown_modes(
+    layout: &HostLayout,
+    readings: &FrequencyResponses<'_, f64>,
+) -> Vec<(Mode<f64>, Shown<f64>)> {
     let mut memory = Box::new(Reduction::new());
-    let fit = HostFit::new(test.layout(), &responses, &mut memory);
-    fit.map_or_else(|_| Vec::new(), |fit| fit.modes().modes.to_vec())
+    let Ok(fit) = HostFit::new(layout, readings, &mut memory) else { return Vec::new() };
+    let clear = clear_modes(fit.modes(), layout.characteristic_length());
+    let shown = |mode: &Mode<f64>| Shown::of(&mode.shape, layout, 0..layout.hits.len());
+    clear.filter_map(|mode| Some((mode.clone(), shown(mode)?))).collect()
+}
+
+/// What may be lacking in readings that have no answer: the modes that do not show, or hardly, and a hit that would show them.
+/// `None` where all of them show.
+pub fn lacking_modes(
+    layout: &HostLayout,
+    readings: &FrequencyResponses<'_, f64>,
+) -> Option<String> {
+    let modes = shown_modes(layout, readings);
+    let shown = match SUSPENSION_MODES.saturating_sub(modes.len()) {
+        0 => {
+            let (mode, worst) = worst_of(&modes).filter(|(_, shown)| shown.is_hardly_shown())?;
+            let percent = 100.0 * worst.share();
+            format!(
+                "the mode of {:.2} Hz hardly shows ({percent:.0} % of the largest possible)",
+                mode.frequency_hz
+            )
+        }
+        1 => "one of the six modes does not show".into(),
+        missing => format!("{missing} of the six modes do not show"),
+    };
+    Some(match next(layout, &modes, &[]) {
+        None => shown,
+        Some(NextPoint { dof, .. }) => {
+            format!("{shown}; a hit at {dof} (axes of the body) would show more")
+        }
+    })
+}
+
+fn worst_of(modes: &[(Mode<f64>, Shown<f64>)]) -> Option<&(Mode<f64>, Shown<f64>)> {
+    modes.iter().min_by(|a, b| a.1.share().total_cmp(&b.1.share()))
 }
 
 impl ModesSoFar {
@@ -170,29 +203,46 @@ impl ModesSoFar {
     /// What is missing, and what to hit next.
     pub fn advice(&self) -> String {
         let seen = match self.modes_missing {
-            0 => "all six modes show".to_owned(),
+            0 => self.all_show(),
             1 => "one of the six modes does not show yet".into(),
             missing => format!("{missing} of the six modes do not show yet"),
         };
+        let why = match self.modes_missing {
+            0 => "shows that mode better",
+            _ => "pushes most unlike the points so far",
+        };
         match &self.next {
-            None if self.modes_missing == 0 => {
+            None if self.modes_missing > 0 => {
+                format!("{seen}, and no point of the layout pushes in a new direction")
+            }
+            None if self.dofs_measured < self.dofs => {
                 format!("{seen}; the points to come make the answer more certain")
             }
-            None => format!("{seen}, and no point of the layout pushes in a new direction"),
-            Some(NextPoint { dof, points_before }) => {
-                let why = match self.modes_missing {
-                    0 => "shows one of them better",
-                    _ => "pushes most unlike the points so far",
-                };
-                match points_before {
-                    Some(0) => format!("{seen}; hit {dof} next: it {why}"),
-                    Some(before) => {
-                        let later = counted(*before as u32, "more point");
-                        format!("{seen}; {dof}, after {later}, {why}: do not leave it out")
-                    }
-                    None => format!("{seen}; add {dof} (axes of the body) to the layout: it {why}"),
-                }
+            None => seen,
+            Some(NextPoint { dof, points_before: Some(0) }) => {
+                format!("{seen}; hit {dof} next: it {why}")
             }
+            Some(NextPoint { dof, points_before: Some(before) }) => {
+                let later = counted(*before as u32, "more point");
+                format!("{seen}; {dof}, after {later}, {why}: do not leave it out")
+            }
+            Some(NextPoint { dof, points_before: None }) => {
+                format!("{seen}; add {dof} (axes of the body) to the layout: it {why}")
+            }
+        }
+    }
+
+    /// That all six modes show, and which of them does not show well.
+    fn all_show(&self) -> String {
+        let worst =
+            self.modes.iter().min_by(|a, b| a.share_of_possible.total_cmp(&b.share_of_possible));
+        match worst.filter(|mode| mode.share_of_possible < WELL) {
+            None => "all six modes show".into(),
+            Some(mode) => format!(
+                "all six modes show, that of {:.2} Hz with only {:.0} % of the largest possible",
+                mode.frequency_hz,
+                100.0 * mode.share_of_possible
+            ),
         }
     }
 

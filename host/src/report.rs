@@ -43,7 +43,7 @@ pub use modes::{
     shapes_text,
 };
 pub use refusals::{refusals_json, refusals_text};
-pub use summary::{ResultVerdict, Summary};
+pub use summary::{BestAnswer, ResultVerdict, Summary};
 pub use table::{INERTIA_CONVENTION, Truth, table};
 pub use where_to_hit::{HitDirections, new_direction};
 pub(crate) use where_to_hit::{NEW, hardly_shown, not_shown};

@@ -204,6 +204,9 @@ fn what_is_measured_looks_as_its_pictures() {
     let mut rig = Rig::at(Phase::Idle);
     rig.layout.as_mut().unwrap().test.profile = TestProfile::Suspension;
     rig.show("measure-idle-modes", Screen::Measure, 0);
+    let mut rig = Rig::at(Phase::Solving);
+    rig.model.profile = TestProfile::Suspension;
+    rig.show("storing", Screen::Measure, 0);
     for (name, reason) in [
         ("refused-room", Refused::TooLittleRoom(12)),
         ("refused-room-one", Refused::TooLittleRoom(1)),
@@ -523,6 +526,7 @@ fn a_heavy_body_without_sigmas_fits_the_page() {
         answer.covariance = None;
         answer.consistency = None;
     }
+    heavy.verdict = Some(Verdict::DoNotUse);
     Rig { summary: Some(heavy.clone()), ..Rig::new() }.show("result-heavy", Screen::Result, 0);
     Rig { summary: Some(heavy), ..Rig::new() }.show("result-heavy-limits", Screen::Result, 4);
 }

@@ -111,7 +111,7 @@ pub fn of_reason(reason: Refused) -> &'static str {
         Refused::NoLayout => "No layout stored:\nsend one from a PC\n(massline measure).",
         Refused::LayoutRefused => "This layout cannot\ngive an answer.",
         Refused::StoreFull => "The store is full:\ndelete a result\n(Results).",
-        Refused::TooLittleRoom(0) => "Too little room: take\nfewer hit places.",
+        Refused::TooLittleRoom(0) => "Too little room: take\nfewer hit places.\nSix always fit.",
         Refused::TooLittleRoom(_) => "Too little room.\nFirst delete under\nResults:",
         Refused::BlockNeedsMassLines => {
             "A block is weighed by\nmass lines: choose\nthem under Measure."

@@ -1,4 +1,4 @@
-//! Large objects as bytes: results and finished DOFs from the store, the record and the spectra from memory.
+//! Large objects as bytes: results, finished DOFs and layouts from the store, the record and the spectra from memory.
 
 use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -57,6 +57,8 @@ impl<F: NorFlash> Objects<'_, '_, F> {
                 let stored = self.dof_with_lines(object).await?;
                 (stored.length() as u32, self.crc_of_dof(&stored, room).await?)
             }
+            // The hash of a layout is the checksum of its bytes.
+            ObjectKind::Layout => (self.length_of_layout(object).await? as u32, object.number),
         };
         Ok(ObjectInfo { length, crc })
     }
@@ -98,11 +100,19 @@ impl<F: NorFlash> Objects<'_, '_, F> {
                 in_range(offset, stored.length())?;
                 Ok(self.store.lock().await.read_dof(&stored, offset, room).await?)
             }
+            ObjectKind::Layout => {
+                in_range(offset, self.length_of_layout(object).await?)?;
+                Ok(self.store.lock().await.read_layout(object.number, offset, room).await?)
+            }
         }
     }
 
     async fn stored(&self, object: ObjectId) -> Result<ResultHandle, Reason> {
         self.store.lock().await.find(object.number).ok_or(Reason::NotFound)
+    }
+
+    async fn length_of_layout(&self, object: ObjectId) -> Result<usize, Reason> {
+        self.store.lock().await.length_of_layout(object.number).ok_or(Reason::NotFound)
     }
 
     async fn dof_with_lines(&self, object: ObjectId) -> Result<DofHandle, Reason> {

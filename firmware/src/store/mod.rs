@@ -277,6 +277,25 @@ impl<F: NorFlash> Store<F> {
         self.read(stored.object, offset, out).await.ok_or(StoreError::Failed)
     }
 
+    /// Length of the layout with this hash, bytes.
+    pub fn length_of_layout(&self, hash: u32) -> Option<usize> {
+        self.contents.layout(hash).map(|stored| stored.object.length.into())
+    }
+
+    /// Reads as much of the layout with this hash from `offset` on as fits into `out`. Returns the number of bytes read.
+    ///
+    /// # Errors
+    /// [`StoreError::NotFound`] when it has been replaced, or [`StoreError::Failed`] when a part of it cannot be read.
+    pub async fn read_layout(
+        &mut self,
+        hash: u32,
+        offset: usize,
+        out: &mut [u8],
+    ) -> Result<usize, StoreError> {
+        let object = self.contents.layout(hash).ok_or(StoreError::NotFound)?.object;
+        self.read(object, offset, out).await.ok_or(StoreError::Failed)
+    }
+
     fn next_serial(&mut self) -> u32 {
         self.serial += 1;
         self.serial

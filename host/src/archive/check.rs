@@ -177,7 +177,7 @@ pub(super) fn edited(file: &str) -> Error {
 /// The error for an archive with contents that this program cannot have written.
 pub(super) fn malformed(file: &str, what: String) -> Error {
     let message = format!(
-        "{file}: this archive is damaged: {what}; was it edited? `massline results get` writes it anew while the rig has \
+        "{file}: this archive is damaged: {what}; was it edited, or written by a development version? `massline results get` writes it anew while the rig has \
          the result"
     );
     Error::input("archive_malformed", message)

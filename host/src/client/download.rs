@@ -9,6 +9,7 @@ use massline_protocol::message::{GetObjectInfo, ReadObject, Reason};
 use massline_protocol::object::{
     ChunkRequest, MAX_CHUNK, MeasurementResult, ObjectId, ObjectInfo, ObjectKind, READING,
 };
+use massline_shared::layout::RigLayout;
 use massline_shared::signal::{Scan, expand_response};
 use nalgebra::Complex;
 
@@ -71,6 +72,21 @@ impl Client {
         let bytes = self.download(object, |_, _| ())?;
         postcard::from_bytes(&bytes)
             .map_err(|_| ClientError::Unreadable { kind: object.kind, number })
+    }
+
+    /// Downloads the stored layout with this hash, which need not be the one in use; `None` when the rig does not have it
+    /// any more.
+    ///
+    /// # Errors
+    /// As [`Client::download`]; [`ClientError::Unreadable`] when it does not decode.
+    pub fn stored_layout(&mut self, hash: u32) -> Result<Option<RigLayout>, ClientError> {
+        let object = ObjectId { kind: ObjectKind::Layout as u8, number: hash };
+        let bytes = match self.download(object, |_, _| ()) {
+            Err(e) if e.refusal() == Some(Reason::NotFound) => return Ok(None),
+            bytes => bytes?,
+        };
+        let unreadable = |_| ClientError::Unreadable { kind: object.kind, number: hash };
+        postcard::from_bytes(&bytes).map(Some).map_err(unreadable)
     }
 
     /// Downloads a finished DOF with lines; `None` when the rig does not have it.

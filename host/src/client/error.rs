@@ -285,7 +285,9 @@ fn refusal_code(raw: u16) -> &'static str {
 fn explain(request: &str, raw: u16, results_to_delete: u8) -> String {
     let text = match Reason::try_from(raw).ok() {
         Some(Reason::UnknownMessage) => "its firmware does not know this request; update it",
-        Some(Reason::Malformed) => "it could not read the request; is its firmware older?",
+        Some(Reason::Malformed) => {
+            "it could not read the request: the link garbles it, or its firmware is of another build; update it (`massline flash`)"
+        }
         Some(Reason::NotFound) => {
             "nothing is stored under that number; `massline results list` shows what is"
         }

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use massline_protocol::LayoutHash;
 use massline_shared::identify::Method;
 use massline_shared::layout::HostLayout;
 
@@ -220,7 +219,7 @@ fn on_rig(number: u32, args: &Args, output: &mut Output) -> Result<Exported> {
     let (mut client, identity) = args.port.connect(output)?;
     let result = client.result(number)?;
     let lines = RigLines::read(&mut client, identity.adc, &result)?;
-    let layout = client.layout().ok().filter(|kept| kept.hash() == result.head.layout_hash);
+    let layout = client.stored_layout(result.head.layout_hash)?;
     let layout: Option<HostLayout> = layout.and_then(|kept| kept.cast());
     if layout.is_none() || result.lines.is_empty() {
         super::show::require_answer(&result)?;

@@ -69,11 +69,10 @@ struct Test {
 impl Test {
     fn of(archive: &Archive) -> Self {
         let time = archive.measured.as_ref().unwrap_or(&archive.written).clone();
+        let of_rig = Summary::of(&archive.result, archive.verdict());
         // The rig keeps a part of a long title only.
-        let summary = Summary {
-            title: archive.layout.title.clone(),
-            ..Summary::of(&archive.result, archive.verdict())
-        };
+        let title = archive.layout.title.clone();
+        let summary = Summary { title, best: archive.best_answer().or(of_rig.best), ..of_rig };
         Self { summary, time }
     }
 

@@ -164,9 +164,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         started_unix_s: clock::unix_seconds(),
         ..StartOptions::default()
     };
-    let began = begin(&mut client, how).map_err(|error| advised(error, &layout));
+    let measured_before = kept_result(&mut client, &layout)?;
+    let board = identity.board.as_str();
+    let began = begin(&mut client, how).map_err(|error| advised(error, board, &layout));
     match began? {
-        StartOutcome::Started => {}
+        StartOutcome::Started => measured_before.iter().for_each(|told| output.note(told)),
         StartOutcome::Resumed => output.note("resuming the interrupted campaign"),
         StartOutcome::Joined => output.note("joins the campaign that is under way"),
     }
@@ -189,10 +191,13 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let nominal = NominalTest::of_file(&file);
     let test = StoredTest { result: &result, lines: &lines };
     let mut shown = show::document(test, Some(&nominal), Selection::All, output);
-    if let Ok(shown) = &mut shown {
-        shown.value.archive = args.archive.path().map(FilePath::from);
-        monitors.add_to(&mut shown.value);
-        shown.value.hit_log = archive.map(|_| collected.hit_log_of(&result, &layout));
+    match &mut shown {
+        Ok(shown) => {
+            shown.value.archive = args.archive.path().map(FilePath::from);
+            monitors.add_to(&mut shown.value);
+            shown.value.hit_log = archive.map(|_| collected.hit_log_of(&result, &layout));
+        }
+        Err(_) => monitors.explain(output),
     }
     let verdict = shown.as_ref().ok().and_then(|shown| shown.value.verdict);
     output.conclude(verdict);
@@ -243,6 +248,15 @@ impl Monitors {
     fn add_to(self, document: &mut Measurement) {
         document.after_each_dof = self.precision.map(PrecisionMonitor::into_reports);
         document.modes_after_each_dof = self.modes.map(ModesMonitor::into_reports);
+    }
+
+    /// Tells which modes the points have shown, where they have no answer.
+    fn explain(self, output: &mut Output) {
+        let Some(reports) = self.modes.map(ModesMonitor::into_reports) else { return };
+        if let Some(last) = reports.last() {
+            output.note(last.to_text());
+        }
+        output.explain(&serde_json::json!({ "modes_after_each_dof": reports }));
     }
 }
 
@@ -296,7 +310,8 @@ fn follow(
     if let Some(monitor) = &mut monitors.modes
         && watch::read_new_lines(client, monitor, &status, number, |_| true)?
     {
-        monitor.report();
+        // No point is left.
+        monitor.report(layout.hits.len());
     }
     if archived {
         // Those of the last DOF.
@@ -311,16 +326,33 @@ pub(super) fn profile() -> impl TypedValueParser<Value = TestProfile> {
     names.try_map(|name| TestProfile::from_name(&name).ok_or("there is no profile of this name"))
 }
 
+/// What is said of the last result that the rig keeps of this layout, which may be the one that was to be measured.
+fn kept_result(client: &mut Client, layout: &RigLayout) -> Result<Option<String>> {
+    let hash = layout.hash();
+    let last = client.results()?.into_iter().rfind(|entry| entry.layout_hash == hash);
+    Ok(last.map(|entry| {
+        let number = entry.number;
+        format!(
+            "a new test; the rig keeps result {number} of this layout: `massline results get {number}` fetches it"
+        )
+    }))
+}
+
 /// The refusal to start, with what helps against a full store: lines take much room.
-fn advised(error: ClientError, layout: &RigLayout) -> Error {
-    let is_full = error.refusal() == Some(Reason::StoreFull);
+fn advised(error: ClientError, board: &str, layout: &RigLayout) -> Error {
+    let ClientError::Refused { reason, results_to_delete, .. } = error else { return error.into() };
     let error = Error::from(error);
-    if !is_full || layout.test.profile != TestProfile::Suspension {
+    if reason != Reason::StoreFull as u16 || layout.test.profile != TestProfile::Suspension {
         return error;
     }
+    let help = match results_to_delete {
+        0 => "every board holds six hit points with nine responses",
+        _ => {
+            "keep old results with `massline results get N --output FILE` before you delete them, and repeat the command"
+        }
+    };
     error.advising(format!(
-        "the lines of {} DOFs need {} kB: keep old results with `massline results get N --output FILE` before you delete them, \
-         and repeat the command",
+        "on this board, {board}, the lines of {} hit points need {} kB: {help}",
         layout.hits.len(),
         (layout.hits.len() * 3 * layout.sensors.len() * COMPACT_RESPONSE).div_ceil(1000),
     ))
@@ -407,19 +439,27 @@ mod tests {
 
     #[test]
     fn a_full_store_is_explained_by_what_the_lines_need() {
-        let full = || ClientError::Refused {
-            request: "start",
+        let refused = |results_to_delete| ClientError::Refused {
+            request: "start a campaign",
             reason: Reason::StoreFull as u16,
-            results_to_delete: 2,
+            results_to_delete,
         };
+        let full = || refused(2);
         let wheel = include_str!("../../examples/wheel.toml");
         let wheel = LayoutFile::parse(wheel, "wheel.toml").unwrap().rig_layout().unwrap();
-        let said = advised(full(), &wheel).to_string();
+        let said = advised(full(), "weact-f411", &wheel).to_string();
         // Five DOFs with nine responses of 513 bytes.
-        assert!(said.contains("the lines of 5 DOFs need 24 kB"), "{said}");
+        assert!(
+            said.contains("on this board, weact-f411, the lines of 5 hit points need 24 kB: keep"),
+            "{said}"
+        );
         assert!(said.contains("delete the 2 oldest results"), "{said}");
+        let never = advised(refused(0), "weact-f411", &wheel).to_string();
+        for says in ["cannot hold a test of so many hit points", "weact-f411", "six hit points"] {
+            assert!(never.contains(says), "{never}");
+        }
         let frame = include_str!("../../examples/three-bar-test-1.toml");
         let frame = LayoutFile::parse(frame, "frame.toml").unwrap().rig_layout().unwrap();
-        assert_eq!(advised(full(), &frame).to_string(), Error::from(full()).to_string());
+        assert_eq!(advised(full(), "", &frame).to_string(), Error::from(full()).to_string());
     }
 }

@@ -71,7 +71,7 @@ pub struct Summary {
     /// When the campaign was started, RFC 3339 in UTC; `null` when the rig was not told the time.
     pub measured: Option<String>,
     /// Name of the method with the best answer; `null` without an answer.
-    pub method: Option<&'static str>,
+    pub method: Option<String>,
     /// The mass by this method.
     pub mass_kg: Option<Spread<f64>>,
     /// Whether the result can be used: `good`, `use_with_care`, `do_not_use`, `to_be_solved` or `no_answer`.

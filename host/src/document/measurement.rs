@@ -18,7 +18,8 @@ pub struct Measurement {
     pub verdict: Option<Verdict>,
     /// What puts it in doubt, the gravest first.
     pub verdict_reasons: Vec<VerdictReason>,
-    /// The rig's answers, the best first; those of `host` in `solve`, `simulate` and `demo`, where it has some.
+    /// The rig's answers, the best first; none in the suspension profile, which a rig does not solve. In `solve`, `simulate`
+    /// and `demo` those of `host`, where it has some.
     pub results: Vec<Estimate>,
     /// Number of the result on its rig.
     pub number: u32,
@@ -51,7 +52,7 @@ pub struct Measurement {
     pub notes: Vec<String>,
     /// Findings of the rig, and of the host where it says so.
     pub diagnostics: Vec<Marked<Finding>>,
-    /// The methods without an answer by the rig, and why.
+    /// The methods without an answer, and why: by the rig or, in the suspension profile, by the host.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub not_applicable: Option<Vec<Marked<Refusal>>>,
     /// Errors of sensors and hits.
@@ -69,7 +70,7 @@ pub struct Measurement {
     /// The search for a single mistake, where one was done.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub single_faults: Option<Marked<SingleFaults>>,
-    /// What the host has found from the same mass lines, in double precision.
+    /// What the host has found from the same mass lines, or from the lines of the suspension profile, in double precision.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub host: Option<HostFindings>,
     /// Errors that such a test cannot see.

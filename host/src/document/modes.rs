@@ -96,9 +96,9 @@ pub struct Pole {
 pub struct ModesSoFar {
     /// Number of DOFs with lines.
     pub dofs_measured: usize,
-    /// Number of DOFs of the layout.
+    /// The same with the DOFs that are still to be measured; a skipped one does not count.
     pub dofs: usize,
-    /// The modes seen, in the order of their frequencies.
+    /// The modes that show clearly, in the order of their frequencies.
     pub modes: Vec<SeenMode>,
     /// How many of six do not show.
     pub modes_missing: usize,

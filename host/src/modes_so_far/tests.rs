@@ -59,8 +59,9 @@ fn reports(hits: &str, noise: f64) -> Vec<ModesSoFar> {
     let source = BenchSource::new(&Bench::named("wheel").unwrap(), &layout, 1).unwrap();
     let mut monitor = ModesMonitor::new(layout.clone(), source.adc());
     for dof in lines(&layout, &source.adc(), noise) {
+        let next = dof.dof + 1;
         monitor.add(dof);
-        monitor.report();
+        monitor.report(next);
     }
     monitor.into_reports()
 }
@@ -97,7 +98,7 @@ fn after_points_that_hardly_show_a_mode_the_one_that_shows_it_is_named() {
     let worst = third.modes.iter().map(|mode| mode.share_of_possible).fold(1.0, f64::min);
     assert!(third.modes_missing == 0 && worst < 0.2, "{third:?}");
     assert!(third.next.as_ref().is_some_and(|next| next.points_before.is_some()), "{third:?}");
-    assert!(third.advice().contains("shows one of them better"), "{}", third.advice());
+    assert!(third.advice().contains("shows that mode better"), "{}", third.advice());
     let last = reports[4].modes.iter().map(|mode| mode.share_of_possible).fold(1.0, f64::min);
     assert!(last > 2.0 * worst, "{:?}", reports[4]);
 }
@@ -117,7 +118,7 @@ fn the_points_of_the_example_show_all_modes() {
 
 #[test]
 fn where_no_point_of_the_layout_is_left_one_to_add_is_named() {
-    for (noise, words) in [(LITTLE, "it shows one of them better"), (MUCH, " show yet; add ")] {
+    for (noise, words) in [(LITTLE, "it shows that mode better"), (MUCH, " show yet; add ")] {
         let reports = reports(r#"["121:+Z", "122:+Z", "123:+Z"]"#, noise);
         let last = &reports[2];
         assert!(last.next.as_ref().is_some_and(|next| next.points_before.is_none()), "{last:?}");
@@ -132,5 +133,29 @@ fn a_point_that_is_measured_again_counts_anew() {
     let mut monitor = ModesMonitor::new(layout.clone(), source.adc());
     lines(&layout, &source.adc(), LITTLE).into_iter().for_each(|dof| monitor.add(dof));
     assert!(monitor.knows(2) && monitor.forget(2) && !monitor.knows(2) && !monitor.forget(2));
-    assert_eq!(monitor.report().progress(), "2 of 3 points");
+    assert_eq!(monitor.report(2).progress(), "2 of 3 points");
+}
+
+#[test]
+fn a_skipped_point_is_neither_counted_nor_named_as_the_next() {
+    let layout = layout(MIDDLE_FIRST);
+    let source = BenchSource::new(&Bench::named("wheel").unwrap(), &layout, 1).unwrap();
+    let mut monitor = ModesMonitor::new(layout.clone(), source.adc());
+    let mut all = lines(&layout, &source.adc(), MUCH).into_iter();
+    all.by_ref().take(3).for_each(|dof| monitor.add(dof));
+    let place = |report: &ModesSoFar| {
+        report.next.as_ref().map(|next| (next.dof.clone(), next.points_before))
+    };
+    let asked = |at: usize| layout.hits[at].dof.to_string();
+    // The one that is named when both are left is skipped when the rig is at the other, or behind both.
+    let both = monitor.report(3).clone();
+    assert_eq!(both.progress(), "3 of 5 points");
+    let one = monitor.report(4).clone();
+    assert_eq!(
+        (one.progress().as_str(), place(&one)),
+        ("3 of 4 points", Some((asked(4), Some(0))))
+    );
+    let none = monitor.report(5);
+    assert_eq!(none.progress(), "3 of 3 points");
+    assert!(none.next.as_ref().is_some_and(|next| next.points_before.is_none()), "{none:?}");
 }

@@ -2,7 +2,7 @@
 
 use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::Diagnostic;
-use massline_shared::identify::Estimate;
+use serde::Deserialize;
 
 use super::{estimates_of, with_sigma};
 use crate::clock;
@@ -17,10 +17,28 @@ pub struct Summary {
     pub title: String,
     /// When the campaign was started, RFC 3339; `None` when the rig was not told the time.
     pub measured: Option<String>,
-    /// The best estimate.
-    pub best: Option<Estimate<f64>>,
+    /// The best answer.
+    pub best: Option<BestAnswer>,
     /// The verdict.
     pub verdict: ResultVerdict,
+}
+
+/// The best answer to a test, as a list shows it.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct BestAnswer {
+    /// Name of the method.
+    pub method: String,
+    /// The mass.
+    pub mass_kg: Spread<f64>,
+}
+
+impl BestAnswer {
+    fn of_rig(result: &MeasurementResult) -> Option<Self> {
+        let best = estimates_of(result).into_iter().next()?;
+        let sigma = best.sigma().map(|sigma| sigma[0]);
+        let mass_kg = Spread { value: best.body.mass, sigma };
+        Some(Self { method: best.method.name().into(), mass_kg })
+    }
 }
 
 /// Whether a result can be used.
@@ -65,7 +83,7 @@ impl ResultVerdict {
 impl Summary {
     /// The summary of a rig's result with the verdict on its answer.
     pub fn of(result: &MeasurementResult, verdict: Option<Verdict>) -> Self {
-        let best = estimates_of(result).into_iter().next();
+        let best = BestAnswer::of_rig(result);
         let has_error = result.diagnostics.iter().any(Diagnostic::is_error);
         let verdict = match verdict {
             Some(verdict) => ResultVerdict::Answered(verdict),
@@ -78,27 +96,22 @@ impl Summary {
 
     /// The summary as an object.
     pub fn to_json(&self) -> document::Summary {
-        let mass = |best: &Estimate<f64>| Spread {
-            value: best.body.mass,
-            sigma: best.sigma().map(|sigma| sigma[0]),
-        };
         document::Summary {
             title: self.title.clone(),
             measured: self.measured.clone(),
-            method: self.best.as_ref().map(|best| best.method.name()),
-            mass_kg: self.best.as_ref().map(mass),
+            method: self.best.as_ref().map(|best| best.method.clone()),
+            mass_kg: self.best.as_ref().map(|best| best.mass_kg),
             verdict: self.verdict.name(),
         }
     }
 
     /// The columns title, measured, method, mass and verdict of a table.
     pub fn columns(&self, output: &Output) -> [String; 5] {
-        let mass = |best: &Estimate<f64>| {
-            let sigma = best.sigma().map_or(f64::NAN, |sigma| sigma[0]);
-            if sigma.is_finite() {
-                format!("{} kg", with_sigma(best.body.mass, sigma))
-            } else {
-                format!("{:.4} kg", best.body.mass)
+        let mass = |best: &BestAnswer| {
+            let Spread { value, sigma } = best.mass_kg;
+            match sigma.filter(|sigma| sigma.is_finite()) {
+                Some(sigma) => format!("{} kg", with_sigma(value, sigma)),
+                None => format!("{value:.4} kg"),
             }
         };
         let or_dash = |text: Option<String>| text.unwrap_or_else(|| "–".into());
@@ -107,7 +120,7 @@ impl Summary {
         [
             self.title.clone(),
             or_dash(self.measured.as_ref().map(minute)),
-            or_dash(self.best.as_ref().map(|best| best.method.name().to_owned())),
+            or_dash(self.best.as_ref().map(|best| best.method.clone())),
             or_dash(self.best.as_ref().map(mass)),
             output.toned(self.verdict.text(), self.verdict.tone()),
         ]

@@ -9,6 +9,7 @@ use super::frfs::{LayoutResponses, LinesOfBand};
 use super::suspension_lines::FEWEST_LINES;
 use super::{Options, first_error, undetermined};
 use crate::identification::{Selection, contradicted};
+use crate::modes_so_far::lacking_modes;
 use crate::report::{message_in, new_direction};
 use crate::suspension::{
     FirstLook, MassLineAnswers, ModalSettings, ModeChoice, SuspensionModes, SuspensionSolution,
@@ -67,7 +68,7 @@ pub(super) fn look(layout: &HostLayout, responses: &LayoutResponses, options: &O
     }
     let first = all.thinned().responses().and_then(|responses| {
         find_modes(layout, &responses, all.record_s())
-            .map_err(|found| no_modal_answer(layout, &found))
+            .map_err(|found| no_modal_answer(layout, &found, None))
     });
     Looked::Seen(first.map(|first| Look { all, first }))
 }
@@ -105,12 +106,16 @@ pub(super) fn part(
         named: matches!(options.selection, Selection::Only(_)),
     };
     let chosen = look.all.about(&look.first.modes);
-    let solution = solve(layout, &chosen.responses()?, wanted, settings, answers, progress)
-        .map_err(|found| no_modal_answer(layout, &found))?;
+    let readings = chosen.responses()?;
+    let no_answer = |found: &[Diagnostic]| {
+        no_modal_answer(layout, found, lacking_modes(layout, &readings).as_deref())
+    };
+    let solution = solve(layout, &readings, wanted, settings, answers, progress)
+        .map_err(|found| no_answer(&found))?;
     if let (true, Some((_, reasons))) =
         (solution.estimates.is_empty(), solution.not_applicable.first())
     {
-        return Err(no_modal_answer(layout, reasons));
+        return Err(no_answer(reasons));
     }
     let mut diagnostics = solution.modes.diagnostics.clone();
     let without_priors = solution.estimates.iter().find(|e| !e.method.entry().uses_priors);
@@ -130,7 +135,7 @@ pub(super) fn modes_alone(
     let look = look(layout, responses, options).needed()?;
     let chosen = look.all.about(&look.first.modes);
     let mut modes = modes(layout, &chosen.responses()?, progress)
-        .map_err(|found| no_modal_answer(layout, &found))?;
+        .map_err(|found| no_modal_answer(layout, &found, None))?;
     modes.diagnostics.extend(look.first.diagnostics.iter().copied());
     modes.diagnostics.extend(gap(&look));
     Ok(modes)
@@ -142,8 +147,13 @@ fn gap(look: &Look) -> Option<Diagnostic> {
     Some(Diagnostic::whole(Code::FrequencyGap, Severity::Warning, begin as f32))
 }
 
-/// The errors of a method, and which hit would show what is missing.
-pub(crate) fn no_modal_answer(layout: &HostLayout, found: &[Diagnostic]) -> Error {
+/// The errors of a method, and which hit would show what is missing. A fit that does not converge often lacks a mode:
+/// `lacking`, of [`lacking_modes`], is said first.
+pub(crate) fn no_modal_answer(
+    layout: &HostLayout,
+    found: &[Diagnostic],
+    lacking: Option<&str>,
+) -> Error {
     let error = first_error(found, |d| message_in(d, layout)).unwrap_or_else(undetermined);
     let more_hits = [
         Code::SuspensionModesMissing,
@@ -159,6 +169,10 @@ pub(crate) fn no_modal_answer(layout: &HostLayout, found: &[Diagnostic]) -> Erro
             code,
             format!("{message}; a hit at {dof} would be a force unlike those of the hits so far"),
         ),
+        (Error::Undetermined { code, message }, None) if code == Code::NotConverged.name() => {
+            let lacking = lacking.map_or_else(String::new, |modes| format!("{modes}; "));
+            Error::undetermined(code, lacking + &message)
+        }
         (error, _) => error,
     }
 }

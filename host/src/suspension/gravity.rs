@@ -59,8 +59,16 @@ impl Tilted {
 }
 
 impl Unexplained<'_, '_> {
-    /// The finding about gravity with which the readings are explained.
+    /// The finding about gravity with which the readings are explained; `None` where gravity as stated explains them from the
+    /// same start.
     pub(super) fn gravity(&self) -> Option<Diagnostic> {
+        let explained = |layout: &HostLayout| {
+            let found = self.solved(layout, self.readings, 0)?;
+            explains(&found, self.fit).then_some(found.noise)
+        };
+        if explained(self.layout).is_some() {
+            return None;
+        }
         let senses = |layout: &mut HostLayout, senses: bool| {
             layout.sensors.iter_mut().for_each(|sensor| sensor.senses_gravity = senses);
         };
@@ -87,10 +95,7 @@ impl Unexplained<'_, '_> {
         // Without gravity in the layout, that no sensor senses it changes nothing.
         let flags = flags.into_iter().filter(|_| self.layout.gravity.is_some());
         let tried = opposite.into_iter().chain(directions).chain(flags);
-        let explaining = tried.filter_map(|(layout, finding)| {
-            let found = self.solved(&layout, self.readings, 0)?;
-            explains(&found, self.fit).then_some((found.noise, finding))
-        });
+        let explaining = tried.filter_map(|(layout, finding)| Some((explained(&layout)?, finding)));
         explaining.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, finding)| finding)
     }
 

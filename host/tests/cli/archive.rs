@@ -224,6 +224,13 @@ fn a_result_of_another_layout_or_calibration_is_archived_without_mixing_them() {
     assert_eq!(rig.run(&["measure", &second]).0, 0);
     let file = path("first.massline");
     let get = ["results", "get", "1", "--output", &file];
+    // The rig keeps its last four layouts.
+    let (exit, kept) = rig.run(&["results", "get", "1"]);
+    assert_eq!(exit, 0, "{kept}");
+    assert!(kept["host"].is_object(), "{kept}");
+    for hits in [1, 4, 5] {
+        assert_eq!(rig.run(&["measure", &rig.layout(hits)]).0, 0);
+    }
     let (exit, unknown) = rig.run(&get);
     // The rig's own answer is printed; the host cannot solve it again without its layout.
     assert_eq!(exit, 2, "{unknown}");

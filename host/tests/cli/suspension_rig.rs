@@ -248,10 +248,92 @@ mod on_a_rig {
         assert_eq!(code, "usage", "{message}");
         assert!(message.contains("massline modes LAYOUT.toml"), "{message}");
         lines_that_are_missing(&measured_to, &path("cut.massline"));
+        for archive in success(&["history", &path("")])["archives"].as_array().unwrap() {
+            let of_best = &measured["host"]["results"][0];
+            assert_eq!(archive["method"], "global-fit", "{archive}");
+            if archive["file"] == measured_to.as_str() {
+                assert_eq!(archive["mass_kg"], of_best["mass_kg"], "{archive}");
+            }
+        }
+        // Another test in between does no harm, and the file is that of the test in the profile that was measured.
+        let between = path("between.toml");
+        let one_hit = std::fs::read_to_string(WHEEL).unwrap();
+        let one_hit = one_hit.replace("[test]\n", "[test]\nhits_per_dof = 1\n");
+        std::fs::write(&between, one_hit).unwrap();
+        let (of_test, tested) = run_json(&[&["measure", &between][..], &port].concat());
+        assert_eq!(of_test.exit, 0, "{}", of_test.stderr);
+        assert!(!of_test.says("the rig keeps result"), "{}", of_test.stderr);
+        assert_eq!(tested["number"], 2);
+        for layout in [&[][..], &["--layout", &plain]] {
+            let again = success(&[&["results", "get", "1"][..], layout, &port].concat());
+            assert_eq!(again["lines"], fetched["lines"]);
+            // The file has the positions in double precision.
+            let of_best = |document: &Value| document["host"]["results"][0].clone();
+            assert_eq!(of_best(&again)["method"], "global-fit");
+            assert!(!layout.is_empty() || of_best(&again) == of_best(&fetched), "{again}");
+        }
+        let (code, message) =
+            refusal(2, &[&["results", "get", "1", "--layout", &between][..], &port].concat());
+        assert_eq!(code, "another_layout", "{message}");
+        assert!(message.contains("leave --layout out"), "{message}");
+        let (again, _) = run_json(&[&["measure", &between][..], &port].concat());
+        assert!(
+            again.says("a new test; the rig keeps result 2 of this layout"),
+            "{}",
+            again.stderr
+        );
 
         success(&[&["results", "delete", "1", "--yes"][..], &port].concat());
         let (code, message) = refusal(2, &[&["results", "get", "1"][..], &port].concat());
         assert_eq!(code, "not_found", "{message}");
+    }
+
+    #[test]
+    fn where_points_that_miss_modes_have_no_answer_the_modes_and_a_point_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let bench = folder.path().join("bench.toml");
+        std::fs::write(&bench, equal_cords()).unwrap();
+        let (layout, bench) = (one_dof(&folder), bench.display().to_string());
+        let text = std::fs::read_to_string(&layout).unwrap();
+        // Above the middle of the wheel.
+        let middle = text
+            .replace("\"110:+X\"", "\"110:+Z\"")
+            .replace("[0.18, -0.21, -0.02]", "[0.0, 0.0, 0.03]")
+            .replace("\naxes = [[0.6, 0.64, 0.48], [-0.8, 0.48, 0.36]]", "");
+        std::fs::write(&layout, middle).unwrap();
+        let rig = VirtualProcess::on_bench(&bench, &["--layout", &layout, "--fast"]);
+        let measure = ["measure", &layout, "--any-layout", "--port", &rig.port];
+        let (measured, answer) = run_json(&measure);
+        assert_eq!(measured.exit, 3, "{}", measured.stderr);
+        let message = answer["error"]["message"].as_str().unwrap();
+        assert!(message.contains("a force unlike those of the hits so far"), "{message}");
+        let reports = answer["modes_after_each_dof"].as_array().unwrap();
+        assert_eq!(reports.len(), 1, "{answer}");
+        let report = &reports[0];
+        assert!(report["modes_missing"].as_u64().unwrap() >= 2, "{report}");
+        // What is listed is a mode of the bench, and no pole that stands for noise.
+        for mode in report["modes"].as_array().unwrap() {
+            let damping = mode["damping_ratio"].as_f64().unwrap();
+            assert!((0.005..0.03).contains(&damping), "the bench has 1.4 %: {report}");
+        }
+        let dof = report["next"]["dof"].as_str().unwrap();
+        assert!(measured.says("after 1 of 1 points"), "{}", measured.stderr);
+        assert!(measured.says(&format!("add {dof} (axes of the body)")), "{}", measured.stderr);
+    }
+
+    /// The bench of the wheel on four cords that are all the same.
+    fn equal_cords() -> String {
+        let text = include_str!("../../../boards/virtual/benches/wheel.toml");
+        let (before, rest) = text.split_once("[[suspension.cord]]").unwrap();
+        let (_, after) = rest.split_once("# The data sheet of the ADXL326").unwrap();
+        let cord = |[x, y]: [f64; 2]| {
+            format!(
+                "[[suspension.cord]]\npoint_m = [{x:.1}, {y:.1}, 0.1]\n\
+                 spring_n_per_m = [3000.0, 3000.0, 9000.0]\n"
+            )
+        };
+        let cords = [[0.2, 0.0], [-0.2, 0.0], [0.0, 0.2], [0.0, -0.2]].map(cord);
+        format!("{before}{}# {after}", cords.concat())
     }
 
     /// After each point the modes that show are listed, for people and for programs.

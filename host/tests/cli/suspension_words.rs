@@ -34,7 +34,7 @@ fn the_global_fit_stands_first_everywhere_and_no_other_method_puts_it_in_doubt()
     let again = run(&["solve", &page]);
     for text in [&shown.stdout, &again.stdout] {
         let text = words(text);
-        let first = text.find("use this answer, by global-fit").expect("which answer to use");
+        let first = text.find("the answer, by global-fit").expect("which answer to use");
         let second = text.find("toivola-nuutila").unwrap();
         assert!(first < second, "{text}");
         // 2 % of the mass against some 2.1 % of it in all.

@@ -67,7 +67,7 @@ endpoints! {
     GetStats = 3: () => Stats;
     /// Stores a layout.
     PutLayout = 4, changes: RigLayout => LayoutAnswer;
-    /// Asks for the stored layout.
+    /// Asks for the layout in use.
     GetLayout = 5: () => RigLayout;
     /// Stores a calibration.
     PutCalibration = 6, changes: CalibrationRecord => ();

@@ -44,6 +44,8 @@ pub enum ObjectKind {
     /// lines, and of the lines of each response as in
     /// [`CompactLines`](massline_shared::signal::CompactLines). A campaign by mass lines stores none.
     Lines = 4,
+    /// A stored layout as it was sent, the `RigLayout` in postcard; `number` is its hash.
+    Layout = 5,
 }
 
 /// Number of the record of a reading without a hit, as long as no hit has followed; hits count from 1.

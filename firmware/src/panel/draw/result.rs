@@ -32,7 +32,7 @@ fn of_entry(entry: &ResultEntry) -> Text {
             let decimals = mass.sigma.map_or(3, |sigma| decimals_for(sigma, 2));
             text(format_args!("{:>4}  {} kg", entry.number, fitting(mass.value, decimals, 8)))
         }
-        None => text(format_args!("{:>4}  no mass", entry.number)),
+        None => text(format_args!("{:>4}  not solved", entry.number)),
     }
 }
 

@@ -145,7 +145,7 @@ impl Person<'_> {
             self.presenter.reopened(monitor.measured());
         }
         if read_new_lines(client, monitor, status, CURRENT_CAMPAIGN, |dof| dof != status.dof)? {
-            self.presenter.modes(monitor.report());
+            self.presenter.modes(monitor.report(status.dof.into()));
         }
         Ok(())
     }

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use massline_protocol::LayoutHash;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::layout::HostLayout;
 
@@ -34,7 +33,7 @@ pub struct Args {
     /// Number of the result in the list.
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     number: u32,
-    /// The layout file of the test; default: the layout on the rig, which may be another one by now.
+    /// The layout file of the test; default: the layout that the rig has stored, one of the last four.
     #[arg(long, value_name = "FILE")]
     layout: Option<PathBuf>,
     #[command(flatten)]
@@ -80,7 +79,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     printed
 }
 
-/// The layout of the test: that of the file, or that on the rig unless the rig has another one by now.
+/// The layout of the test: that of the file, in the profile that was measured, or that of the rig unless it has replaced it by
+/// another one.
 fn layout(
     args: &Args,
     client: &mut Client,
@@ -89,10 +89,15 @@ fn layout(
 ) -> Result<Option<ArchivedLayout>> {
     let wanted = result.head.layout_hash;
     if let Some(path) = &args.layout {
-        let file = files::layout(path, output)?;
+        let mut file = files::layout(path, output)?;
+        if file.hash() != Some(wanted) && file.layout.test.profile != result.profile() {
+            // It was measured with `--profile`.
+            file = files::layout_in_profile(path, Some(result.profile()), output)?;
+        }
         if file.hash() != Some(wanted) {
             let message = format!(
-                "{}: this layout is not that of result {} (layout {} was measured)",
+                "{}: this layout is not that of result {} (layout {} was measured): give the file as it was then, or leave \
+                 --layout out for the layout that the rig has stored",
                 path.display(),
                 args.number,
                 hash_text(wanted).unwrap_or_default()
@@ -101,14 +106,13 @@ fn layout(
         }
         return Ok(Some(ArchivedLayout::of_file(&file)));
     }
-    let on_rig = client.layout().ok().filter(|kept| kept.hash() == wanted);
-    let layout: Option<HostLayout> = on_rig.and_then(|kept| kept.cast());
+    let layout: Option<HostLayout> = client.stored_layout(wanted)?.and_then(|kept| kept.cast());
     Ok(layout.map(ArchivedLayout::of_rig))
 }
 
 fn no_layout(result: &MeasurementResult) -> Error {
     let message = format!(
-        "an archive needs the layout of the test ({}), and the rig has another one by now; give its file with --layout",
+        "an archive needs the layout of the test ({}), and the rig has replaced it by others; give its file with --layout",
         hash_text(result.head.layout_hash).unwrap_or_default()
     );
     Error::input("layout_unknown", message)

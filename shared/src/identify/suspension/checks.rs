@@ -8,6 +8,8 @@ use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::modes::{Mode, Modes, OriginResponses, best_force, norm_indicator};
 use crate::sorting::sort_short;
 
+use super::selection::NO_MODE;
+
 /// Imaginary over real part of the residues above which a mode is complex. Modal methods are off by its square.
 const COMPLEX: f64 = 0.1;
 /// Bandwidths between two modes below which their shapes mix.
@@ -16,7 +18,8 @@ const CLOSE: f64 = 1.0;
 const BEYOND: f64 = 1.0;
 /// Largest Norm Indicator of a mode over the median below which it is poorly excited.
 const POOR: f64 = 0.1;
-
+/// Imaginary over real part of the residues from which a pole within the band may be noise as well as a mode.
+const DOUBTFUL: f64 = 0.5;
 /// Share of the residues of a mode that no shape explains from which it is two modes.
 const MIXED: f64 = 0.2;
 /// Standard deviation of a property relative to its scale above which it is not determined: the interval then contains
@@ -70,6 +73,17 @@ pub fn mode_findings<R: Real>(modes: &Modes<R>, responses: &OriginResponses<'_, 
         }
     }
     found
+}
+
+/// The modes that show clearly: excited well by a hit, in phase with its force, and not damped so heavily that they may stand for
+/// what is smooth. `length` is L in m.
+pub fn clear_modes<R: Real>(modes: &Modes<R>, length: R) -> impl Iterator<Item = &Mode<R>> {
+    let least = median_indicator(modes, length) * R::of(POOR);
+    modes.modes.iter().filter(move |mode| {
+        largest_indicator(mode, length) >= least
+            && mode.complexity < R::of(DOUBTFUL)
+            && mode.damping_ratio < R::of(NO_MODE)
+    })
 }
 
 /// The first mode that is two modes at nearly the same frequency, which have no common shape.

@@ -19,7 +19,7 @@ use crate::diagnosis::Code;
 use crate::modes::{Lines, Modes, OriginResponses};
 
 pub(in crate::identify) use checks::refuse_mixed_modes;
-pub use checks::{mixed_mode, mode_findings, truncated_mode, undetermined_property};
+pub use checks::{clear_modes, mixed_mode, mode_findings, truncated_mode, undetermined_property};
 pub use deviations::ModeDeviations;
 pub use fit::SuspensionFit;
 pub use judgement::{add_doubts, judged_estimate, refusal_of_property};

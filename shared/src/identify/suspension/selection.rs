@@ -19,8 +19,8 @@ const PARTLY_IN_PHASE: f64 = 1.0;
 const NOTICEABLE: f64 = 0.02;
 /// The same from which there is no answer.
 const TOO_MUCH: f64 = 0.1;
-/// Damping ratio from which a pair of poles outside the band is no mode but stands for what is smooth within it.
-const NO_MODE: f64 = 0.3;
+/// Damping ratio from which a pair of poles is no mode but stands for what is smooth within the band.
+pub(super) const NO_MODE: f64 = 0.3;
 
 /// The suspension modes, and what speaks against them.
 pub(super) struct Selection {
