@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use massline_protocol::event::{HitEvent, ScanBlock};
 use massline_protocol::message::{Reason, StartRequest, Status};
-use massline_shared::diagnosis::Diagnostic;
+use massline_shared::diagnosis::{Code, Diagnostic, Subject};
 use massline_shared::measurement::campaign::{Command, Object, Phase, Start};
 
 use crate::calibration::day::age_in_days;
@@ -404,6 +404,21 @@ pub fn open_dof(status: &Status) -> Option<u8> {
     matches!(phase, Some(Phase::Armed | Phase::Confirming)).then_some(status.dof)
 }
 
+/// The DOFs of the layout, by their indices, that the rig still asks for or is storing: those before the current one that
+/// have no hits were skipped.
+pub fn dofs_left(status: &Status) -> Vec<usize> {
+    let skipped = |dof: usize| {
+        let is_that = |found: &Diagnostic| {
+            found.code == Code::DofSkipped && found.subject == Subject::Hit(dof as u8)
+        };
+        status.diagnostics.iter().any(is_that)
+    };
+    let hits = status.accepted.iter().enumerate();
+    hits.filter(|(dof, hits)| (*dof >= usize::from(status.dof) || **hits > 0) && !skipped(*dof))
+        .map(|(dof, _)| dof)
+        .collect()
+}
+
 /// True when a refusal is something to tell the operator, and not a failure.
 fn concerns_operator(command: Command, reason: Reason) -> bool {
     let undo = [Reason::NothingToUndo, Reason::HitOverwritten];
@@ -454,5 +469,37 @@ pub fn phase_name(raw: u8) -> &'static str {
         Some(Phase::Done) => "done",
         Some(Phase::TargetReached) => "at the target",
         None => "unknown",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use massline_shared::diagnosis::Severity;
+
+    use super::*;
+
+    #[test]
+    fn what_was_skipped_is_not_left_and_what_is_being_stored_is() {
+        let mut status = Status {
+            phase: Phase::Armed as u8,
+            dof: 3,
+            // The last hits of the second DOF are being stored, and the third was skipped.
+            accepted: [2, 2, 0, 1, 0].into_iter().collect(),
+            rejected: 0,
+            armings: 0,
+            last_hit: 0,
+            hits_per_dof: 2,
+            layout_hash: 1,
+            started_unix_s: 0,
+            result: 0,
+            diagnostics: Default::default(),
+        };
+        assert_eq!(dofs_left(&status), [0, 1, 3, 4]);
+        // The first is measured again after a fault, before one that was skipped.
+        status.dof = 0;
+        let skipped = Subject::Hit(2);
+        let skipped = Diagnostic::about(Code::DofSkipped, Severity::Note, skipped, 0.0);
+        status.diagnostics.push(skipped).unwrap();
+        assert_eq!(dofs_left(&status), [0, 1, 3, 4]);
     }
 }

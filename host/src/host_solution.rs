@@ -44,7 +44,9 @@ use crate::report::{
 use crate::rig_findings::of_measuring;
 use crate::rig_lines::StoredTest;
 use crate::single_fault::{Examination, NominalTest};
-use crate::solve::{Suspicion, band_of_modes, first_error, no_modal_answer, suspicions};
+use crate::solve::{
+    Suspicion, band_of_modes, first_error, is_not_converged, no_modal_answer, suspicions,
+};
 use crate::suspension::{
     Comparison, MassLineAnswers, SuspensionModes, compare, reciprocity_of_mass_lines,
     warn_of_flexible_mode,
@@ -167,7 +169,8 @@ impl<'a> HostSolution<'a> {
                 Self::without_answer(test.result, layout, selection, identification)
             }
         };
-        if all.identification.estimates.is_empty() {
+        let refused = all.identification.not_applicable.first();
+        if refused.is_some_and(|(_, reasons)| is_not_converged(reasons)) {
             let readings = lines.responses().ok();
             all.lacking_modes = readings.and_then(|of| lacking_modes(lines.layout(), &of));
         }
@@ -212,7 +215,7 @@ impl<'a> HostSolution<'a> {
         let Identification { estimates, not_applicable, .. } = &self.identification;
         match (self.profile, estimates.first()) {
             (TestProfile::Suspension, Some(best)) => format!(
-                "the answer, by {}, solved here in double precision; report and export take it too\n",
+                "the answer, by {}, solved here in double precision\n",
                 best.method.name()
             ),
             (TestProfile::Suspension, None) if !not_applicable.is_empty() => {

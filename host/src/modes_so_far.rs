@@ -8,7 +8,7 @@ use massline_shared::signal::AdcProperties;
 
 use crate::document::{ModesSoFar, NextPoint, SeenMode};
 use crate::output::counted;
-use crate::report::{HitDirections, NEW, two_digits};
+use crate::report::{HitDirections, NEW, do_not_show, two_digits};
 use crate::suspension::{DofLines, HostFit, TestLines};
 
 /// A measured hit that shows less than this share of the most that any hit could is not enough: half of it doubles the error of
@@ -55,10 +55,16 @@ impl ModesMonitor {
         self.dofs.sort_by_key(|lines| lines.dof);
     }
 
-    /// What all DOFs so far show, with a rig that is at the DOF with this index: it asks for this one and those after it, and
-    /// what it has left without lines was skipped. It is also kept for [`Self::into_reports`].
-    pub fn report(&mut self, at: usize) -> &ModesSoFar {
-        let report = self.latest(at);
+    /// True when the last report counts points that are no longer asked for; `left` as for [`Self::report`].
+    pub fn is_outdated(&self, left: &[usize]) -> bool {
+        let count = self.dofs.len() + self.still_open(left).count();
+        self.reports.last().is_some_and(|last| last.dofs != count)
+    }
+
+    /// What all DOFs so far show, with a rig that still asks for those of `left`, by their indices in the layout, unless they are
+    /// known. It is also kept for [`Self::into_reports`].
+    pub fn report(&mut self, left: &[usize]) -> &ModesSoFar {
+        let report = self.latest(left);
         self.reports.push(report);
         &self.reports[self.reports.len() - 1]
     }
@@ -68,7 +74,7 @@ impl ModesMonitor {
         self.reports
     }
 
-    fn latest(&self, at: usize) -> ModesSoFar {
+    fn latest(&self, left: &[usize]) -> ModesSoFar {
         let test = TestLines::new(&self.layout, &self.adc, &self.dofs);
         let modes = test
             .responses()
@@ -80,7 +86,7 @@ impl ModesMonitor {
             norm_indicator: shown.indicator,
             share_of_possible: shown.share().min(1.0),
         });
-        let left: Vec<&Hit<f64>> = self.left(at).collect();
+        let left: Vec<&Hit<f64>> = self.still_open(left).collect();
         let measured = test.layout().hits.len();
         ModesSoFar {
             dofs_measured: measured,
@@ -91,11 +97,10 @@ impl ModesMonitor {
         }
     }
 
-    /// The hits that a rig at this DOF still asks for, in its order.
-    fn left(&self, at: usize) -> impl Iterator<Item = &Hit<f64>> {
-        let is_open = |dof: usize| self.dofs.iter().all(|lines| lines.dof != dof);
-        let hits = self.layout.hits.iter().enumerate().skip(at);
-        hits.filter(move |(dof, _)| is_open(*dof)).map(|(_, hit)| hit)
+    /// The hits of these DOFs whose lines are not known.
+    fn still_open(&self, left: &[usize]) -> impl Iterator<Item = &Hit<f64>> {
+        let is_open = |dof: &usize| self.dofs.iter().all(|lines| lines.dof != *dof);
+        left.iter().filter(move |dof| is_open(dof)).filter_map(|dof| self.layout.hits.get(*dof))
     }
 }
 
@@ -110,7 +115,7 @@ fn next(
     let reference = measured.sensor_centroid();
     let best_left = |score: &dyn Fn(&Hit<f64>) -> f64, least: f64| {
         let scored = left.iter().enumerate().map(|(before, hit)| (score(hit), before, hit.dof));
-        scored.filter(|of| of.0 > least).max_by(|a, b| a.0.total_cmp(&b.0))
+        scored.filter(|(score, ..)| *score > least).max_by(|a, b| a.0.total_cmp(&b.0))
     };
     let of_layout = |(_, before, dof): (f64, usize, Dof)| NextPoint {
         dof: dof.to_string(),
@@ -165,8 +170,7 @@ pub fn lacking_modes(
                 mode.frequency_hz
             )
         }
-        1 => "one of the six modes does not show".into(),
-        missing => format!("{missing} of the six modes do not show"),
+        missing => do_not_show(missing),
     };
     Some(match next(layout, &modes, &[]) {
         None => shown,
@@ -204,8 +208,10 @@ impl ModesSoFar {
     pub fn advice(&self) -> String {
         let seen = match self.modes_missing {
             0 => self.all_show(),
-            1 => "one of the six modes does not show yet".into(),
-            missing => format!("{missing} of the six modes do not show yet"),
+            missing if self.dofs_measured < self.dofs => {
+                format!("{} yet", do_not_show(missing))
+            }
+            missing => do_not_show(missing),
         };
         let why = match self.modes_missing {
             0 => "shows that mode better",
@@ -213,7 +219,7 @@ impl ModesSoFar {
         };
         match &self.next {
             None if self.modes_missing > 0 => {
-                format!("{seen}, and no point of the layout pushes in a new direction")
+                format!("{seen}, and the points push in all directions: hit harder or more often")
             }
             None if self.dofs_measured < self.dofs => {
                 format!("{seen}; the points to come make the answer more certain")

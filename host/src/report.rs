@@ -46,7 +46,7 @@ pub use refusals::{refusals_json, refusals_text};
 pub use summary::{BestAnswer, ResultVerdict, Summary};
 pub use table::{INERTIA_CONVENTION, Truth, table};
 pub use where_to_hit::{HitDirections, new_direction};
-pub(crate) use where_to_hit::{NEW, hardly_shown, not_shown};
+pub(crate) use where_to_hit::{NEW, do_not_show, hardly_shown, not_shown};
 
 /// The text of a layout's hash or a calibration's checksum; `None` for 0, which means that there is none.
 pub fn hash_text(hash: u32) -> Option<String> {

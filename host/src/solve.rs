@@ -47,8 +47,8 @@ use errors::{blame_the_responses, both_errors, undetermined};
 use frfs::{FittedLines, LayoutResponses, stated_band};
 use layout_checks::{admitted, assumed_for_solving, layout_problem};
 pub(crate) use plausibility::suspicions;
-pub(crate) use suspension::no_modal_answer;
 use suspension::{Looked, ModalPart};
+pub(crate) use suspension::{is_not_converged, no_modal_answer};
 
 pub use answer::FrfSolution;
 pub(crate) use errors::first_error;

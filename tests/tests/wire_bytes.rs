@@ -183,6 +183,10 @@ fn object() -> ObjectId {
     ObjectId { kind: ObjectKind::Result as u8, number: 3 }
 }
 
+fn stored_layout() -> ObjectId {
+    ObjectId { kind: ObjectKind::Layout as u8, number: 0x7500_bcfb }
+}
+
 fn lines() -> ObjectId {
     LinesId { result: 3, dof: 11 }.object().unwrap()
 }
@@ -244,6 +248,7 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("SteerCampaign request", request::<SteerCampaign>(Command::Undo)),
         ("SteerCampaign answer", answer::<SteerCampaign>(status(1))),
         ("GetObjectInfo request", request::<GetObjectInfo>(object())),
+        ("GetObjectInfo request, layout", request::<GetObjectInfo>(stored_layout())),
         ("GetObjectInfo answer", answer::<GetObjectInfo>(ObjectInfo { length: 4000, crc: 1 })),
         ("ReadObject request", request::<ReadObject>(chunk_request)),
         ("ReadObject answer", answer::<ReadObject>(chunk)),

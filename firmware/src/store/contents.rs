@@ -347,10 +347,16 @@ impl Contents {
         self.layouts.iter().find(|stored| stored.in_use).map(|stored| stored.object)
     }
 
-    /// Hash of the least recently used layout that is not in use.
+    /// Hash of the layout that is not in use and is missed least.
     pub fn unused_layout(&self) -> Option<u32> {
-        let unused = self.layouts.iter().filter(|stored| !stored.in_use);
-        unused.min_by_key(|stored| stored.used).map(|stored| stored.hash)
+        self.least_missed(self.layouts.iter().filter(|stored| !stored.in_use))
+    }
+
+    /// The least recently used layout of those without a result, or of all where each has one, which is solved with it.
+    fn least_missed<'l>(&self, of: impl Iterator<Item = &'l LayoutHandle>) -> Option<u32> {
+        let has_result =
+            |hash: u32| self.results.iter().any(|stored| stored.entry.layout_hash == hash);
+        of.min_by_key(|stored| (has_result(stored.hash), stored.used)).map(|stored| stored.hash)
     }
 
     /// True for the serial of a layout that is not in use.
@@ -361,8 +367,10 @@ impl Contents {
 
     /// Hash of the layout to be removed for a new one; `None` while there is room.
     pub fn layout_to_evict(&self) -> Option<u32> {
-        let oldest = self.layouts.iter().min_by_key(|stored| stored.used);
-        oldest.filter(|_| self.layouts.is_full()).map(|stored| stored.hash)
+        if !self.layouts.is_full() {
+            return None;
+        }
+        self.least_missed(self.layouts.iter())
     }
 
     fn objects(&mut self) -> impl Iterator<Item = &mut Object> {

@@ -151,7 +151,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Stores a layout, given by its postcard bytes, and puts it into use. If there are already
-    /// [`LAYOUTS`], the least recently used one is removed. The parameter is not a decoded layout, which
+    /// [`LAYOUTS`], the least recently used one is removed, those without a result first. The parameter is not a decoded layout, which
     /// would take memory beside the bytes while the flash is written.
     ///
     /// # Errors

@@ -98,7 +98,7 @@ impl<F: NorFlash> Store<F> {
         Log::<F>::size(length) + pieces * Log::<F>::size(1) + Log::<F>::size(change)
     }
 
-    /// Removes layouts that are not in use, the least recently used first, until an object of this length fits or only
+    /// Removes layouts that are not in use, those without a result first, until an object of this length fits or only
     /// the layout in use is left.
     pub(super) async fn evict_layouts_for(&mut self, length: usize) -> Result<(), StoreError> {
         while self.usable

@@ -2,13 +2,13 @@
 
 use std::time::{Duration, Instant};
 
-use massline_protocol::crc32;
 use massline_protocol::lines::{LinesId, split_dof};
 use massline_protocol::lines_head::LinesHead;
 use massline_protocol::message::{GetObjectInfo, ReadObject, Reason};
 use massline_protocol::object::{
     ChunkRequest, MAX_CHUNK, MeasurementResult, ObjectId, ObjectInfo, ObjectKind, READING,
 };
+use massline_protocol::{LayoutHash, crc32};
 use massline_shared::layout::RigLayout;
 use massline_shared::signal::{Scan, expand_response};
 use nalgebra::Complex;
@@ -75,18 +75,19 @@ impl Client {
     }
 
     /// Downloads the stored layout with this hash, which need not be the one in use; `None` when the rig does not have it
-    /// any more.
+    /// any more, or cannot read it.
     ///
     /// # Errors
-    /// As [`Client::download`]; [`ClientError::Unreadable`] when it does not decode.
+    /// As [`Client::download`].
     pub fn stored_layout(&mut self, hash: u32) -> Result<Option<RigLayout>, ClientError> {
         let object = ObjectId { kind: ObjectKind::Layout as u8, number: hash };
         let bytes = match self.download(object, |_, _| ()) {
-            Err(e) if e.refusal() == Some(Reason::NotFound) => return Ok(None),
+            Err(e) if matches!(e.refusal(), Some(Reason::NotFound | Reason::StoreFailed)) => {
+                return Ok(None);
+            }
             bytes => bytes?,
         };
-        let unreadable = |_| ClientError::Unreadable { kind: object.kind, number: hash };
-        postcard::from_bytes(&bytes).map(Some).map_err(unreadable)
+        Ok(postcard::from_bytes(&bytes).ok().filter(|layout: &RigLayout| layout.hash() == hash))
     }
 
     /// Downloads a finished DOF with lines; `None` when the rig does not have it.

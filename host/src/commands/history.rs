@@ -6,7 +6,7 @@ use crate::archive::{Archive, EXTENSION, is_named};
 use crate::document::{History, ListedArchive, Unreadable};
 use crate::error::{Error, Result};
 use crate::output::{self, Output, Table};
-use crate::report::Summary;
+use crate::report::{ResultVerdict, Summary};
 
 /// Arguments of `massline history`.
 #[derive(Debug, clap::Args)]
@@ -72,7 +72,13 @@ impl Test {
         let of_rig = Summary::of(&archive.result, archive.verdict());
         // The rig keeps a part of a long title only.
         let title = archive.layout.title.clone();
-        let summary = Summary { title, best: archive.best_answer().or(of_rig.best), ..of_rig };
+        let best = archive.best_answer().or(of_rig.best);
+        // The program has tried to solve what is in an archive.
+        let verdict = match of_rig.verdict {
+            ResultVerdict::Unsolved => ResultVerdict::NoAnswer,
+            verdict => verdict,
+        };
+        let summary = Summary { title, best, verdict, ..of_rig };
         Self { summary, time }
     }
 

@@ -164,11 +164,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         started_unix_s: clock::unix_seconds(),
         ..StartOptions::default()
     };
-    let measured_before = kept_result(&mut client, &layout)?;
+    let earlier = earlier_result(&mut client, &layout)?;
     let board = identity.board.as_str();
     let began = begin(&mut client, how).map_err(|error| advised(error, board, &layout));
     match began? {
-        StartOutcome::Started => measured_before.iter().for_each(|told| output.note(told)),
+        StartOutcome::Started => earlier.iter().for_each(|note| output.note(note)),
         StartOutcome::Resumed => output.note("resuming the interrupted campaign"),
         StartOutcome::Joined => output.note("joins the campaign that is under way"),
     }
@@ -308,10 +308,11 @@ fn follow(
         monitor.report();
     }
     if let Some(monitor) = &mut monitors.modes
-        && watch::read_new_lines(client, monitor, &status, number, |_| true)?
+        && (watch::read_new_lines(client, monitor, &status, number, |_| true)?
+            || monitor.is_outdated(&[]))
     {
         // No point is left.
-        monitor.report(layout.hits.len());
+        monitor.report(&[]);
     }
     if archived {
         // Those of the last DOF.
@@ -327,7 +328,7 @@ pub(super) fn profile() -> impl TypedValueParser<Value = TestProfile> {
 }
 
 /// What is said of the last result that the rig keeps of this layout, which may be the one that was to be measured.
-fn kept_result(client: &mut Client, layout: &RigLayout) -> Result<Option<String>> {
+fn earlier_result(client: &mut Client, layout: &RigLayout) -> Result<Option<String>> {
     let hash = layout.hash();
     let last = client.results()?.into_iter().rfind(|entry| entry.layout_hash == hash);
     Ok(last.map(|entry| {
@@ -352,8 +353,8 @@ fn advised(error: ClientError, board: &str, layout: &RigLayout) -> Error {
         }
     };
     error.advising(format!(
-        "on this board, {board}, the lines of {} hit points need {} kB: {help}",
-        layout.hits.len(),
+        "on this board, {board}, the lines of {} need {} kB: {help}",
+        counted(layout.hits.len() as u32, "hit point"),
         (layout.hits.len() * 3 * layout.sensors.len() * COMPACT_RESPONSE).div_ceil(1000),
     ))
 }

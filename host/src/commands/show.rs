@@ -180,10 +180,10 @@ pub fn require_answer(result: &MeasurementResult) -> Result<()> {
     }
     if !result.lines.is_empty() {
         let text = format!(
-            "result {} has the lines of {} DOFs and no answer of its own; with the layout of the test (--layout) they are \
-             solved here",
-            result.head.number,
-            result.lines.len()
+            "result {number} has the lines of {} DOFs, and the rig has no longer their layout: `massline results get {number} \
+             --layout FILE` solves them with the layout of the test, and --output keeps both",
+            result.lines.len(),
+            number = result.head.number,
         );
         return Err(Error::undetermined("no_answer", text));
     }

@@ -59,9 +59,9 @@ fn reports(hits: &str, noise: f64) -> Vec<ModesSoFar> {
     let source = BenchSource::new(&Bench::named("wheel").unwrap(), &layout, 1).unwrap();
     let mut monitor = ModesMonitor::new(layout.clone(), source.adc());
     for dof in lines(&layout, &source.adc(), noise) {
-        let next = dof.dof + 1;
+        let left: Vec<usize> = (dof.dof + 1..layout.hits.len()).collect();
         monitor.add(dof);
-        monitor.report(next);
+        monitor.report(&left);
     }
     monitor.into_reports()
 }
@@ -118,7 +118,7 @@ fn the_points_of_the_example_show_all_modes() {
 
 #[test]
 fn where_no_point_of_the_layout_is_left_one_to_add_is_named() {
-    for (noise, words) in [(LITTLE, "it shows that mode better"), (MUCH, " show yet; add ")] {
+    for (noise, words) in [(LITTLE, "it shows that mode better"), (MUCH, " show; add ")] {
         let reports = reports(r#"["121:+Z", "122:+Z", "123:+Z"]"#, noise);
         let last = &reports[2];
         assert!(last.next.as_ref().is_some_and(|next| next.points_before.is_none()), "{last:?}");
@@ -133,7 +133,7 @@ fn a_point_that_is_measured_again_counts_anew() {
     let mut monitor = ModesMonitor::new(layout.clone(), source.adc());
     lines(&layout, &source.adc(), LITTLE).into_iter().for_each(|dof| monitor.add(dof));
     assert!(monitor.knows(2) && monitor.forget(2) && !monitor.knows(2) && !monitor.forget(2));
-    assert_eq!(monitor.report(2).progress(), "2 of 3 points");
+    assert_eq!(monitor.report(&[2]).progress(), "2 of 3 points");
 }
 
 #[test]
@@ -148,14 +148,15 @@ fn a_skipped_point_is_neither_counted_nor_named_as_the_next() {
     };
     let asked = |at: usize| layout.hits[at].dof.to_string();
     // The one that is named when both are left is skipped when the rig is at the other, or behind both.
-    let both = monitor.report(3).clone();
+    let both = monitor.report(&[3, 4]).clone();
     assert_eq!(both.progress(), "3 of 5 points");
-    let one = monitor.report(4).clone();
+    assert!(!monitor.is_outdated(&[3, 4]) && monitor.is_outdated(&[4]));
+    let one = monitor.report(&[4]).clone();
     assert_eq!(
         (one.progress().as_str(), place(&one)),
         ("3 of 4 points", Some((asked(4), Some(0))))
     );
-    let none = monitor.report(5);
+    let none = monitor.report(&[]);
     assert_eq!(none.progress(), "3 of 3 points");
     assert!(none.next.as_ref().is_some_and(|next| next.points_before.is_none()), "{none:?}");
 }

@@ -54,11 +54,17 @@ pub(crate) fn hardly_shown(mode: usize, shown: f64, better: &dyn fmt::Display) -
     )
 }
 
+/// That so many modes do not show.
+pub(crate) fn do_not_show(missing: usize) -> String {
+    match missing {
+        1 => "one of the six modes does not show".into(),
+        missing => format!("{missing} of the six modes do not show"),
+    }
+}
+
 /// What is said of modes that do not show.
 pub(crate) fn not_shown(missing: usize, new: &dyn fmt::Display) -> String {
-    format!(
-        "{missing} of the six modes do not show: hit {new}, a force unlike those of the hits so far"
-    )
+    format!("{}: hit {new}, a force unlike those of the hits so far", do_not_show(missing))
 }
 
 /// A hit whose force and torque are least like those of all hits so far; `None` when these span all six directions.

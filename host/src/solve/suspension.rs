@@ -108,7 +108,8 @@ pub(super) fn part(
     let chosen = look.all.about(&look.first.modes);
     let readings = chosen.responses()?;
     let no_answer = |found: &[Diagnostic]| {
-        no_modal_answer(layout, found, lacking_modes(layout, &readings).as_deref())
+        let lacking = is_not_converged(found).then(|| lacking_modes(layout, &readings)).flatten();
+        no_modal_answer(layout, found, lacking.as_deref())
     };
     let solution = solve(layout, &readings, wanted, settings, answers, progress)
         .map_err(|found| no_answer(&found))?;
@@ -147,6 +148,11 @@ fn gap(look: &Look) -> Option<Diagnostic> {
     Some(Diagnostic::whole(Code::FrequencyGap, Severity::Warning, begin as f32))
 }
 
+/// True where a fit has not converged.
+pub(crate) fn is_not_converged(found: &[Diagnostic]) -> bool {
+    found.iter().any(|diagnostic| diagnostic.code == Code::NotConverged)
+}
+
 /// The errors of a method, and which hit would show what is missing. A fit that does not converge often lacks a mode:
 /// `lacking`, of [`lacking_modes`], is said first.
 pub(crate) fn no_modal_answer(
@@ -169,7 +175,7 @@ pub(crate) fn no_modal_answer(
             code,
             format!("{message}; a hit at {dof} would be a force unlike those of the hits so far"),
         ),
-        (Error::Undetermined { code, message }, None) if code == Code::NotConverged.name() => {
+        (Error::Undetermined { code, message }, None) if is_not_converged(found) => {
             let lacking = lacking.map_or_else(String::new, |modes| format!("{modes}; "));
             Error::undetermined(code, lacking + &message)
         }

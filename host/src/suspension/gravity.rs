@@ -62,11 +62,11 @@ impl Unexplained<'_, '_> {
     /// The finding about gravity with which the readings are explained; `None` where gravity as stated explains them from the
     /// same start.
     pub(super) fn gravity(&self) -> Option<Diagnostic> {
-        let explained = |layout: &HostLayout| {
+        let noise_under = |layout: &HostLayout| {
             let found = self.solved(layout, self.readings, 0)?;
             explains(&found, self.fit).then_some(found.noise)
         };
-        if explained(self.layout).is_some() {
+        if noise_under(self.layout).is_some() {
             return None;
         }
         let senses = |layout: &mut HostLayout, senses: bool| {
@@ -95,7 +95,8 @@ impl Unexplained<'_, '_> {
         // Without gravity in the layout, that no sensor senses it changes nothing.
         let flags = flags.into_iter().filter(|_| self.layout.gravity.is_some());
         let tried = opposite.into_iter().chain(directions).chain(flags);
-        let explaining = tried.filter_map(|(layout, finding)| Some((explained(&layout)?, finding)));
+        let explaining =
+            tried.filter_map(|(layout, finding)| Some((noise_under(&layout)?, finding)));
         explaining.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, finding)| finding)
     }
 

@@ -119,7 +119,8 @@ fn what_the_program_prints_itself_can_be_exported() {
     let path = files.write("frame.json", simulated.to_string());
     let exported = run(&["export", &path, "--format", "json", "--layout", LAYOUT]);
     assert_eq!(exported.exit, 0, "{}", exported.stderr);
-    assert!(exported.says("that of the host"), "{}", exported.stderr);
+    // All answers in it are the program's.
+    assert!(!exported.says("not that of the rig"), "{}", exported.stderr);
     assert!(!exported.says("the layout differs"), "{}", exported.stderr);
     let value: Value = serde_json::from_str(&exported.stdout).unwrap();
     let of_host = &simulated["host"]["results"][0];

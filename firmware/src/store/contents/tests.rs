@@ -87,6 +87,26 @@ fn a_layout_that_was_evicted_and_stored_again_stays_when_the_other_change_was_mo
 }
 
 #[test]
+fn a_layout_gives_way_before_an_older_one_whose_result_is_solved_with_it() {
+    let result = Change::Result {
+        object: object(25),
+        number: 1,
+        layout: 7,
+        mass: None,
+        crc: 0,
+        campaign: 0,
+    };
+    let mut contents =
+        after([layout(7, 10, None), layout(9, 20, None), (25, result), layout(5, 30, None)]);
+    assert_eq!((contents.unused_layout(), contents.layout_to_evict()), (Some(9), None));
+    let (serial, newest) = layout(4, 40, None);
+    contents.apply(serial, newest);
+    assert_eq!(contents.layout_to_evict(), Some(9));
+    contents.apply(50, Change::Deleted { number: 1, campaign: 0 });
+    assert_eq!(contents.layout_to_evict(), Some(7));
+}
+
+#[test]
 fn the_layout_that_gives_way_is_the_one_used_longest_ago_and_never_the_one_in_use() {
     let mut contents = after([layout(7, 10, None), layout(9, 20, None), layout(5, 30, None)]);
     for (serial, hash) in [(40, 7), (41, 9)] {

@@ -9,7 +9,7 @@ use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::{Command, Phase};
 
 use crate::archive::RecordCollection;
-use crate::campaign::{CampaignOutcome, Observer, follow, open_dof};
+use crate::campaign::{CampaignOutcome, Observer, dofs_left, follow, open_dof};
 use crate::client::Client;
 use crate::commands::keyboard::{self, Keyboard, Pressed};
 use crate::commands::progress::{Progress, Prompts};
@@ -144,8 +144,11 @@ impl Person<'_> {
         {
             self.presenter.reopened(monitor.measured());
         }
-        if read_new_lines(client, monitor, status, CURRENT_CAMPAIGN, |dof| dof != status.dof)? {
-            self.presenter.modes(monitor.report(status.dof.into()));
+        let new =
+            read_new_lines(client, monitor, status, CURRENT_CAMPAIGN, |dof| dof != status.dof)?;
+        let left = dofs_left(status);
+        if new || monitor.is_outdated(&left) {
+            self.presenter.modes(monitor.report(&left));
         }
         Ok(())
     }

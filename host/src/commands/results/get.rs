@@ -13,6 +13,7 @@ use crate::commands::{files, show};
 use crate::document::FilePath;
 use crate::error::{Error, Result};
 use crate::identification::Selection;
+use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::report::hash_text;
 use crate::rig_lines::{RigLines, StoredTest};
@@ -90,9 +91,12 @@ fn layout(
     let wanted = result.head.layout_hash;
     if let Some(path) = &args.layout {
         let mut file = files::layout(path, output)?;
-        if file.hash() != Some(wanted) && file.layout.test.profile != result.profile() {
+        if file.hash() != Some(wanted)
+            && let Ok(in_profile) = LayoutFile::read_in_profile(path, Some(result.profile()))
+            && in_profile.hash() == Some(wanted)
+        {
             // It was measured with `--profile`.
-            file = files::layout_in_profile(path, Some(result.profile()), output)?;
+            file = in_profile;
         }
         if file.hash() != Some(wanted) {
             let message = format!(

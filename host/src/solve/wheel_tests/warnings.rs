@@ -97,7 +97,7 @@ fn hits_just_above_that_plane_show_five_modes_and_where_to_hit() {
     let text = solution.to_text();
     for said in [
         "mode 4 hardly shows under any hit",
-        "1 of the six modes do not show: hit",
+        "one of the six modes does not show: hit",
         "dppim: not applicable: responses_do_not_span_six: the responses at the chosen lines span 5",
     ] {
         assert!(text.contains(said), "{said}: {text}");
