@@ -35,7 +35,6 @@ use crate::identification::{
     sensors_not_rigid,
 };
 use crate::judgement::{Evidence, Judgement, verdict_line, verdict_reasons};
-use crate::modes_so_far::lacking_modes;
 use crate::report::{
     SolvedHere, cannot_see, comparison_json, comparison_text, diagnostics_json, estimates_of,
     global_fit_json, global_fit_text, hammer_text, message_in, modes_json, modes_text,
@@ -44,9 +43,7 @@ use crate::report::{
 use crate::rig_findings::of_measuring;
 use crate::rig_lines::StoredTest;
 use crate::single_fault::{Examination, NominalTest};
-use crate::solve::{
-    Suspicion, band_of_modes, first_error, is_not_converged, no_modal_answer, suspicions,
-};
+use crate::solve::{Suspicion, band_of_modes, first_error, lacking, no_modal_answer, suspicions};
 use crate::suspension::{
     Comparison, MassLineAnswers, SuspensionModes, compare, reciprocity_of_mass_lines,
     warn_of_flexible_mode,
@@ -169,10 +166,11 @@ impl<'a> HostSolution<'a> {
                 Self::without_answer(test.result, layout, selection, identification)
             }
         };
-        let refused = all.identification.not_applicable.first();
-        if refused.is_some_and(|(_, reasons)| is_not_converged(reasons)) {
-            let readings = lines.responses().ok();
-            all.lacking_modes = readings.and_then(|of| lacking_modes(lines.layout(), &of));
+        if let (Some((_, reasons)), Ok(readings)) =
+            (all.identification.not_applicable.first(), lines.responses())
+            && all.identification.estimates.is_empty()
+        {
+            all.lacking_modes = lacking(lines.layout(), &readings, reasons);
         }
         all.profile = TestProfile::Suspension;
         all.notes.extend(missing_lines(test));

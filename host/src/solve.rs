@@ -48,7 +48,7 @@ use frfs::{FittedLines, LayoutResponses, stated_band};
 use layout_checks::{admitted, assumed_for_solving, layout_problem};
 pub(crate) use plausibility::suspicions;
 use suspension::{Looked, ModalPart};
-pub(crate) use suspension::{is_not_converged, no_modal_answer};
+pub(crate) use suspension::{lacking, no_modal_answer};
 
 pub use answer::FrfSolution;
 pub(crate) use errors::first_error;

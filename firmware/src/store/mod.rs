@@ -151,8 +151,8 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Stores a layout, given by its postcard bytes, and puts it into use. If there are already
-    /// [`LAYOUTS`], the least recently used one is removed, those without a result first. The parameter is not a decoded layout, which
-    /// would take memory beside the bytes while the flash is written.
+    /// [`LAYOUTS`], the least recently used one is removed, those without a result first. The parameter is not a
+    /// decoded layout, which would take memory beside the bytes while the flash is written.
     ///
     /// # Errors
     /// [`StoreError::Malformed`] when the bytes are not a layout, [`StoreError::Full`], or
@@ -282,7 +282,8 @@ impl<F: NorFlash> Store<F> {
         self.contents.layout(hash).map(|stored| stored.object.length.into())
     }
 
-    /// Reads as much of the layout with this hash from `offset` on as fits into `out`. Returns the number of bytes read.
+    /// Reads as much of the layout with this hash from `offset` on as fits into `out`. Returns the number of bytes
+    /// read.
     ///
     /// # Errors
     /// [`StoreError::NotFound`] when it has been replaced, or [`StoreError::Failed`] when a part of it cannot be read.

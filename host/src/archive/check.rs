@@ -177,8 +177,8 @@ pub(super) fn edited(file: &str) -> Error {
 /// The error for an archive with contents that this program cannot have written.
 pub(super) fn malformed(file: &str, what: String) -> Error {
     let message = format!(
-        "{file}: this archive is damaged: {what}; was it edited, or written by a development version? `massline results get` writes it anew while the rig has \
-         the result"
+        "{file}: this archive is damaged: {what}; was it edited, or written by a development version? `massline \
+         results get` writes it anew while the rig has the result"
     );
     Error::input("archive_malformed", message)
 }

@@ -74,8 +74,8 @@ impl Client {
             .map_err(|_| ClientError::Unreadable { kind: object.kind, number })
     }
 
-    /// Downloads the stored layout with this hash, which need not be the one in use; `None` when the rig does not have it
-    /// any more, or cannot read it.
+    /// Downloads the stored layout with this hash, which need not be the one in use; `None` when the rig has replaced
+    /// it, or cannot read it.
     ///
     /// # Errors
     /// As [`Client::download`].

@@ -448,15 +448,18 @@ mod tests {
         let full = || refused(2);
         let wheel = include_str!("../../examples/wheel.toml");
         let wheel = LayoutFile::parse(wheel, "wheel.toml").unwrap().rig_layout().unwrap();
-        let said = advised(full(), "weact-f411", &wheel).to_string();
+        let message = advised(full(), "blackpill-f411", &wheel).to_string();
         // Five DOFs with nine responses of 513 bytes.
         assert!(
-            said.contains("on this board, weact-f411, the lines of 5 hit points need 24 kB: keep"),
-            "{said}"
+            message.contains(
+                "on this board, blackpill-f411, the lines of 5 hit points need 24 kB: keep"
+            ),
+            "{message}"
         );
-        assert!(said.contains("delete the 2 oldest results"), "{said}");
-        let never = advised(refused(0), "weact-f411", &wheel).to_string();
-        for says in ["cannot hold a test of so many hit points", "weact-f411", "six hit points"] {
+        assert!(message.contains("delete the 2 oldest results"), "{message}");
+        let never = advised(refused(0), "blackpill-f411", &wheel).to_string();
+        for says in ["cannot hold a test of so many hit points", "blackpill-f411", "six hit points"]
+        {
             assert!(never.contains(says), "{never}");
         }
         let frame = include_str!("../../examples/three-bar-test-1.toml");

@@ -69,7 +69,7 @@ pub(super) fn chosen<'a>(
         let answer = entries[place].value;
         let mut of_rig = document.value["results"].as_array().into_iter().flatten();
         let note = match place < of_host {
-            true if of_rig.find(|of| wanted(of)).is_some_and(|of| of != answer) => {
+            true if of_rig.find(|entry| wanted(entry)).is_some_and(|entry| entry != answer) => {
                 Some("the answer is that of the host, in double precision, not that of the rig")
             }
             false if of_host > 0 => {

@@ -1,5 +1,6 @@
 //! The suspension modes of a universal file, and the methods that use them.
 
+use massline_shared::FrequencyResponses;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::identify::Method;
 use massline_shared::layout::HostLayout;
@@ -107,12 +108,11 @@ pub(super) fn part(
     };
     let chosen = look.all.about(&look.first.modes);
     let readings = chosen.responses()?;
-    let no_answer = |found: &[Diagnostic]| {
-        let lacking = is_not_converged(found).then(|| lacking_modes(layout, &readings)).flatten();
-        no_modal_answer(layout, found, lacking.as_deref())
+    let no_answer = |reasons: &[Diagnostic]| {
+        no_modal_answer(layout, reasons, lacking(layout, &readings, reasons).as_deref())
     };
     let solution = solve(layout, &readings, wanted, settings, answers, progress)
-        .map_err(|found| no_answer(&found))?;
+        .map_err(|reasons| no_answer(&reasons))?;
     if let (true, Some((_, reasons))) =
         (solution.estimates.is_empty(), solution.not_applicable.first())
     {
@@ -148,13 +148,17 @@ fn gap(look: &Look) -> Option<Diagnostic> {
     Some(Diagnostic::whole(Code::FrequencyGap, Severity::Warning, begin as f32))
 }
 
-/// True where a fit has not converged.
-pub(crate) fn is_not_converged(found: &[Diagnostic]) -> bool {
-    found.iter().any(|diagnostic| diagnostic.code == Code::NotConverged)
+/// Which modes a fit that has not converged lacks; `None` where the reasons are others.
+pub(crate) fn lacking(
+    layout: &HostLayout,
+    readings: &FrequencyResponses<'_, f64>,
+    reasons: &[Diagnostic],
+) -> Option<String> {
+    let not_converged = |reason: &Diagnostic| reason.code == Code::NotConverged;
+    reasons.iter().any(not_converged).then(|| lacking_modes(layout, readings))?
 }
 
-/// The errors of a method, and which hit would show what is missing. A fit that does not converge often lacks a mode:
-/// `lacking`, of [`lacking_modes`], is said first.
+/// The errors of a method, and which hit would show what is missing; what the fit is `lacking` is said first.
 pub(crate) fn no_modal_answer(
     layout: &HostLayout,
     found: &[Diagnostic],
@@ -175,7 +179,7 @@ pub(crate) fn no_modal_answer(
             code,
             format!("{message}; a hit at {dof} would be a force unlike those of the hits so far"),
         ),
-        (Error::Undetermined { code, message }, None) if is_not_converged(found) => {
+        (Error::Undetermined { code, message }, None) => {
             let lacking = lacking.map_or_else(String::new, |modes| format!("{modes}; "));
             Error::undetermined(code, lacking + &message)
         }

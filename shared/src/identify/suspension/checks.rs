@@ -159,3 +159,38 @@ fn median_indicator<R: Real>(modes: &Modes<R>, length: R) -> R {
     sort_short(&mut all, |a, b| a < b);
     all.get(all.len() / 2).copied().unwrap_or(R::one())
 }
+
+#[cfg(test)]
+mod tests {
+    use heapless::Vec;
+    use nalgebra::Vector6;
+
+    use super::*;
+
+    fn mode(damping_ratio: f64, complexity: f64, residue: f64) -> Mode<f64> {
+        Mode {
+            frequency_hz: 3.0,
+            damping_ratio,
+            shape: Vector6::x(),
+            residues: Vec::from_slice(&[Vector6::x() * residue]).unwrap(),
+            complexity,
+            common_phase: 0.0,
+            second_shape: 0.0,
+        }
+    }
+
+    #[test]
+    fn a_mode_that_is_weak_out_of_phase_or_heavily_damped_is_not_clear() {
+        let clear = |last: Mode<f64>| {
+            let modes = [mode(0.01, 0.05, 1.0), mode(0.02, 0.05, 1.0), last];
+            let modes = modes.into_iter().collect();
+            let all = Modes { modes, poles: Vec::new(), rigid: Vec::new(), residual: 0.0 };
+            clear_modes(&all, 1.0).count()
+        };
+        // Just inside the three limits, and just beyond each.
+        assert_eq!(clear(mode(0.29, 0.49, 0.11)), 3);
+        for doubtful in [mode(0.31, 0.05, 1.0), mode(0.01, 0.51, 1.0), mode(0.01, 0.05, 0.09)] {
+            assert_eq!(clear(doubtful.clone()), 2, "{doubtful:?}");
+        }
+    }
+}
