@@ -16,7 +16,7 @@
 //! | `lines` | for each DOF in the suspension profile, its frequency responses as the rig has stored them; missing in the mass-line profile |
 //! | `hit_records` | codes of all channels for each accepted hit, when they were kept |
 //! | `hit_log` | every hit that was graded while the program followed the campaign: its DOF, number, peaks and time, what became of it and why; missing when nobody has followed |
-//! | `answers` | the document that `measure` or `results get` printed with `--json`; null when there was no answer |
+//! | `answers` | the result that `measure` or `results get` printed with `--json`; null when the test was not solved |
 //! | `checksum` | CRC-32 of the file without white space between values and without this key, which is the last; whoever edits the file on purpose deletes it |
 //!
 //! `layout.resolved` and `result` have the field names of `massline_shared::layout::Layout` and
@@ -43,23 +43,18 @@ use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{HOST_HITS, HostLayout, TestProfile};
 use massline_shared::signal::{AdcProperties, resolution};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
-use serde_json::value::RawValue;
 
 use crate::calibration_file::CalibrationTable;
 use crate::clock;
-use crate::document::LoggedHit;
 use crate::embedded;
 use crate::file::{self, Existing};
 use crate::hit_log;
-use crate::judgement::verdict_on_rig;
 use crate::layout_file::LayoutFile;
 use crate::limited::at_most;
-use crate::report::BestAnswer;
 use crate::single_fault::NominalTest;
 use crate::uff::Frf;
-use crate::verdict::Verdict;
 use crate::{Error, Result};
+use massline_result::{LoggedHit, TestResult, in_words};
 
 pub use lines::ArchivedLines;
 pub use part::{CampaignId, Part};
@@ -115,18 +110,7 @@ pub struct Archive {
         deserialize_with = "at_most::<{ hit_log::MOST }, _, _>"
     )]
     pub hit_log: Vec<LoggedHit>,
-    answers: Document,
-}
-
-/// A document that is kept as its text: read, it could need a hundred times the memory.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(transparent)]
-struct Document(Box<RawValue>);
-
-impl PartialEq for Document {
-    fn eq(&self, other: &Self) -> bool {
-        self.0.get() == other.0.get()
-    }
+    answers: Option<TestResult>,
 }
 
 /// Where a result comes from.
@@ -220,49 +204,22 @@ impl ArchivedLayout {
 }
 
 impl Archive {
-    /// The verdict on the answer when the archive was written; where none was stated, that on the rig's answer. `None`
-    /// without an answer.
-    pub fn verdict(&self) -> Option<Verdict> {
-        #[derive(Default, Deserialize)]
-        struct Stated {
-            verdict: Option<Verdict>,
-        }
-        let stated: Stated = serde_json::from_str(self.answers.0.get()).unwrap_or_default();
-        stated.verdict.or_else(|| verdict_on_rig(&self.result).map(|(verdict, _)| verdict))
-    }
-
-    /// The best answer when the archive was written, of the host before that of the rig; `None` without an answer.
-    pub fn best_answer(&self) -> Option<BestAnswer> {
-        #[derive(Default, Deserialize)]
-        struct Results {
-            results: Vec<BestAnswer>,
-        }
-        #[derive(Default, Deserialize)]
-        struct Answers {
-            results: Vec<BestAnswer>,
-            host: Option<Results>,
-        }
-        let Answers { results, host } =
-            serde_json::from_str(self.answers.0.get()).unwrap_or_default();
-        host.unwrap_or_default().results.into_iter().chain(results).next()
+    /// The result when the archive was written; `None` where the test was not solved then.
+    pub fn answers(&self) -> Option<&TestResult> {
+        self.answers.as_ref()
     }
 
     /// The archive of a result, written now; without spectra and records of hits. `calibration` is left out unless it is
     /// the one that the result was measured with.
-    ///
-    /// # Errors
-    /// When the document `answers` is not JSON.
     pub fn new(
         identity: &Identity,
         layout: ArchivedLayout,
         calibration: &CalibrationRecord,
         result: MeasurementResult,
-        answers: &Value,
-    ) -> Result<Self> {
-        let answers = serde_json::value::to_raw_value(answers)
-            .map_err(|e| unfaithful("the archive", &e.to_string()))?;
+        answers: Option<TestResult>,
+    ) -> Self {
         let is_that = calibration_checksum(&calibration.calibration) == result.head.calibration;
-        Ok(Self {
+        Self {
             format: FORMAT.into(),
             schema_version: SCHEMA_VERSION,
             measured: clock::moment(result.head.started_unix_s),
@@ -285,8 +242,9 @@ impl Archive {
             lines: Vec::new(),
             hit_records: Vec::new(),
             hit_log: Vec::new(),
-            answers: Document(answers),
-        })
+            // An answer that would not read back as it is must not cost what was measured: it can be solved again.
+            answers: answers.filter(TestResult::reads_back),
+        }
     }
 
     /// Reads an archive, or the one in a report.
@@ -307,8 +265,10 @@ impl Archive {
     /// As [`Archive::read`].
     pub fn parse(bytes: &[u8], file: &str) -> Result<Self> {
         let stated = check::head(bytes, file)?;
-        let archive: Self =
-            serde_json::from_slice(bytes).map_err(|e| check::malformed(file, e.to_string()))?;
+        let mut reader = serde_json::Deserializer::from_slice(bytes);
+        let archive: Self = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
+            check::malformed(file, format!("{}: {}", e.path(), in_words(e.inner())))
+        })?;
         check::contents(&archive).map_err(|what| check::malformed(file, what))?;
         if !checksum::is_intact(bytes, stated) {
             return Err(check::edited(file));

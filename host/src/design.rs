@@ -3,6 +3,7 @@
 //! All predictions are the Cramér-Rao bound under the whole error budget of the layout file, for the body of
 //! `[reference]` or an assumed body, and in the suspension profile for assumed modes.
 
+mod assumed_body;
 mod assumptions;
 mod candidates;
 mod criterion;
@@ -15,6 +16,7 @@ pub mod report;
 mod suggest;
 mod suspension;
 
+pub use assumed_body::{assumed_for_solving, body_for_checks};
 pub use assumptions::Assumptions;
 pub use candidates::Candidates;
 pub use criterion::LayoutCriterion;

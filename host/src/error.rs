@@ -5,7 +5,7 @@
 //! | 0 | | success |
 //! | 1 | [`Error::Internal`] | a bug in this program |
 //! | 2 | [`Error::Input`] | a file or an argument is wrong |
-//! | 3 | [`Error::Undetermined`] | the data give no answer that can be used: none at all, or one whose [verdict](crate::verdict::Verdict) is `DoNotUse` |
+//! | 3 | [`Error::Undetermined`] | the data give no answer that can be used: none at all, or one whose [verdict](massline_result::Verdict) is `DoNotUse` |
 //! | 4 | [`Error::Device`] | a rig, a port or a link fails |
 //! | 130 | [`Error::Interrupted`] | Ctrl-C |
 //!

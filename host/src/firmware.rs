@@ -78,10 +78,13 @@ fn need_target(checkout: &Path, target: &str) -> Result<()> {
 
 /// The path of the package's executable, from cargo's JSON messages.
 fn executable_in(messages: &str, package: &str) -> Option<PathBuf> {
+    #[derive(serde::Deserialize)]
+    struct Message {
+        executable: Option<PathBuf>,
+    }
     messages
         .lines()
-        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
-        .filter_map(|message| message["executable"].as_str().map(PathBuf::from))
+        .filter_map(|line| serde_json::from_str::<Message>(line).ok()?.executable)
         .find(|path| path.file_stem().is_some_and(|name| name == package))
 }
 

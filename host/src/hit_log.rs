@@ -25,8 +25,8 @@ use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::Swing;
 
 use crate::clock;
-use crate::document::{HitRemark, HitVerdict, LoggedHit};
-use crate::report::{by_code, code_name};
+use crate::report::by_code;
+use massline_result::{Finding, HitVerdict, LoggedHit};
 
 /// Largest number of hits in a log.
 pub const MOST: usize = 8192;
@@ -211,9 +211,9 @@ impl Entry {
         // A record that was lost has no peaks.
         let known = |peak: f32| (peak.is_finite() && peak > 0.0).then_some(peak);
         let share = |of: fn(&Swing) -> f32| event.swing.as_ref().map(of).filter(|v| v.is_finite());
-        let remark = |(of, message): (&Diagnostic, String)| HitRemark {
-            code: code_name(of),
-            severity: of.severity.name().into(),
+        let remark = |(of, message): (&Diagnostic, String)| Finding {
+            code: of.code.into(),
+            severity: of.severity.into(),
             message,
         };
         Some(LoggedHit {

@@ -12,14 +12,14 @@ mod rig;
 mod words;
 
 use crate::single_fault::{Examination, Outcome, Suspect};
-use crate::suspension::{Comparison, Doubt};
-use crate::verdict::Verdict;
+use crate::suspension::Comparison;
+use massline_result::{Doubt, FindingCode, Verdict};
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::identify::agreement::Outcome as Agreed;
 use massline_shared::identify::maximum_likelihood::BudgetScales;
 use massline_shared::identify::{Consistency, Estimate, Method, is_of_data};
-pub use rig::{state_verdict_of_rig, verdict_on_rig};
-pub use words::{NO_ANSWER_HERE, verdict_line, verdict_reasons};
+pub use rig::result_of_rig;
+pub use words::verdict_reasons;
 
 /// χ² of the stated budget over its degrees of freedom from which a single mistake that explains the data is decisive. Below it
 /// one of the hundreds of mistakes that are tried may fit by chance: of healthy tests as rough as stated, one in a thousand
@@ -33,8 +33,6 @@ pub enum Concern {
     Unphysical,
     /// A method that is preferred to the answer's has none from the same data, for this reason.
     PreferredMethodFailed(Method, Diagnostic),
-    /// The rig has an answer, and from the same data the program has none by any method, for this reason among others.
-    Unconfirmed(Option<Diagnostic>),
     /// The data contradict the layout and its error budget beyond the limit.
     Contradicted(Consistency<f64>),
     /// A single mistake, or one of several that the data cannot tell apart, explains data that contradict the layout.
@@ -61,8 +59,8 @@ pub enum Concern {
     UncertaintyUnknown,
     /// A warning or an error about the test or the answer.
     Warning(Diagnostic),
-    /// Values that look like another unit than the file or the layout states: a stable name and a sentence.
-    UnitSuspected(&'static str, String),
+    /// What is missing, or values that look like another unit than is stated, with a sentence.
+    Stated(FindingCode, String),
 }
 
 impl Concern {
@@ -71,7 +69,6 @@ impl Concern {
         match self {
             Self::Unphysical
             | Self::PreferredMethodFailed(..)
-            | Self::Unconfirmed(_)
             | Self::Contradicted(_)
             | Self::SingleMistake { is_decisive: true, .. }
             | Self::Unexplained(None)
@@ -80,23 +77,22 @@ impl Concern {
         }
     }
 
-    /// Its stable name.
-    pub fn code(&self) -> &'static str {
+    /// What it is about.
+    pub fn code(&self) -> FindingCode {
         match self {
-            Self::Unphysical => Code::NotPhysicallyConsistent.name(),
-            Self::PreferredMethodFailed(..) => "preferred_method_failed",
-            Self::Unconfirmed(_) => "unconfirmed",
-            Self::Contradicted(_) => "contradicted",
-            Self::SingleMistake { .. } => "single_mistake",
-            Self::LargerErrors(_) => Code::ErrorsLargerThanStated.name(),
-            Self::Unexplained(_) => Code::NoSingleFaultExplains.name(),
-            Self::ModelMisfit => Code::ModelDoesNotFit.name(),
-            Self::FlexibleMode => Code::FlexibleModeAboveBand.name(),
-            Self::MethodsDiffer => "methods_differ",
-            Self::MethodOff(_) => "method_off",
-            Self::UncertaintyUnknown => "uncertainty_unknown",
-            Self::Warning(diagnostic) => diagnostic.code.name(),
-            Self::UnitSuspected(code, _) => code,
+            Self::Unphysical => Code::NotPhysicallyConsistent.into(),
+            Self::PreferredMethodFailed(..) => FindingCode::PreferredMethodFailed,
+            Self::Contradicted(_) => FindingCode::Contradicted,
+            Self::SingleMistake { .. } => FindingCode::SingleMistake,
+            Self::LargerErrors(_) => Code::ErrorsLargerThanStated.into(),
+            Self::Unexplained(_) => Code::NoSingleFaultExplains.into(),
+            Self::ModelMisfit => Code::ModelDoesNotFit.into(),
+            Self::FlexibleMode => Code::FlexibleModeAboveBand.into(),
+            Self::MethodsDiffer => FindingCode::MethodsDiffer,
+            Self::MethodOff(_) => FindingCode::MethodOff,
+            Self::UncertaintyUnknown => FindingCode::UncertaintyUnknown,
+            Self::Warning(diagnostic) => diagnostic.code.into(),
+            Self::Stated(code, _) => *code,
         }
     }
 }
@@ -114,10 +110,8 @@ pub struct Evidence<'a> {
     pub refusals: Vec<(Method, Diagnostic)>,
     /// Findings about the test.
     pub diagnostics: Vec<Diagnostic>,
-    /// Values that look like another unit than is stated, each with a stable name and a sentence.
-    pub unit_suspicions: Vec<(&'static str, String)>,
-    /// Whether the rig has an answer that the program does not confirm.
-    pub is_unconfirmed: bool,
+    /// What is missing, and values that look like another unit than is stated, with a sentence each.
+    pub stated: Vec<(FindingCode, String)>,
 }
 
 impl<'a> Evidence<'a> {
@@ -129,8 +123,7 @@ impl<'a> Evidence<'a> {
             comparison: None,
             refusals: Vec::new(),
             diagnostics: Vec::new(),
-            unit_suspicions: Vec::new(),
-            is_unconfirmed: false,
+            stated: Vec::new(),
         }
     }
 
@@ -146,10 +139,6 @@ impl<'a> Evidence<'a> {
         if !self.answer.body.is_physically_consistent() {
             concerns.push(Concern::Unphysical);
         }
-        if self.is_unconfirmed {
-            let reason = self.refusals.first().map(|(_, reason)| *reason);
-            concerns.push(Concern::Unconfirmed(reason));
-        }
         concerns.extend(self.preferred_method());
         concerns.extend(contradiction);
         concerns.extend(self.contradiction());
@@ -157,8 +146,8 @@ impl<'a> Evidence<'a> {
         if self.answer.covariance.is_none() {
             concerns.push(Concern::UncertaintyUnknown);
         }
-        let suspicions = self.unit_suspicions.iter().cloned();
-        concerns.extend(suspicions.map(|(code, text)| Concern::UnitSuspected(code, text)));
+        let stated = self.stated.iter().cloned();
+        concerns.extend(stated.map(|(code, text)| Concern::Stated(code, text)));
         for warning in self.warnings() {
             if !concerns.iter().any(|concern| *concern == Concern::Warning(warning)) {
                 concerns.push(Concern::Warning(warning));
@@ -219,6 +208,7 @@ impl<'a> Evidence<'a> {
         all.filter(move |diagnostic| {
             diagnostic.severity > Severity::Note
                 && !is_of_other_form(diagnostic.code)
+                && !self.is_explained(diagnostic.code)
                 && !self.is_said_of_the_body(diagnostic.code)
                 && !self.is_relied_on(diagnostic.code)
                 && !is_reason(diagnostic)
@@ -229,6 +219,13 @@ impl<'a> Evidence<'a> {
     /// True for a warning that says of the answer what [`Concern::Unphysical`] says.
     fn is_said_of_the_body(&self, code: Code) -> bool {
         code == Code::NotPhysicallyConsistent && !self.answer.body.is_physically_consistent()
+    }
+
+    /// True for what the fit takes for a part of the hammer's signal where a mistake explains the data.
+    fn is_explained(&self, code: Code) -> bool {
+        let suspected =
+            self.examination.is_some_and(|of| matches!(of.outcome, Outcome::Suspected(_)));
+        suspected && matches!(code, Code::HammerInResponse | Code::MultiplexerKeepsVoltage)
     }
 
     /// True for a warning about a flexible mode beside an answer by the one method that takes it into account.
@@ -335,7 +332,7 @@ mod tests {
         };
         let judgement = with(warning(Code::NoPlateau));
         assert_eq!(judgement.verdict(), Verdict::UseWithCare);
-        assert_eq!(judgement.concerns[0].code(), Code::NoPlateau.name());
+        assert_eq!(judgement.concerns[0].code(), Code::NoPlateau);
         let note = Diagnostic { severity: Severity::Note, ..warning(Code::NoPlateau) };
         assert_eq!(with(note).verdict(), Verdict::Good);
     }
@@ -376,7 +373,7 @@ mod tests {
             let evidence = Evidence { examination: Some(&examination), ..Evidence::of(&estimate) };
             let judgement = evidence.judge();
             assert_eq!(judgement.verdict(), expected, "{chi_squared}");
-            assert_eq!(judgement.concerns[0].code(), "single_mistake");
+            assert_eq!(judgement.concerns[0].code(), FindingCode::SingleMistake);
         }
     }
 
@@ -399,6 +396,6 @@ mod tests {
         estimate.body.mass = -1.0;
         let judgement = Evidence::of(&estimate).judge();
         let codes: Vec<_> = judgement.concerns.iter().map(Concern::code).collect();
-        assert_eq!(codes, [Code::NotPhysicallyConsistent.name(), "uncertainty_unknown"]);
+        assert_eq!(codes, [Code::NotPhysicallyConsistent.into(), FindingCode::UncertaintyUnknown]);
     }
 }

@@ -116,7 +116,7 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// The ten properties in the order [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz], each when known.
+    /// The ten properties in the order [m, c_x, c_y, c_z, J_xx, J_yy, J_zz, J_xy, J_xz, J_yz], each when known.
     pub fn properties(&self) -> [Option<f64>; 10] {
         let c = |k: usize| self.center_of_mass_m.map(|c| c[k]);
         let j = |a: usize, b: usize| self.inertia_kg_m2.map(|j| j[a][b]);

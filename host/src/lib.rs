@@ -11,6 +11,7 @@
 //! | [`interrupt`] | Ctrl-C |
 //! | [`output`] | where a command writes: text or JSON, colour, progress |
 //! | [`layout_file`] | the layout TOML |
+//! | `typography` | signs of print in text that people read |
 //! | `udev` | the rules by which Linux lets the user open a device |
 //! | `limited` | lists of a file with a largest length |
 //! | [`calibration`] | dates of calibrations, and the RC cutoffs from the spectra of a block test |
@@ -21,10 +22,12 @@
 //! | [`identification`] | the ten properties in double precision, and the nuisance parameters of the fit |
 //! | [`design`] | the predicted uncertainty of a layout, and better layouts |
 //! | [`solve`] | the offline solver |
+//! | [`plausibility`] | what in a layout or an answer looks like another unit |
 //! | [`judgement`] | whether a result can be used, and why not |
-//! | [`verdict`] | the three verdicts by name |
 //! | [`precision`] | how precise the answer of a campaign would be so far |
-//! | [`host_solution`] | a rig's result, solved again on the host |
+//! | `limits` | what limits an answer |
+//! | [`solution`] | what this program finds from the data of a test, and the result that it makes of it |
+//! | [`rig_solution`] | a rig's test, solved on the host |
 //! | [`rig_lines`] | the lines of a rig's result in the suspension profile |
 //! | [`single_fault`] | which mistake explains data that contradict their budget |
 //! | [`monte_carlo`] | many simulated tests, compared with the truth and the Cramér-Rao bound |
@@ -32,7 +35,7 @@
 //! | [`encoding`] | bytes of a text file to text |
 //! | [`html_report`] | results as a page for people |
 //! | [`result_file`] | one result with its test, read from a file |
-//! | [`report`] | results as JSON and tables, diagnostics as sentences |
+//! | [`report`] | results as text, diagnostics as sentences |
 //! | [`hit_log`] | what became of every hit of a campaign |
 //! | [`spectra`] | collects the spectra of a campaign, DOF by DOF |
 //! | [`tape`] | recorded scans |
@@ -63,19 +66,21 @@ pub mod flash;
 pub mod followed;
 pub mod hit_log;
 pub mod hits;
-pub mod host_solution;
+
 pub mod html_report;
 pub mod identification;
 pub mod interrupt;
 pub mod judgement;
 pub mod layout_file;
 mod limited;
+mod limits;
 pub mod modes_so_far;
 pub mod monte_carlo;
 mod npy;
 pub mod output;
 mod parallel;
 pub mod picture;
+pub mod plausibility;
 pub mod precision;
 mod projection;
 #[cfg(unix)]
@@ -87,18 +92,20 @@ pub mod result_file;
 pub mod rig;
 mod rig_findings;
 pub mod rig_lines;
+pub mod rig_solution;
 mod screen;
 pub mod self_test;
 pub mod single_fault;
+pub mod solution;
 pub mod solve;
 pub mod spectra;
 pub mod suspension;
 pub mod tape;
 mod terminal;
 mod toml_file;
+mod typography;
 mod udev;
 pub mod uff;
 pub mod units;
-pub mod verdict;
 
 pub use error::{Error, Result};

@@ -6,10 +6,10 @@ use massline_shared::layout::{Dof, Hit, HostLayout};
 use massline_shared::modes::{Mode, Reduction, SUSPENSION_MODES, Shown};
 use massline_shared::signal::AdcProperties;
 
-use crate::document::{ModesSoFar, NextPoint, SeenMode};
 use crate::output::counted;
 use crate::report::{HitDirections, NEW, do_not_show, two_digits};
 use crate::suspension::{DofLines, HostFit, TestLines};
+use massline_result::{ModesSoFar, NextPoint, SeenMode};
 
 /// A measured hit that shows less than this share of the most that any hit could is not enough: half of it doubles the error of
 /// the shape.
@@ -184,85 +184,81 @@ fn worst_of(modes: &[(Mode<f64>, Shown<f64>)]) -> Option<&(Mode<f64>, Shown<f64>
     modes.iter().min_by(|a, b| a.1.share().total_cmp(&b.1.share()))
 }
 
-impl ModesSoFar {
-    /// `2 of 5 points`.
-    pub fn progress(&self) -> String {
-        format!("{} of {} points", self.dofs_measured, self.dofs)
-    }
+/// `2 of 5 points`.
+pub fn progress(of: &ModesSoFar) -> String {
+    format!("{} of {} points", of.dofs_measured, of.dofs)
+}
 
-    /// A line for each mode: frequency, the hit that shows it best, its Norm Indicator.
-    pub fn rows(&self) -> Vec<String> {
-        let row = |mode: &SeenMode| {
-            let SeenMode { frequency_hz, dof, norm_indicator, share_of_possible, .. } = mode;
-            format!(
-                "{:>7} Hz  {dof:8} {} ({:.0} % of the largest possible)",
-                format!("{frequency_hz:.2}"),
-                two_digits(*norm_indicator),
-                100.0 * share_of_possible,
-            )
-        };
-        self.modes.iter().map(row).collect()
-    }
+/// A line for each mode: frequency, the hit that shows it best, its Norm Indicator.
+pub fn rows(of: &ModesSoFar) -> Vec<String> {
+    let row = |mode: &SeenMode| {
+        let SeenMode { frequency_hz, dof, norm_indicator, share_of_possible, .. } = mode;
+        format!(
+            "{:>7} Hz  {dof:8} {} ({:.0} % of the largest possible)",
+            format!("{frequency_hz:.2}"),
+            two_digits(*norm_indicator),
+            100.0 * share_of_possible,
+        )
+    };
+    of.modes.iter().map(row).collect()
+}
 
-    /// What is missing, and what to hit next.
-    pub fn advice(&self) -> String {
-        let seen = match self.modes_missing {
-            0 => self.all_show(),
-            missing if self.dofs_measured < self.dofs => {
-                format!("{} yet", do_not_show(missing))
-            }
-            missing => do_not_show(missing),
-        };
-        let why = match self.modes_missing {
-            0 => "shows that mode better",
-            _ => "pushes most unlike the points so far",
-        };
-        match &self.next {
-            None if self.modes_missing > 0 => {
-                format!("{seen}, and the points push in all directions: hit harder or more often")
-            }
-            None if self.dofs_measured < self.dofs => {
-                format!("{seen}; the points to come make the answer more certain")
-            }
-            None => seen,
-            Some(NextPoint { dof, points_before: Some(0) }) => {
-                format!("{seen}; hit {dof} next: it {why}")
-            }
-            Some(NextPoint { dof, points_before: Some(before) }) => {
-                let later = counted(*before as u32, "more point");
-                format!("{seen}; {dof}, after {later}, {why}: do not leave it out")
-            }
-            Some(NextPoint { dof, points_before: None }) => {
-                format!("{seen}; add {dof} (axes of the body) to the layout: it {why}")
-            }
+/// What is missing, and what to hit next.
+pub fn advice(of: &ModesSoFar) -> String {
+    let seen = match of.modes_missing {
+        0 => all_show(of),
+        missing if of.dofs_measured < of.dofs => {
+            format!("{} yet", do_not_show(missing))
+        }
+        missing => do_not_show(missing),
+    };
+    let why = match of.modes_missing {
+        0 => "shows that mode better",
+        _ => "pushes most unlike the points so far",
+    };
+    match &of.next {
+        None if of.modes_missing > 0 => {
+            format!("{seen}, and the points push in all directions: hit harder or more often")
+        }
+        None if of.dofs_measured < of.dofs => {
+            format!("{seen}; the points to come make the answer more certain")
+        }
+        None => seen,
+        Some(NextPoint { dof, points_before: Some(0) }) => {
+            format!("{seen}; hit {dof} next: it {why}")
+        }
+        Some(NextPoint { dof, points_before: Some(before) }) => {
+            let later = counted(*before as u32, "more point");
+            format!("{seen}; {dof}, after {later}, {why}: do not leave it out")
+        }
+        Some(NextPoint { dof, points_before: None }) => {
+            format!("{seen}; add {dof} (axes of the body) to the layout: it {why}")
         }
     }
+}
 
-    /// That all six modes show, and which of them does not show well.
-    fn all_show(&self) -> String {
-        let worst =
-            self.modes.iter().min_by(|a, b| a.share_of_possible.total_cmp(&b.share_of_possible));
-        match worst.filter(|mode| mode.share_of_possible < WELL) {
-            None => "all six modes show".into(),
-            Some(mode) => format!(
-                "all six modes show, that of {:.2} Hz with only {:.0} % of the largest possible",
-                mode.frequency_hz,
-                100.0 * mode.share_of_possible
-            ),
-        }
+/// That all six modes show, and which of them does not show well.
+fn all_show(of: &ModesSoFar) -> String {
+    let worst = of.modes.iter().min_by(|a, b| a.share_of_possible.total_cmp(&b.share_of_possible));
+    match worst.filter(|mode| mode.share_of_possible < WELL) {
+        None => "all six modes show".into(),
+        Some(mode) => format!(
+            "all six modes show, that of {:.2} Hz with only {:.0} % of the largest possible",
+            mode.frequency_hz,
+            100.0 * mode.share_of_possible
+        ),
     }
+}
 
-    /// The report as text: a heading, a line for each mode, the advice.
-    pub fn to_text(&self) -> String {
-        let heading = format!(
-            "after {}, modes seen, each with the hit that shows it best and its Norm Indicator:",
-            self.progress()
-        );
-        let heading =
-            if self.modes.is_empty() { format!("after {}:", self.progress()) } else { heading };
-        let lines = [vec![heading], self.rows(), vec![self.advice()]].concat();
-        lines.join("\n  ")
-    }
+/// The report as text: a heading, a line for each mode, the advice.
+pub fn text(of: &ModesSoFar) -> String {
+    let heading = format!(
+        "after {}, modes seen, each with the hit that shows it best and its Norm Indicator:",
+        progress(of)
+    );
+    let heading = if of.modes.is_empty() { format!("after {}:", progress(of)) } else { heading };
+    let lines = [vec![heading], rows(of), vec![advice(of)]].concat();
+    lines.join("\n  ")
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@
 //! prints a JSON schema with and without `--json`; that schema has no `schema_version`.
 
 mod notes;
+mod shell;
 mod table;
 mod tone;
 mod wrap;
@@ -25,17 +26,15 @@ use serde_json::{Value, json};
 
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::verdict::Verdict;
+use massline_result::{SCHEMA_VERSION, Verdict};
 pub use notes::Notes;
+pub use shell::{shell_path, shell_word, this_command_with};
 pub use table::{Table, align_right};
 pub(crate) use tone::harmless;
 pub use tone::{ColorChoice, Tone};
 use tone::{escaped, plain};
+pub use wrap::KEPT;
 use wrap::wrapped;
-
-/// The version of the JSON documents. It is incremented whenever a key is renamed or removed or changes its
-/// meaning, but not when a key is added.
-pub const SCHEMA_VERSION: u32 = 1;
 
 /// Width of text without a terminal, columns.
 pub const WIDTH: usize = 100;
@@ -337,6 +336,16 @@ fn width(on_terminal: bool) -> usize {
     // A terminal that does not know its size reports zero.
     let known = on_terminal.then(columns).flatten().filter(|&columns| columns > 0);
     known.unwrap_or(WIDTH)
+}
+
+/// A JSON answer with the version of its schema, as text.
+///
+/// # Errors
+/// When it cannot be written as JSON.
+pub fn versioned(answer: &impl Serialize) -> Result<String> {
+    let document = Document { schema_version: SCHEMA_VERSION, answer };
+    serde_json::to_string(&document)
+        .map_err(|e| Error::internal("document_not_written", format!("{e}; report this")))
 }
 
 /// A number of things that are named by a noun with a regular plural: `1 run`, `2 runs`.

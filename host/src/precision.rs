@@ -9,9 +9,9 @@ use massline_shared::identify::{
 };
 use massline_shared::layout::HostLayout;
 
-use crate::document::{self, HalfWidths, WorstProperty};
 use crate::identification::{HostObservations, answers, learned, lines_of_dofs};
 use crate::report::two_digits;
+use massline_result::{HalfWidths, WorstProperty};
 
 /// The precision with some of the DOFs of a layout.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,11 +101,11 @@ impl<'a> PrecisionReport<'a> {
     }
 
     /// The report as JSON.
-    pub fn document(&self) -> document::Precision {
+    pub fn document(&self) -> massline_result::Precision {
         let worst = |known: &Precision<f64>| {
             let (property, ratio) = known.worst();
             WorstProperty {
-                property: INERTIAL_PARAMETERS[property].name,
+                property: INERTIAL_PARAMETERS[property].symbol.into(),
                 half_width95: known.half_widths[property],
                 // Without a target there is nothing to compare with.
                 over_target: known.target.is_set().then_some(ratio),
@@ -116,13 +116,13 @@ impl<'a> PrecisionReport<'a> {
             HalfWidths { mass, center_m: center, inertia }
         };
         let known = self.precision.as_ref();
-        document::Precision {
+        massline_result::Precision {
             dofs_measured: self.measured,
             dofs: self.layout.hits.len(),
             half_widths95: known.map(half_widths),
             contradicts_budget: known.map(|known| known.contradicted),
             worst: known.map(worst),
-            further_hit: self.further.map(|hit| document::FurtherHit {
+            further_hit: self.further.map(|hit| massline_result::FurtherHit {
                 dof: self.dof(hit.dof),
                 half_width95: hit.half_width,
             }),
@@ -154,7 +154,7 @@ fn width(property: usize, half: f64) -> String {
 pub struct PrecisionMonitor {
     layout: HostLayout,
     dofs: Vec<DofResult>,
-    reports: Vec<document::Precision>,
+    reports: Vec<massline_result::Precision>,
 }
 
 impl PrecisionMonitor {
@@ -198,7 +198,7 @@ impl PrecisionMonitor {
     }
 
     /// All reports, in the order of the campaign.
-    pub fn into_reports(self) -> Vec<document::Precision> {
+    pub fn into_reports(self) -> Vec<massline_result::Precision> {
         self.reports
     }
 }

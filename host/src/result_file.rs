@@ -1,6 +1,5 @@
 //! One result with its test, read from a file: what pictures and reports are made of.
 
-mod answers;
 mod measured;
 mod modes;
 mod names;
@@ -9,30 +8,21 @@ mod title;
 
 use std::path::{Path, PathBuf};
 
-use massline_shared::body::scale;
+use massline_result::{Document, LoggedHit, TestResult};
 use massline_shared::layout::HostLayout;
-use serde::Deserialize;
-use serde::de::DeserializeOwned;
-use serde_json::Value;
 
 use crate::archive::{Archive, is_archive};
-use crate::document::{LoggedHit, Solution};
 use crate::embedded;
 use crate::error::{Error, Result};
-use crate::export::{document_of_archive, one_line, read_document};
+use crate::export::{one_line, read_document, result_of_archive};
 use crate::layout_file::{LayoutFile, all_known};
-use crate::output::SCHEMA_VERSION;
+use crate::output::versioned;
 
-pub use answers::Combined;
-pub use measured::{ShownDetails, ShownDof, ShownMassLine};
-pub use modes::ShownModes;
+use modes::check_modes;
 pub use names::distinct_names;
 pub use responses::{Band, DofResponses};
 use title::whole_title;
 pub(crate) use title::{shortened, shown};
-
-/// The code of the error without a layout.
-pub const LAYOUT_NEEDED: &str = "layout_needed";
 
 /// A result with its test.
 pub struct ResultFile {
@@ -42,11 +32,11 @@ pub struct ResultFile {
     pub whole_title: String,
     /// The name of the file.
     pub name: String,
-    document: Value,
+    result: TestResult,
     archive: Option<Archive>,
     layout: Option<HostLayout>,
     layout_file: Option<LayoutFile>,
-    /// Frequency responses that the document does not hold.
+    /// Frequency responses that the result does not hold.
     responses: Vec<DofResponses>,
     /// What the ten properties should be, as far as it is known.
     expected: [Option<f64>; 10],
@@ -82,9 +72,15 @@ impl ResultFile {
         let stem = embedded::stem(path);
         if is_archive(path) {
             let archive = Archive::read(path)?;
-            return Self::new(document_of_archive(&archive), Some(archive), name, &stem, layout);
+            return Self::new(result_of_archive(&archive), Some(archive), name, &stem, layout);
         }
-        Self::new(read_document(path)?, None, name, &stem, layout)
+        let result = match read_document(path)? {
+            Document::Result(result) => *result,
+            Document::Modes(modes) => {
+                TestResult { suspension: Some(*modes), ..TestResult::default() }
+            }
+        };
+        Self::new(result, None, name, &stem, layout)
     }
 
     /// The result of an archive that is no file, by its name.
@@ -92,44 +88,45 @@ impl ResultFile {
     /// # Errors
     /// When the layout in it cannot be read.
     pub fn of(archive: Archive, name: String) -> Result<Self> {
-        Self::new(document_of_archive(&archive), Some(archive), name.clone(), &name, None)
+        Self::new(result_of_archive(&archive), Some(archive), name.clone(), &name, None)
     }
 
-    /// The result in the document of a solution that is no file, by its name.
+    /// A result that is no file, by its name.
     ///
     /// # Errors
-    /// When the document cannot be written as JSON.
-    pub fn of_solution(document: &Solution, layout: &LayoutFile, name: String) -> Result<Self> {
-        let mut document = serde_json::to_value(document).map_err(|e| {
-            Error::internal("document_not_written", format!("{name}: {e}; report this"))
-        })?;
-        document["schema_version"] = SCHEMA_VERSION.into();
-        Self::new(document, None, name.clone(), &name, Some(layout))
-    }
-
-    /// A document without a test, by its name.
-    #[cfg(test)]
-    pub(crate) fn of_document(document: Value, name: &str) -> Self {
-        Self::new(document, None, name.into(), name, None).expect("there is no layout to be read")
+    /// When its suspension modes are more than a picture has room for.
+    pub fn of_result(
+        result: TestResult,
+        layout: Option<&LayoutFile>,
+        name: String,
+    ) -> Result<Self> {
+        Self::new(result, None, name.clone(), &name, layout)
     }
 
     fn new(
-        document: Value,
+        result: TestResult,
         archive: Option<Archive>,
         name: String,
         stem: &str,
         layout: Option<&LayoutFile>,
     ) -> Result<Self> {
+        if let Some(modes) = &result.suspension {
+            check_modes(modes).map_err(|what| {
+                let text = format!("{name}: suspension.{what}");
+                Error::input("result_value_wrong", text)
+            })?;
+        }
         let text = archive.as_ref().and_then(|archive| archive.layout.toml.as_deref());
         let of_archive = text.map(|text| LayoutFile::parse(text, &name)).transpose()?;
         let layout = if archive.is_some() { of_archive.as_ref() } else { layout };
         let stored = archive.as_ref().map(|archive| &archive.layout.resolved);
-        let said = document["title"].as_str().filter(|title| !title.is_empty());
+        let said = Some(result.title.as_str()).filter(|title| !title.is_empty());
         let title = layout.map(|file| file.title.as_str()).filter(|title| !title.is_empty());
         let whole_title = whole_title(said, title).unwrap_or_else(|| one_line(stem));
-        let stated = layout.and_then(|file| file.reference).map(|of| of.properties());
-        let expected = truth_in(&document).map(|truth| truth.map(Some)).or(stated);
-        let expected = expected.unwrap_or([None; 10]);
+        let of_layout = layout.and_then(|file| file.reference).map(|of| of.properties());
+        let stated = result.expected();
+        let is_stated = stated.iter().any(Option::is_some);
+        let expected = if is_stated { stated } else { of_layout.unwrap_or(stated) };
         Ok(Self {
             title: shown(&whole_title),
             whole_title,
@@ -137,10 +134,15 @@ impl ResultFile {
             layout: stored.or(layout.map(|file| &file.layout)).cloned(),
             responses: Vec::new(),
             expected,
-            document,
+            result,
             archive,
             name,
         })
+    }
+
+    /// The result, that of an archive solved again.
+    pub fn result(&self) -> &TestResult {
+        &self.result
     }
 
     /// What the ten properties should be, as far as it is known: those of a simulated object, or the layout's reference.
@@ -153,11 +155,6 @@ impl ResultFile {
         all_known(self.expected)
     }
 
-    /// The ten properties of a simulated object, which only its document states; `None` for an object that was measured.
-    pub fn truth(&self) -> Option<[f64; 10]> {
-        truth_in(&self.document)
-    }
-
     /// The layout, where it is known.
     pub fn layout(&self) -> Option<&HostLayout> {
         self.layout.as_ref()
@@ -168,17 +165,9 @@ impl ResultFile {
         self.layout_file.as_ref()
     }
 
-    /// The document of the result, that of an archive solved again.
-    pub fn document(&self) -> &Value {
-        &self.document
-    }
-
     /// Every hit that was graded during the measurement, where the result has a log of them.
-    pub fn hit_log(&self) -> Vec<LoggedHit> {
-        match &self.archive {
-            Some(archive) => archive.hit_log.clone(),
-            None => Vec::deserialize(&self.document["hit_log"]).unwrap_or_default(),
-        }
+    pub fn hit_log(&self) -> &[LoggedHit] {
+        self.archive.as_ref().map_or(&self.result.hit_log, |archive| &archive.hit_log)
     }
 
     /// The JSON text from which this result can be read again: the archive without the records of hits, which would take most
@@ -187,7 +176,7 @@ impl ResultFile {
     /// # Errors
     /// When the archive cannot be written.
     pub fn json(&self) -> Result<String> {
-        let Some(archive) = &self.archive else { return Ok(self.document.to_string()) };
+        let Some(archive) = &self.archive else { return versioned(&self.result) };
         let mut lean = archive.clone();
         lean.hit_records.clear();
         Ok(String::from_utf8_lossy(&lean.to_bytes(&self.name)?).into_owned())
@@ -201,35 +190,6 @@ impl ResultFile {
     /// The root mean square distance of the sensors from their centre, m, where it is known.
     pub fn characteristic_length(&self) -> Option<f64> {
         let of_layout = self.layout().map(HostLayout::characteristic_length);
-        let stated = || self.document["characteristic_length_m"].as_f64();
-        of_layout.or_else(stated).filter(|length| *length > 0.0)
+        of_layout.or(self.result.characteristic_length_m).filter(|length| *length > 0.0)
     }
-
-    /// The scale of the ten properties for this mass, kg.
-    ///
-    /// # Errors
-    /// Exit 2 where it is not known how far the sensors are apart.
-    pub fn scale(&self, mass: f64) -> Result<[f64; 10]> {
-        let length = self.characteristic_length().ok_or_else(|| {
-            let text = format!(
-                "{}: the result does not say where the sensors are, which its scale needs; give the layout file of \
-                 the test with --layout",
-                self.name
-            );
-            Error::input(LAYOUT_NEEDED, text)
-        })?;
-        Ok(scale(mass, length).into())
-    }
-
-    fn part<T: DeserializeOwned>(&self, of: &Value, what: &str, key: &str) -> Result<T> {
-        T::deserialize(&of[key]).map_err(|e| {
-            let text = format!("{}: {key} of the {what}: {e}", self.name);
-            Error::input("result_malformed", text)
-        })
-    }
-}
-
-/// The ten properties of a simulated object, where a document states them.
-fn truth_in(document: &Value) -> Option<[f64; 10]> {
-    Deserialize::deserialize(&document["truth"]).ok()
 }

@@ -8,9 +8,10 @@ use massline_shared::diagnosis::{Diagnostic, Subject};
 use massline_shared::signal::self_test::{ChannelAtRest, KnownSensors, SelfTest, left_capacitors};
 use massline_shared::signal::{AdcProperties, Calibration, HAMMER, Scan};
 
-use crate::document::{ChannelCheck, DeviceCheck, Finding};
+use crate::document::{ChannelCheck, DeviceCheck};
 use crate::flash::board::circuit_of;
 use crate::report::{channel_name, message};
+use massline_result::Finding;
 
 /// What a rig reads at rest, and the faults that this shows.
 #[derive(Debug)]
@@ -58,8 +59,8 @@ impl Check {
     pub fn json(&self) -> DeviceCheck {
         let channels = self.channels().iter().enumerate();
         let finding = |found: &Diagnostic| Finding {
-            code: found.code.to_string(),
-            severity: found.severity.name(),
+            code: found.code.into(),
+            severity: found.severity.into(),
             message: message(found),
         };
         DeviceCheck {

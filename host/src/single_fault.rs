@@ -30,7 +30,7 @@ use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, RIG_HITS, RIG
 
 use crate::identification::{layout_of, lines_of};
 use crate::layout_file::{LayoutFile, Reference};
-pub(crate) use report::chi_squared_text;
+pub(crate) use report::{advice_on, chi_squared_text};
 use search::Search;
 pub use sized::{SizedFault, SizedMistake};
 pub(crate) use words::suspect_clause;

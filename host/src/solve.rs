@@ -16,7 +16,6 @@ mod frfs;
 mod layout_checks;
 mod missing;
 mod pair;
-mod plausibility;
 mod reading;
 mod responses;
 mod selection;
@@ -32,28 +31,28 @@ use massline_shared::layout::{Dof, HostLayout, TestProfile, TestSettings};
 use massline_shared::modes::LinesPerSide;
 
 use crate::archive::Archive;
+use crate::design::assumed_for_solving;
 use crate::identification::{Identification, Selection, identify, learned};
 use crate::layout_file::LayoutFile;
-use crate::report::{Truth, message_in};
+use crate::plausibility::suspicions;
+use crate::report::message_in;
 use crate::single_fault::{Examination, NominalTest};
+use crate::solution::Solution;
 use crate::suspension::{
     Comparison, MassLineAnswers, ModeChoice, SuspensionModes, compare, reciprocity_of_mass_lines,
 };
 use crate::uff::{Encoding, Quantity, UffFile, write};
 use crate::{Error, Result};
-use answer::{Failed, Settings};
+use answer::{Settings, failed, solution};
 use driving_points::{after_points, blame_option, reversed_points};
 use errors::{blame_the_responses, both_errors, undetermined};
 use frfs::{FittedLines, LayoutResponses, stated_band};
-use layout_checks::{admitted, assumed_for_solving, layout_problem};
-pub(crate) use plausibility::suspicions;
+use layout_checks::{admitted, layout_problem};
+use reading::reading_text;
 use suspension::{Looked, ModalPart};
 pub(crate) use suspension::{lacking, no_modal_answer};
 
-pub use answer::FrfSolution;
 pub(crate) use errors::first_error;
-pub use layout_checks::body_for_checks;
-pub use plausibility::{Doubt, Suspicion};
 pub use responses::responses_of;
 
 /// The point about which the equations are set up.
@@ -162,7 +161,7 @@ pub fn understood(
 ) -> Option<String> {
     let band = options.suspension_band();
     let responses = LayoutResponses::of(layout, uff, options.quantity, band).ok()?;
-    Some(format!("{}: {}", path.display(), responses.reading.document().to_text()))
+    Some(format!("{}: {}", path.display(), reading_text(responses.reading.document())))
 }
 
 /// Solves a problem. `progress` is told how many of all perturbations are done.
@@ -173,7 +172,7 @@ pub fn solve_problem(
     problem: &Problem,
     options: &Options,
     progress: impl FnMut(u32, u32) + Send,
-) -> Result<FrfSolution> {
+) -> Result<Solution> {
     let [layout, frfs] = problem.paths.each_ref().map(|path| path.display());
     solve(&problem.layout, &problem.uff, options, progress).map_err(|error| match error {
         Error::Undetermined { .. } => error.within(format!("{layout} with {frfs}")),
@@ -217,7 +216,7 @@ pub fn solve(
     uff: &UffFile,
     options: &Options,
     progress: impl FnMut(u32, u32) + Send,
-) -> Result<FrfSolution> {
+) -> Result<Solution> {
     let mut file = file.clone();
     // These responses are not those of a rig, whose band the profile states and whose converter the budget of the suspension
     // profile contains.
@@ -231,7 +230,7 @@ fn solve_as_stated(
     uff: &UffFile,
     options: &Options,
     mut progress: impl FnMut(u32, u32) + Send,
-) -> Result<FrfSolution> {
+) -> Result<Solution> {
     let layout = &file.layout;
     let wanted = options.selection.methods();
     let uses_mass_lines = |method: &Method| method.entry().observes == Observable::MassLines;
@@ -277,17 +276,8 @@ fn solve_as_stated(
     });
     let mut notes = responses.reading.notes().to_vec();
     notes.push(about_body);
-    let truth = file.reference.map(|reference| Truth {
-        properties: reference.properties(),
-        length: layout.characteristic_length(),
-    });
-    let settings = Settings {
-        reference_point: options.reference_point,
-        layout_hash: file.hash(),
-        truth,
-        layout: layout.clone(),
-        reading: responses.reading.document().clone(),
-    };
+    let reading = responses.reading.document().clone();
+    let settings = Settings::new(file, options.reference_point, reading);
     // The answers of both parts are compared together; those to mass lines alone only where there are no others.
     let comparison = match (&answers, &modal) {
         (Some(answers), None | Some(Err(_))) => compare(answers, progress),
@@ -409,21 +399,17 @@ fn combine(
     (mass_lines, comparison): (Option<Result<MassLinePart>>, Comparison),
     modal: Option<Result<ModalPart>>,
     mut notes: Vec<String>,
-) -> Result<FrfSolution> {
+) -> Result<Solution> {
     let (mass_lines, modal) = match (mass_lines, modal) {
         (Some(Err(of_lines)), Some(Err(of_modes))) => return Err(both_errors(of_lines, of_modes)),
         (None, Some(Err(error))) | (Some(Err(error)), None) => return Err(error),
         (None, None) => return Err(Error::undetermined("no_answer", "no method was asked for")),
         both => both,
     };
-    let mut failed = Vec::new();
+    let mut without_answer = Vec::new();
     let mut noted = |what: &str, methods: Vec<Method>, error: &Error| {
         notes.push(format!("no answer from {what}: {error}"));
-        failed.extend(methods.into_iter().map(|method| Failed {
-            method,
-            code: error.code().to_owned(),
-            message: error.to_string(),
-        }));
+        without_answer.extend(methods.into_iter().map(|method| failed(method, error)));
     };
     if let Some(Err(error)) = &mass_lines {
         noted("mass lines", asked.of_mass_lines, error);
@@ -431,13 +417,9 @@ fn combine(
     if let Some(Err(error)) = &modal {
         noted("suspension modes", asked.of_modes, error);
     }
-    let mut solution = FrfSolution::new(
-        settings,
-        mass_lines.and_then(Result::ok),
-        modal.and_then(Result::ok),
-        notes,
-    );
-    solution.failed = failed;
+    let (mass_lines, modal) = (mass_lines.and_then(Result::ok), modal.and_then(Result::ok));
+    let mut solution = solution(settings, mass_lines, modal, notes);
+    solution.failed = without_answer;
     if solution.modes.is_none() {
         solution.comparison = comparison;
     }
@@ -455,12 +437,9 @@ pub(crate) struct MassLinePart {
 impl MassLinePart {
     fn answers(&self, layout: &HostLayout) -> MassLineAnswers<'_> {
         let best = self.identification.estimates.first();
-        MassLineAnswers {
-            budget: best.map_or_else(|| layout.clone(), |estimate| learned(layout, estimate)),
-            lines: &self.lines.lines,
-            settings: self.settings.inertia_restraint,
-            estimates: &self.identification.estimates,
-        }
+        let budget = best.map_or_else(|| layout.clone(), |estimate| learned(layout, estimate));
+        let estimates = &self.identification.estimates;
+        MassLineAnswers::new(estimates, &self.lines.lines, budget, self.settings.inertia_restraint)
     }
 }
 

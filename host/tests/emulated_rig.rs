@@ -137,7 +137,7 @@ fn the_whole_wheel_is_measured_and_the_truth_is_within_the_uncertainty() {
         let truth = document["truth"].as_array().unwrap();
         let agreement = &document["agreement"];
         assert_eq!(agreement["outcome"], "agree", "{rig:?} {agreement}");
-        let names = ["mass", "cx", "cy", "cz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz"];
+        let names = ["m", "c_x", "c_y", "c_z", "J_xx", "J_yy", "J_zz", "J_xy", "J_xz", "J_yz"];
         for (name, truth) in names.iter().zip(truth) {
             let number = |of: &str| agreement["combined"][of][name].as_f64().unwrap();
             let error = number("value") - truth.as_f64().unwrap();

@@ -137,7 +137,7 @@ def _numeric(of, expected):
         assert np.allclose(np.array([low, high]).T, INTERVALS, rtol=1e-13, atol=0), "intervals"
     # The middle of an interval is found by a subtraction.
     assert np.allclose((low + high) / 2, np.ravel(of["value"]), rtol=1e-12, atol=1e-15), "intervals"
-    assert "Jxy = -(integral of x y dm)" in str(np.ravel(of["convention"])[0])
+    assert "J_xy = -(integral of x y dm)" in str(np.ravel(of["convention"])[0])
     return worst
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-ORDER = ["mass", "cx", "cy", "cz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz"]
+ORDER = ["m", "c_x", "c_y", "c_z", "J_xx", "J_yy", "J_zz", "J_xy", "J_xz", "J_yz"]
 PLACES = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
 FOLDER = Path(__file__).parent.parent / "data" / "export"
 ARCHIVE = FOLDER.parent / "archive" / "version-1.massline"

@@ -47,7 +47,7 @@ fn errors(bench: &Bench) -> (f64, f64) {
                 let error = (found[k] - truth[k]).abs() / scale[k] * 100.0;
                 square += error * error;
                 if error > of_test.0 {
-                    of_test = (error, INERTIAL_PARAMETERS[k].name, seed);
+                    of_test = (error, INERTIAL_PARAMETERS[k].symbol, seed);
                 }
             }
         }

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use massline::verdict::Verdict;
+use massline_result::Verdict;
 use massline_shared::identify::Estimate;
 use massline_tests::campaign::{THREE_BAR_TESTS, steady_hand};
 use massline_tests::long;
@@ -32,7 +32,8 @@ fn healthy_tests_are_good() {
             *verdicts.entry(judgement.verdict()).or_insert(0_usize) += 1;
             let mut seen: Vec<_> = judgement.concerns.iter().map(|c| c.code()).collect();
             seen.dedup();
-            seen.into_iter().for_each(|code| *codes.entry(code).or_insert(0_usize) += 1);
+            seen.into_iter()
+                .for_each(|code| *codes.entry(code.to_string()).or_insert(0_usize) += 1);
             total += 1;
         }
         println!("{name}: {total} tests: {verdicts:?}; by code {codes:?}");

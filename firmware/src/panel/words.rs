@@ -53,7 +53,7 @@ fn write_subject(text: &mut Text, d: &Diagnostic, layout: Option<&RigLayout>) ->
         }
         Subject::Property(index) => {
             let known = INERTIAL_PARAMETERS.get(usize::from(index));
-            text.write_str(known.map_or("property", |parameter| parameter.name))
+            text.write_str(known.map_or("property", |parameter| parameter.symbol))
         }
         Subject::Sensor(index) => write!(text, "sensor {}", u16::from(index) + 1),
         Subject::Channel(channel) => write_channel(text, channel.into()),

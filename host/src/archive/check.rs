@@ -114,6 +114,9 @@ pub(super) fn contents(archive: &Archive) -> Result<(), String> {
     for (place, of) in spectra.iter().enumerate() {
         of.check().map_err(|what| format!("spectra[{place}]: {what}"))?;
     }
+    if let Some(answers) = archive.answers() {
+        answers.check().map_err(|of| format!("answers.{of}"))?;
+    }
     if let Some(calibration) = calibration {
         calibration.record().map_err(|e| e.within("calibration").to_string())?;
     }

@@ -12,11 +12,11 @@ use serde::{Deserialize, Serialize};
 
 use super::{ArchivedSpectra, HitRecord, MAX_BYTES, SCHEMA_VERSION, records};
 use crate::Result;
-use crate::document::LoggedHit;
 use crate::file::{self, Existing};
 use crate::followed::Followed;
 use crate::hit_log;
 use crate::limited::at_most;
+use massline_result::LoggedHit;
 
 const FORMAT: &str = "massline-archive-part";
 

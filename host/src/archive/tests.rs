@@ -7,8 +7,8 @@ use massline_shared::units::{Hertz, Seconds, Volts};
 use serde_json::{Value, json};
 
 use super::*;
-use crate::document::HitVerdict;
 use crate::followed::Followed;
+use massline_result::HitVerdict;
 
 /// A layout file, and a result with one DOF whose numbers need all their digits.
 fn archive() -> Archive {
@@ -73,7 +73,7 @@ fn archive() -> Archive {
         lines: Vec::new(),
         hit_records: Vec::new(),
         hit_log: Vec::new(),
-        answers: Document(serde_json::value::to_raw_value(&json!({ "a": 1 })).unwrap()),
+        answers: Some(TestResult::default()),
     };
     archive.hit_records =
         vec![HitRecord { hit: 1, dof: "1:+Y".into(), codes: vec![[7; RESPONSES + 1]; 3] }];
@@ -157,7 +157,7 @@ fn contents_that_no_test_gives_are_named() {
     let infinite = said("\"noise\":[1e-7", "\"noise\":[1e39");
     assert!(infinite.contains("number out of range"), "{infinite}");
     let nan = said("\"noise\":[1e-7", "\"noise\":[null");
-    assert!(nan.contains("invalid type: null, expected f32"), "{nan}");
+    assert!(nan.contains("invalid type: null, expected a number"), "{nan}");
     let other_hit = said("\"index\":0", "\"index\":1");
     assert!(other_hit.contains("result.dofs[0] (1:+Y): the layout has another hit"), "{other_hit}");
     let negative = said("\"gain\":0.0", "\"gain\":-0.0");
@@ -177,13 +177,17 @@ fn contents_that_no_test_gives_are_named() {
 }
 
 #[test]
-fn a_document_of_any_depth_is_kept_as_its_text() {
+fn the_place_of_a_wrong_answer_is_named() {
     let text = String::from_utf8(serde_json::to_vec(&archive()).unwrap()).unwrap();
-    let deep = format!("\"answers\":{}{}", "[".repeat(100_000), "]".repeat(100_000));
-    let changed = text.replace("\"answers\":{\"a\":1}", &deep);
+    let changed = text.replace("\"verdict\":null", "\"verdict\":\"fine\"");
     assert_ne!(changed, text);
-    let archive = Archive::parse(changed.as_bytes(), "a.massline").unwrap();
-    assert_eq!(serde_json::to_string(&archive).unwrap(), changed);
+    let said = Archive::parse(changed.as_bytes(), "a.massline").unwrap_err().to_string();
+    assert!(said.contains("answers.verdict: unknown variant `fine`"), "{said}");
+    // Brackets of any depth are refused, not followed.
+    let deep = format!("\"results\":{}{}", "[".repeat(100_000), "]".repeat(100_000));
+    let changed = text.replace("\"results\":[]", &deep);
+    assert_ne!(changed, text);
+    assert!(Archive::parse(changed.as_bytes(), "a.massline").is_err());
 }
 
 #[test]

@@ -1,8 +1,7 @@
 //! Checks whether the calibration has drifted: a block test against the calibration in force.
 
+use massline_result::Verdict;
 use massline_shared::calibration::block::SensorRatio;
-
-use crate::verdict;
 
 /// The verdict on one channel, the best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -26,11 +25,11 @@ impl DriftVerdict {
     }
 
     /// What it makes of the calibration.
-    pub fn on_calibration(self) -> verdict::Verdict {
+    pub fn on_calibration(self) -> Verdict {
         match self {
-            Self::Good => verdict::Verdict::Good,
-            Self::Unclear => verdict::Verdict::UseWithCare,
-            Self::Drifted => verdict::Verdict::DoNotUse,
+            Self::Good => Verdict::Good,
+            Self::Unclear => Verdict::UseWithCare,
+            Self::Drifted => Verdict::DoNotUse,
         }
     }
 

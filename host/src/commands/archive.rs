@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use super::files::ReplaceArgs;
+use super::show::Next;
 use crate::archive::{Archive, EXTENSION};
 use crate::clock;
 use crate::error::{Error, Result};
 use crate::file::{self, Existing};
 use crate::output::Output;
+use crate::report::Extent;
 
 /// The options about the archive.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -42,6 +44,16 @@ impl ArchiveArgs {
         archive.write(path, self.replace.existing())?;
         output.note(format!("archive written to {}", path.display()));
         Ok(())
+    }
+
+    /// Says what a person would do next with the archive that was written.
+    pub fn propose_report(&self, output: &mut Output) {
+        if let Some(path) = &self.output {
+            let next = Next::Page(path).text(Extent::Details);
+            if !next.is_empty() {
+                output.note(next);
+            }
+        }
     }
 
     /// As [`Self::write`], for an archive that cannot be made again. When the file cannot be written, the archive goes

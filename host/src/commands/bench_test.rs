@@ -224,7 +224,7 @@ impl BenchTest<'_> {
         run(&SimulatedCampaign { label: self.label, layout: &layout, calibration }, &mut rig)
     }
 
-    /// The ten properties of the object: [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz].
+    /// The ten properties of the object: [m, c_x, c_y, c_z, J_xx, J_yy, J_zz, J_xy, J_xz, J_yz].
     pub fn truth(&self) -> [f64; 10] {
         self.bench.truth().theta().into()
     }

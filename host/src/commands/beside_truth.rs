@@ -2,23 +2,24 @@
 
 use std::path::PathBuf;
 
+use massline_result::{FilePath, TestResult};
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::layout::TestProfile;
 use massline_virtual::source::ScanSource;
 
 use super::bench_test::BenchTest;
-use super::compare::{Comparison, SIGMA_NOTE};
+use super::compare::Comparison;
+use super::show::{self, Next};
 use super::simulated::{ReportArgs, Simulated, results_of};
 use crate::archive::Archive;
-use crate::document::{FilePath, Simulation};
+use crate::document::Simulation;
 use crate::error::Result;
 use crate::file::Existing;
-use crate::host_solution::HostSolution;
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
-use crate::output::{Output, Tone};
-use crate::report::{message_of_result, sentences};
+use crate::output::Output;
+use crate::report::{Extent, result_text};
 use crate::rig_lines::RigLines;
+use crate::rig_solution::solve_test;
 use crate::single_fault::NominalTest;
 
 /// A test on a simulated rig that is shown beside the truth.
@@ -67,52 +68,41 @@ impl ShownTest<'_> {
         &self,
         (measured, archive): Measured,
         tape: Option<PathBuf>,
+        extent: Extent,
         output: &mut Output,
     ) -> Result<()> {
         let nominal = NominalTest::of_file(self.file);
-        let again = HostSolution::new(measured.test(), &nominal, Selection::All).without_details();
-        let answer = again.best();
-        if let Some(error) = again.error().filter(|_| answer.is_none()) {
-            return Err(error);
+        let solution = solve_test(measured.test(), &nominal, Selection::All);
+        let result = solution.result();
+        if solution.no_answer.is_some() {
+            return show::print(&solution, &result, (extent, &Next::Details), output);
         }
         let name = self.test.label.to_owned();
-        let comparison = Comparison {
-            name: name.clone(),
-            seed: self.test.seed,
-            truth: self.test.truth(),
-            length: self.file.layout.characteristic_length(),
-            result: measured.result.clone(),
-            answer,
-        };
+        let length = self.file.layout.characteristic_length();
+        // The errors of a bench are known, and need no estimates.
+        let result = TestResult { details: None, ..result };
+        let comparison = Comparison::new(&name, self.test.seed, self.test.truth(), length, result);
         let report = self.report.write(|| results_of(archive.map(|of| (name, of))), self.existing);
         let value = Simulation {
             simulated: self.description.to_owned(),
-            test: comparison.to_json(|measurement| again.add_to(measurement))?,
+            test: comparison.document()?,
             report: report.as_ref().ok().and_then(|path| path.as_ref()).map(FilePath::from),
             tape: tape.map(FilePath::from),
         };
         let (symbol, worst) = comparison.worst()?;
-        let table = comparison.table()?;
-        let remark = match measured.test().profile() {
-            TestProfile::MassLine => format!("{SIGMA_NOTE}\n"),
-            TestProfile::Suspension => comparison.of_methods(&again.answers()),
-        };
-        let verdict = again.verdict();
-        output.conclude(verdict.as_ref().map(|(verdict, _)| *verdict));
-        output.answer(&value, |output| {
-            let heading = output.toned(&self.file.title, Tone::Strong);
-            let first = verdict.map(|(verdict, line)| output.verdict_line(verdict, &line) + "\n");
-            let result = &comparison.result;
-            let findings =
-                sentences(&again.findings_of_rig(), |d| message_of_result(d, result));
+        output.conclude(comparison.result.verdict);
+        output.answer(&value, |_| {
+            let methods = match extent {
+                Extent::Details => comparison.of_methods(),
+                Extent::Brief => String::new(),
+            };
             format!(
-                "{}{heading}\n{}\n{}{table}{}{findings}worst: {worst:+.3} % of scale at {symbol}\n{remark}\n{}",
-                first.unwrap_or_default(),
+                "{}{}\nworst: {worst:+.3} % of scale at {symbol}\n{methods}",
+                result_text(&comparison.result, extent),
                 self.description,
-                again.which_to_use(),
-                again.hammer_text(),
-                again.to_text().trim_end()
             )
+            .trim_end()
+            .to_owned()
         })?;
         // The answer does not need the report.
         self.report.offer(report?, output);

@@ -8,11 +8,11 @@ use massline_shared::layout::RigLayout;
 
 use crate::archive::{Archive, ArchivedSpectra, CampaignId, HitRecord, Part, RecordCollection};
 use crate::client::Client;
-use crate::document::LoggedHit;
 use crate::error::Result;
 use crate::hit_log::{self, HitLog};
 use crate::output::Output;
 use crate::spectra::SpectraCollection;
+use massline_result::LoggedHit;
 
 /// Frequency responses, records of hits, and what became of every hit.
 #[derive(Default)]

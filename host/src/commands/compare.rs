@@ -1,61 +1,59 @@
-//! Compares a result with the truth of a bench.
+//! Compares results with the truth of a bench.
 
-use massline_protocol::object::MeasurementResult;
-use massline_shared::body::{INERTIAL_PARAMETERS, scale};
-use massline_shared::identify::Estimate;
-use nalgebra::SVector;
+use massline_result::{Estimate, PrincipalMoments, TestResult};
+use massline_shared::body::{INERTIAL_PARAMETERS, RigidBody, scale};
 
-use crate::document::{ComparedTest, Measurement};
+use crate::document::ComparedTest;
 use crate::error::{Error, Result};
-use crate::output;
-use crate::report::{self, Truth};
-
-/// What the standard deviations of a rig's answers cover.
-pub const SIGMA_NOTE: &str = "sd of maximum likelihood covers the whole error budget of the layout, \
-                              that of inertia restraint the scatter between hits only";
+use crate::output::{align_right, table};
+use crate::report::as_exact_as;
 
 /// A test whose true answer is known.
 #[derive(Clone, Debug)]
 pub struct Comparison {
     /// Name of the test.
     pub name: String,
-    /// Seed of the bench.
-    pub seed: u64,
-    /// The true ten properties.
-    pub truth: [f64; 10],
-    /// Characteristic length L of the layout, m.
-    pub length: f64,
-    /// The rig's result.
-    pub result: MeasurementResult,
-    /// The answer that is compared with the truth: that of the program or, where it has none, the rig's.
-    pub answer: Option<Estimate<f64>>,
+    /// The result.
+    pub result: TestResult,
+    truth: [f64; 10],
+    length: f64,
 }
 
 impl Comparison {
+    /// A result beside the true ten properties.
+    pub fn new(name: &str, seed: u64, truth: [f64; 10], length: f64, result: TestResult) -> Self {
+        let characteristic_length_m = Some(length);
+        let result =
+            TestResult { seed: Some(seed), truth: Some(truth), characteristic_length_m, ..result };
+        Self { name: name.into(), result, truth, length }
+    }
+
     /// Measured minus true, in % of [m, L, L, L, m L² × 6].
     ///
     /// # Errors
     /// When the result has no answer.
     pub fn errors_percent(&self) -> Result<[f64; 10]> {
-        Ok(self.errors_of(&self.estimate()?.theta()))
+        Ok(self.errors_of(&self.answer()?.theta()))
     }
 
     /// The same of any ten properties.
-    fn errors_of(&self, theta: &SVector<f64, 10>) -> [f64; 10] {
-        let errors = theta - SVector::from(self.truth);
-        (100.0 * errors.component_div(&scale(self.truth[0], self.length))).into()
+    fn errors_of(&self, theta: &[f64; 10]) -> [f64; 10] {
+        let scale = scale(self.truth[0], self.length);
+        std::array::from_fn(|k| 100.0 * (theta[k] - self.truth[k]) / scale[k])
     }
 
-    /// The answers of several methods beside the truth: for each the largest error and the root mean square.
-    /// Empty without answers.
-    pub fn of_methods(&self, answers: &[(&str, SVector<f64, 10>)]) -> String {
-        if answers.is_empty() {
+    /// The answers of all methods beside the truth: for each the largest error and the root mean square. Empty without
+    /// answers.
+    pub fn of_methods(&self) -> String {
+        if self.result.results.is_empty() {
             return String::new();
         }
-        let mut table = output::table();
+        let combined = self.result.agreement.as_ref().and_then(|of| of.combined.as_ref());
+        let each = self.result.results.iter().map(|of| (of.method.name(), of.theta()));
+        let mut table = table();
         table.set_header(["method", "worst, % of scale", "at", "rms, % of scale"]);
-        for (name, theta) in answers {
-            table.add_row(row(name, &self.errors_of(theta)));
+        for (name, theta) in each.chain(combined.map(|of| ("combined", of.value.in_order()))) {
+            table.add_row(row(name, &self.errors_of(&theta)));
         }
         format!("{table}\n")
     }
@@ -68,54 +66,91 @@ impl Comparison {
         Ok(worst_of(&self.errors_percent()?))
     }
 
-    /// The result in its usual form, with name, seed, truth and errors; `further` adds to it.
+    /// The result with name, seed and errors.
     ///
     /// # Errors
-    /// When the result has no answer.
-    pub fn to_json(&self, further: impl FnOnce(&mut Measurement)) -> Result<ComparedTest> {
-        let mut measurement = report::measurement_json(&self.result);
-        further(&mut measurement);
-        // The answers beside the truth are those that the verdict is about.
-        if let Some(host) = measurement.host.as_ref().filter(|host| !host.results.is_empty()) {
-            measurement.results = host.results.clone();
-        }
+    /// When it has no answer.
+    pub fn document(&self) -> Result<ComparedTest> {
         Ok(ComparedTest {
-            measurement,
+            result: self.result.clone(),
             name: self.name.clone(),
-            seed: self.seed,
-            truth: self.truth,
-            characteristic_length_m: self.length,
             error_percent_of_scale: self.errors_percent()?,
         })
     }
 
-    /// The ten properties as a table with standard deviation, truth and error.
-    ///
-    /// # Errors
-    /// When the result has no answer.
-    pub fn table(&self) -> Result<String> {
-        let truth = Truth { properties: self.truth.map(Some), length: self.length };
-        Ok(report::table(self.estimate()?, Some(&truth)))
-    }
-
-    fn estimate(&self) -> Result<&Estimate<f64>> {
-        self.answer.as_ref().ok_or_else(|| {
+    fn answer(&self) -> Result<&Estimate> {
+        self.result.answer().ok_or_else(|| {
             Error::undetermined("no_answer", format!("{}: the result has no answer", self.name))
         })
     }
 }
 
-/// One line per test: the largest error of the ten properties and the root mean square.
+/// The ten properties of all tests side by side, each ± half the width of its 95 % interval; below them the largest error and
+/// the root mean square of the errors, % of scale.
 ///
 /// # Errors
 /// When a result has no answer.
-pub fn summary(comparisons: &[Comparison]) -> Result<String> {
-    let mut table = output::table();
-    table.set_header(["test", "worst, % of scale", "at", "rms, % of scale"]);
-    for comparison in comparisons {
-        table.add_row(row(&comparison.name, &comparison.errors_percent()?));
+pub fn side_by_side(comparisons: &[Comparison]) -> Result<String> {
+    let Some(first) = comparisons.first() else { return Ok(String::new()) };
+    let mut all = table();
+    let names = comparisons.iter().enumerate().map(|(k, _)| format!("test {}", k + 1));
+    all.set_header(["", "unit", "expected"].map(str::to_owned).into_iter().chain(names));
+    align_right(&mut all, 2..3 + comparisons.len());
+    for (k, parameter) in INERTIAL_PARAMETERS.iter().enumerate() {
+        let factor = parameter.table_factor;
+        let mut cells = vec![parameter.symbol.to_owned(), parameter.table_unit.to_owned()];
+        cells.push(exact(first.truth[k] * factor));
+        for comparison in comparisons {
+            let answer = comparison.answer()?;
+            let sigma = answer.complete_sigma().map(|sigma| sigma[k] * factor);
+            let half = answer.complete_half_widths();
+            cells.push(measured(
+                answer.theta()[k] * factor,
+                sigma,
+                half.map(|half| half[k] * factor),
+            ));
+        }
+        all.add_row(cells);
     }
-    Ok(table.to_string())
+    let true_moments = RigidBody::from_theta(&first.truth.into()).principal().map(|of| of.moments);
+    for k in 0..3 {
+        let mut cells = vec![format!("J_{}", k + 1), "g m²".into()];
+        cells.push(true_moments.map_or_else(String::new, |moments| exact(moments[k] * 1e3)));
+        for comparison in comparisons {
+            let answer = comparison.answer()?;
+            let PrincipalMoments { value, sigma } = answer.principal_moments_kg_m2;
+            let half = answer.principal_half_widths().filter(|_| !answer.covers_scatter_only());
+            let [sigma, half] = [sigma, half].map(|of| of.map(|of| of[k] * 1e3));
+            cells.push(value.map_or_else(String::new, |of| measured(of[k] * 1e3, sigma, half)));
+        }
+        all.add_row(cells);
+    }
+    let errors = comparisons.iter().map(Comparison::errors_percent).collect::<Result<Vec<_>>>()?;
+    let line = |name: &str, of: &dyn Fn(&[f64; 10]) -> String| {
+        let head = [name, "%", ""].map(str::to_owned);
+        head.into_iter().chain(errors.iter().map(of)).collect::<Vec<_>>()
+    };
+    all.add_row(line("worst", &|errors| {
+        let (symbol, worst) = worst_of(errors);
+        format!("{worst:+.2} {symbol}")
+    }));
+    all.add_row(line("rms", &|errors| format!("{:.2}", rms_of(errors))));
+    Ok(all.to_string())
+}
+
+/// A true value.
+fn exact(value: f64) -> String {
+    as_exact_as(value, Some(0.01 * value.abs()))
+}
+
+/// A value and half the width of its interval, where that is known.
+fn measured(value: f64, sigma: Option<f64>, half_width: Option<f64>) -> String {
+    let text = as_exact_as(value, sigma);
+    match half_width {
+        // Without blanks four tests fit beside each other.
+        Some(half) => format!("{text}±{}", as_exact_as(half, sigma)),
+        None => text,
+    }
 }
 
 /// The largest error by absolute value, and the symbol of its property.
@@ -127,75 +162,64 @@ fn worst_of(errors: &[f64; 10]) -> (&'static str, f64) {
     named.reduce(larger).unwrap_or_default()
 }
 
+fn rms_of(errors: &[f64; 10]) -> f64 {
+    (errors.iter().map(|error| error * error).sum::<f64>() / 10.0).sqrt()
+}
+
 /// The name of what has these errors, % of scale, the largest of them, and the root mean square.
 fn row(name: &str, errors: &[f64; 10]) -> [String; 4] {
     let (symbol, worst) = worst_of(errors);
-    let rms = (errors.iter().map(|e| e * e).sum::<f64>() / 10.0).sqrt();
-    [name.into(), format!("{worst:+.3}"), symbol.into(), format!("{rms:.3}")]
+    [name.into(), format!("{worst:+.3}"), symbol.into(), format!("{:.3}", rms_of(errors))]
 }
 
 #[cfg(test)]
 mod tests {
+    use massline_shared::diagnosis::Diagnostics;
+    use massline_shared::identify::{self, Method};
+    use nalgebra::SVector;
+
     use super::*;
-    use massline_protocol::object::{ResultHead, StoredEstimate};
-    use massline_shared::layout::FrfEstimator;
-    use massline_shared::mass_line::Terms;
+    use crate::report::{estimate_of, message};
 
     const TRUTH: [f64; 10] = [2.0, 0.1, 0.2, 0.3, 0.01, 0.02, 0.03, 0.001, 0.002, 0.003];
 
-    fn comparison(change: impl FnOnce(&mut [f32; 10])) -> Comparison {
-        let mut properties = TRUTH.map(|v| v as f32);
-        change(&mut properties);
-        let estimate = StoredEstimate {
-            method: 1,
-            properties,
-            covariance: heapless::Vec::new(),
+    fn comparison(change: impl FnOnce(&mut [f64; 10])) -> Comparison {
+        let mut theta = TRUTH;
+        change(&mut theta);
+        let estimate = identify::Estimate {
+            method: Method::MaximumLikelihood,
+            body: RigidBody::from_theta(&SVector::from(theta)),
+            covariance: None,
             condition: 10.0,
             consistency: None,
             learned: None,
-            diagnostics: heapless::Vec::new(),
+            diagnostics: Diagnostics::new(),
         };
-        let result = MeasurementResult {
-            head: ResultHead {
-                title: heapless::String::new(),
-                started_unix_s: 0,
-                number: 1,
-                layout_hash: 1,
-                calibration: 1,
-                gains: None,
-                firmware: heapless::String::new(),
-                frf_estimator: FrfEstimator::H1,
-                terms: Terms::Abc,
-                band_automatic: false,
-            },
-            dofs: heapless::Vec::new(),
-            lines: Default::default(),
-            estimates: [estimate].into_iter().collect(),
-            diagnostics: heapless::Vec::new(),
-        };
-        let answer = report::estimates_of(&result).into_iter().next();
-        Comparison { name: "t".into(), seed: 1, truth: TRUTH, length: 0.5, result, answer }
+        let results = vec![estimate_of(&estimate, message)];
+        let result = TestResult { results, ..TestResult::default() };
+        Comparison::new("t", 1, TRUTH, 0.5, result)
     }
 
     #[test]
     fn errors_are_relative_to_mass_length_and_mass_times_length_squared() {
-        // 1 % of 2 kg, of 0.5 m, of 2 kg (0.5 m)²; the stored values are in single precision.
-        let c = comparison(|p| {
-            p[0] += 0.02;
-            p[2] -= 0.005;
-            p[9] += 0.005;
+        // 1 % of 2 kg, of 0.5 m, of 2 kg (0.5 m)².
+        let c = comparison(|theta| {
+            theta[0] += 0.02;
+            theta[2] -= 0.005;
+            theta[9] += 0.005;
         });
         let errors = c.errors_percent().unwrap();
         for (k, expected) in [(0, 1.0), (1, 0.0), (2, -1.0), (9, 1.0)] {
-            assert!((errors[k] - expected).abs() < 1e-4, "{k}: {}", errors[k]);
+            // Rounding.
+            assert!((errors[k] - expected).abs() < 1e-9, "{k}: {}", errors[k]);
         }
     }
 
     #[test]
     fn the_worst_is_the_largest_by_amount() {
-        let c = comparison(|p| {
-            p[1] += 0.001;
-            p[5] -= 0.01;
+        let c = comparison(|theta| {
+            theta[1] += 0.001;
+            theta[5] -= 0.01;
         });
         let (symbol, error) = c.worst().unwrap();
         assert_eq!(symbol, "J_yy");
@@ -205,7 +229,7 @@ mod tests {
     #[test]
     fn a_result_without_an_answer_is_no_comparison() {
         let mut c = comparison(|_| ());
-        c.answer = None;
+        c.result.results.clear();
         assert_eq!(c.worst().unwrap_err().exit_code(), 3);
     }
 }

@@ -4,7 +4,7 @@ use massline_protocol::message::Identity;
 
 use crate::client::{self, Client, choose_port};
 use crate::error::Result;
-use crate::output::Output;
+use crate::output::{Output, shell_word};
 
 /// The port of the rig.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -16,6 +16,11 @@ pub struct PortArgs {
 }
 
 impl PortArgs {
+    /// The option as a further command for the same rig needs it, with a blank before it; empty where none was given.
+    pub fn as_typed(&self) -> String {
+        self.port.as_ref().map_or_else(String::new, |port| format!(" --port {}", shell_word(port)))
+    }
+
     /// Opens the port and reads the rig's identity.
     ///
     /// # Errors

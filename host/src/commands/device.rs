@@ -186,9 +186,9 @@ fn identity_json(port: &str, identity: &Identity, doing: Doing) -> DeviceIdentit
         max_sensors: identity.max_sensors,
         max_hits: identity.max_hits,
         streams: identity.streams,
-        boot_reason: BootReason::from(identity.boot_reason).name(),
+        boot_reason: BootReason::from(identity.boot_reason).name().into(),
         last_panic: identity.last_panic.as_str().to_owned(),
-        phase: doing.phase,
+        phase: doing.phase.into(),
         layout_hash: hash_text(doing.layout_hash),
         result: (doing.result != 0).then_some(doing.result),
     }

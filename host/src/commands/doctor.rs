@@ -78,7 +78,7 @@ impl Finding {
     fn to_json(&self) -> Looked {
         Looked {
             subject: self.subject.clone(),
-            state: self.state.name(),
+            state: self.state.name().into(),
             found: self.found.clone(),
             advice: self.advice.clone(),
         }

@@ -14,12 +14,12 @@ use crate::document::{ExportedAnswer, ExportedFile};
 use crate::error::{Error, Result};
 use crate::export::{
     Exported, Format, Frame, TestData, UnitSystem, of_archive, of_measurement, read_subject,
-    test_of_archive, universal_file,
+    result_of_archive, test_of_archive, universal_file,
 };
 use crate::file;
 use crate::output::Output;
 use crate::rig_lines::{RigLines, StoredTest};
-use crate::verdict::Verdict;
+use massline_result::Verdict;
 
 /// Arguments of `massline export`.
 #[derive(Debug, clap::Args)]
@@ -31,7 +31,7 @@ measured is solved again here, and that answer is exported. Frequency responses 
 archives of massline measure, which need no answer for them.
 
 Every file states its units, its frame and the convention of its inertia: about the centre of mass,
-products of inertia as elements of the tensor, Jxy = -(integral of x y dm). CONM2 takes the opposite
+products of inertia as elements of the tensor, J_xy = -(integral of x y dm). CONM2 takes the opposite
 sign, and gets it. Standard deviations, intervals and the covariance go with frame and units. A
 frame at the centre of mass or along the principal axes is fixed where the estimate puts it; what
 is zero there keeps its standard deviation.
@@ -106,7 +106,10 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if let Some((archive, name)) = archive.as_ref().filter(|_| format.holds_responses()) {
         // Also of a test without an answer.
         let test = with_layout(test_of_archive(archive, name)?);
-        let verdict = archive.verdict();
+        let verdict = match archive.answers() {
+            Some(result) => result.verdict,
+            None => result_of_archive(archive).verdict,
+        };
         if verdict == Some(Verdict::DoNotUse) {
             output.warn(
                 "verdict: do not use the answer of this test; the responses are written as they were measured",
@@ -121,12 +124,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         );
     }
     let exported = match (&archive, args.number()) {
-        (Some((archive, name)), _) => {
-            if archive.result.lines.is_empty() {
-                super::show::require_answer(&archive.result)?;
-            }
-            of_archive(archive, name, args.method)?
-        }
+        (Some((archive, name)), _) => of_archive(archive, name, args.method)?,
         (None, Some(number)) => on_rig(number, args, output)?,
         (None, None) => read_subject(Path::new(&args.result), args.method)?,
     };
@@ -141,20 +139,19 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         output.warn(format!("this is not a physical body: {condition}"));
     }
     match exported.verdict {
-        Some(Verdict::Good) => {}
-        Some(verdict) => {
+        Verdict::Good => {}
+        verdict => {
             let reasons = exported.doubts.join("; ");
             output.warn(format!("verdict: {}: {reasons}", verdict.words()));
         }
-        None => output.warn("the result states no verdict: solve it again with this program"),
     }
     let answer = ExportedAnswer {
-        method: exported.method.clone(),
+        method: exported.method().to_owned(),
         physically_consistent: exported.violated_condition().is_none(),
         verdict: exported.verdict,
         doubts: exported.doubts.clone(),
     };
-    let what = format!("the answer by {}", exported.method);
+    let what = format!("the answer by {}", exported.method());
     args.deliver(&bytes, &exported.test, Some(answer), &what, output)
 }
 
@@ -221,7 +218,7 @@ fn on_rig(number: u32, args: &Args, output: &mut Output) -> Result<Exported> {
     let lines = RigLines::read(&mut client, identity.adc, &result)?;
     let layout = client.stored_layout(result.head.layout_hash)?;
     let layout: Option<HostLayout> = layout.and_then(|kept| kept.cast());
-    if layout.is_none() || result.lines.is_empty() {
+    if layout.is_none() {
         super::show::require_answer(&result)?;
     }
     let source = format!("result {number} of the rig");

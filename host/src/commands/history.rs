@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use massline_result::TestResult;
+
 use crate::archive::{Archive, EXTENSION, is_named};
 use crate::document::{History, ListedArchive, Unreadable};
 use crate::error::{Error, Result};
 use crate::output::{self, Output, Table};
-use crate::report::{ResultVerdict, Summary};
+use crate::report::Summary;
 
 /// Arguments of `massline history`.
 #[derive(Debug, clap::Args)]
@@ -50,7 +52,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if tests.is_empty() {
         output.answer(&document, |_| nothing_in(&args.folder))?;
     } else {
-        let table = table(&tests, output);
+        let table = table(&tests);
         output.answer_table(&document, &table)?;
     }
     if !output.json() {
@@ -69,21 +71,15 @@ struct Test {
 impl Test {
     fn of(archive: &Archive) -> Self {
         let time = archive.measured.as_ref().unwrap_or(&archive.written).clone();
-        let of_rig = Summary::of(&archive.result, archive.verdict());
+        let summary = Summary::of(archive.answers().unwrap_or(&TestResult::default()));
         // The rig keeps a part of a long title only.
         let title = archive.layout.title.clone();
-        let best = archive.best_answer().or(of_rig.best);
-        // The program has tried to solve what is in an archive.
-        let verdict = match of_rig.verdict {
-            ResultVerdict::Unsolved => ResultVerdict::NoAnswer,
-            verdict => verdict,
-        };
-        let summary = Summary { title, best, verdict, ..of_rig };
+        let summary = Summary { title, measured: archive.measured.clone(), ..summary };
         Self { summary, time }
     }
 
     fn entry(&self, path: &Path) -> ListedArchive {
-        ListedArchive { summary: self.summary.to_json(), file: path.into() }
+        ListedArchive { summary: self.summary.document(), file: path.into() }
     }
 }
 
@@ -112,13 +108,13 @@ fn nothing_in(folder: &Path) -> String {
     )
 }
 
-fn table(tests: &[(PathBuf, Test)], output: &Output) -> Table {
+fn table(tests: &[(PathBuf, Test)]) -> Table {
     let mut table = output::table();
     table.set_header(["file", "title", "measured", "method", "mass", "verdict"]);
     for (path, test) in tests {
         let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         let mut row = vec![name];
-        row.extend(test.summary.columns(output));
+        row.extend(test.summary.columns());
         table.add_row(row);
     }
     table

@@ -120,18 +120,21 @@ fn show_json(file: &LayoutFile) -> ShownLayout {
         sensors: layout.sensors.iter().map(sensor).collect(),
         hits: layout.hits.iter().map(hit).collect(),
         test: ShownSettings {
-            profile: test.profile.name(),
+            profile: test.profile.name().into(),
             hits_per_dof: test.hits_per_dof,
-            band_hz: test.band_hz.map_or(Band::Automatic("auto"), Band::Fixed),
-            frf_estimator: test.frf_estimator.name(),
-            terms: test.terms.name(),
+            band_hz: test.band_hz.map_or(Band::Automatic("auto".into()), Band::Fixed),
+            frf_estimator: test.frf_estimator.name().into(),
+            terms: test.terms.name().into(),
             exponential_decay_per_s: test.exponential_decay,
             force_window_s: test.force_window_s,
             trigger_n: test.trigger_n,
             min_peak_force_n: test.min_peak_force_n,
             impulse_ns: test.impulse_ns,
         },
-        policy: treatments.into(),
+        policy: treatments
+            .into_iter()
+            .map(|(key, value)| (key.to_owned(), value.to_owned()))
+            .collect(),
     }
 }
 

@@ -11,6 +11,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use massline_protocol::LayoutHash;
 use massline_protocol::message::{Identity, LayoutAnswer, Reason, Status};
 use massline_protocol::object::MeasurementResult;
+use massline_result::{FilePath, TestResult};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::{HostLayout, RigLayout, TestProfile};
@@ -22,24 +23,23 @@ use super::collected::Collected;
 use super::connect::PortArgs;
 use super::files;
 use super::rest::begun;
-use super::show;
-use crate::archive::{Archive, ArchivedLayout, Part};
+use super::show::{self, DetailsArgs, Next};
+use crate::archive::{Archive, ArchivedLayout, EXTENSION, Part};
 use crate::calibration::day::age_in_days;
 use crate::campaign::phase_name;
 use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, restarted};
 use crate::client::{Client, ClientError};
 use crate::clock;
 use crate::design::gravity_to_be_stated;
-use crate::document::{FilePath, Measurement};
 use crate::error::{Error, Result};
 use crate::identification::Selection;
-use crate::modes_so_far::ModesMonitor;
+use crate::modes_so_far::{self, ModesMonitor};
 use crate::output::{Output, counted};
 use crate::precision::PrecisionMonitor;
 use crate::report;
 use crate::rig_lines::{RigLines, StoredTest};
+use crate::rig_solution::solve_test;
 use crate::single_fault::NominalTest;
-use crate::verdict::Verdict;
 
 pub use full_screen::ScreenArgs;
 pub(super) use full_screen::Shown;
@@ -98,6 +98,8 @@ pub struct Args {
     calibration: Option<PathBuf>,
     #[command(flatten)]
     archive: ArchiveArgs,
+    #[command(flatten)]
+    details: DetailsArgs,
     /// Keep the record of every accepted hit in the archive as well, about 0.1 MB each; not in the suspension profile.
     #[arg(long, requires = "output")]
     records: bool,
@@ -190,39 +192,45 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let lines = RigLines::read(&mut client, identity.adc, &result)?;
     let nominal = NominalTest::of_file(&file);
     let test = StoredTest { result: &result, lines: &lines };
-    let mut shown = show::document(test, Some(&nominal), Selection::All, output);
-    match &mut shown {
-        Ok(shown) => {
-            shown.value.archive = args.archive.path().map(FilePath::from);
-            monitors.add_to(&mut shown.value);
-            shown.value.hit_log = archive.map(|_| collected.hit_log_of(&result, &layout));
-        }
-        Err(_) => monitors.explain(output),
+    let solution = solve_test(test, &nominal, Selection::All);
+    let mut answers = solution.result();
+    answers.archive = archive.map(FilePath::from);
+    if archive.is_some() {
+        answers.hit_log = collected.hit_log_of(&result, &layout);
     }
-    let verdict = shown.as_ref().ok().and_then(|shown| shown.value.verdict);
-    output.conclude(verdict);
-    let answers = serde_json::json!(shown.as_ref().ok().map(|shown| &shown.value));
+    monitors.add_to(&mut answers);
+    if solution.no_answer.is_some() {
+        explain_modes(&answers, output);
+    }
+    let next = match archive {
+        // Said once the file is there.
+        Some(_) => Next::Other(String::new()),
+        None => Next::Other(format!(
+            "next: `massline results get {0} -o result-{0}.{EXTENSION}{1}` keeps it in a file",
+            result.head.number,
+            args.port.as_typed()
+        )),
+    };
+    output.conclude(answers.verdict);
     // The answer is printed first: a disk that is full must not cost it.
-    let printed = shown.and_then(|shown| shown.print(output));
+    let printed = show::print(&solution, &answers, (args.details.extent(), &next), output);
     if let Some(path) = archive {
         let archived = ArchivedLayout::of_file(&file);
-        let mut archive = Archive::new(&identity, archived, in_force, result, &answers)?;
+        let mut archive = Archive::new(&identity, archived, in_force, result, Some(answers));
         archive.lines = lines.into_dofs();
         let archive = collected.added_to(archive, &layout, args.records, output);
         args.archive.write_anywhere(&archive, output)?;
-        let archive = path.display();
-        let page = format!("next: `massline report {archive}` makes a page with pictures");
-        // Without an answer that can be used there is nothing for other programs.
-        output.note(match verdict {
-            None | Some(Verdict::DoNotUse) => page,
-            Some(_) => format!(
-                "{page}; `massline export {archive} --format csv` writes the result for other programs, and --help \
-                 lists the formats"
-            ),
-        });
+        args.archive.propose_report(output);
         Part::delete(path);
     }
     printed
+}
+
+/// Tells which modes the points have shown, where they have no answer.
+fn explain_modes(result: &TestResult, output: &mut Output) {
+    if let Some(last) = result.modes_after_each_dof.last() {
+        output.note(modes_so_far::text(last));
+    }
 }
 
 /// What is told after each DOF: the precision of mass lines so far, or the suspension modes so far.
@@ -244,19 +252,12 @@ impl Monitors {
         }
     }
 
-    /// Adds what was told to the document of the result.
-    fn add_to(self, document: &mut Measurement) {
-        document.after_each_dof = self.precision.map(PrecisionMonitor::into_reports);
-        document.modes_after_each_dof = self.modes.map(ModesMonitor::into_reports);
-    }
-
-    /// Tells which modes the points have shown, where they have no answer.
-    fn explain(self, output: &mut Output) {
-        let Some(reports) = self.modes.map(ModesMonitor::into_reports) else { return };
-        if let Some(last) = reports.last() {
-            output.note(last.to_text());
-        }
-        output.explain(&serde_json::json!({ "modes_after_each_dof": reports }));
+    /// Adds what was told to the result.
+    fn add_to(self, result: &mut TestResult) {
+        result.after_each_dof =
+            self.precision.map(PrecisionMonitor::into_reports).unwrap_or_default();
+        result.modes_after_each_dof =
+            self.modes.map(ModesMonitor::into_reports).unwrap_or_default();
     }
 }
 

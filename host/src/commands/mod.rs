@@ -129,7 +129,7 @@ pub enum Command {
     Simulate(simulate::Args),
     /// Serve a virtual rig on a pty that any serial program can open.
     Virtual(virtual_rig::Args),
-    /// Print the JSON schemas of what the commands print with --json.
+    /// Print the JSON schemas of the documents that other programs read.
     Schema(schema::Args),
     /// Print the completions of a shell.
     Completions(shell::CompletionsArgs),

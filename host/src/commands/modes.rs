@@ -2,17 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
+use massline_result::Modes;
 use massline_shared::layout::{Dof, HostLayout};
 
 use super::responses::{PERTURBATIONS, ResponseArgs};
 use super::solve::{archive::with_layout, swapped};
 use crate::archive::{Archive, is_archive};
-use crate::document;
 use crate::error::Result;
 use crate::output::Output;
 use crate::report::{
-    assurance_text, diagnostics_json, message_in, modes_json, modes_text, orders_text, sentences,
-    shapes_text,
+    assurance_text, findings, message_in, modes_text, orders_text, sentences, shapes_text,
+    shows_flexible_mode, suspension_modes,
 };
 use crate::solve::{FoundModes, Problem, modes_of_archive, modes_of_problem};
 
@@ -70,16 +70,17 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     };
     bar.finish_and_clear();
     let FoundModes { modes, layout, band_hz: band } = modes?;
-    let message_of = |d: &massline_shared::diagnosis::Diagnostic| message_in(d, &layout);
-    let diagnostics = Some(diagnostics_json(&modes.diagnostics, message_of));
-    let document = document::Modes { diagnostics, ..modes_json(&modes, band, &layout) };
+    let found = findings(&modes.diagnostics, |d| message_in(d, &layout));
+    let modes = suspension_modes(&modes, band, &layout);
+    let document = Modes { diagnostics: Some(found.clone()), ..modes };
     output.answer(&document, |_| {
+        let Modes { modes, modal_assurance, orders, .. } = &document;
         [
-            modes_text(&modes, band, &layout),
-            shapes_text(&modes),
-            assurance_text(&modes),
-            orders_text(&modes),
-            sentences(&modes.diagnostics, message_of),
+            modes_text(&document, shows_flexible_mode(&found)),
+            shapes_text(modes),
+            assurance_text(modal_assurance),
+            orders_text(orders),
+            sentences(&found),
         ]
         .concat()
         .trim_end()

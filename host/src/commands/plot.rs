@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use super::files::ReplaceArgs;
 use super::sources::SourceArgs;
-use crate::document::{DrawnPictures, FilePath};
+use crate::document::DrawnPictures;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::output::Output;
 use crate::picture::{DrawnFile, FONT_LICENCE, ImageFormat, Picture};
-use crate::result_file::{LAYOUT_NEEDED, ResultFile};
+use crate::result_file::ResultFile;
+use massline_result::FilePath;
 
 /// Arguments of `massline plot`.
 #[derive(Debug, clap::Args)]
@@ -56,24 +57,16 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let (wanted, format) = (args.wanted(), args.file_format()?);
     let sources = args.sources.read(output)?;
-    let (mut drawn, mut lacking) = (Vec::new(), None);
+    let mut drawn = Vec::new();
     for picture in wanted {
-        let is_named = !args.picture.is_empty();
-        match picture.of(&sources, format) {
-            Ok(files) if files.is_empty() && is_named => return Err(nothing(picture, &sources)),
-            Ok(files) => drawn.extend(files),
-            // The others do not need it.
-            Err(error) if error.code() == LAYOUT_NEEDED && args.shows_all() => {
-                lacking = Some(error)
-            }
-            Err(error) => return Err(error),
+        let files = picture.of(&sources, format)?;
+        if files.is_empty() && !args.picture.is_empty() {
+            return Err(nothing(picture, &sources));
         }
+        drawn.extend(files);
     }
-    match lacking {
-        Some(error) if drawn.is_empty() => return Err(error),
-        Some(error) => output.note(format!("without the picture of the estimates: {error}")),
-        None if drawn.is_empty() => return Err(nothing(Picture::Estimates, &sources)),
-        None => {}
+    if drawn.is_empty() {
+        return Err(nothing(Picture::Estimates, &sources));
     }
     if let (Some((path, _)), [_, _, ..]) = (args.one_file()?, &drawn[..]) {
         let text = format!(
@@ -105,11 +98,6 @@ fn nothing(picture: Picture, sources: &[ResultFile]) -> Error {
 }
 
 impl Args {
-    /// True when every picture is drawn that there are the data for.
-    fn shows_all(&self) -> bool {
-        self.picture.is_empty() && self.sources.results.len() == 1
-    }
-
     fn wanted(&self) -> Vec<Picture> {
         match (&self.picture[..], &self.sources.results[..]) {
             ([], [_]) => Picture::all().to_vec(),

@@ -9,12 +9,13 @@ use massline_shared::measurement::campaign::{Command, Phase};
 use super::files;
 use super::method::MethodArgs;
 use super::progress::Progress;
-use super::show;
+use super::show::{self, DetailsArgs, Next};
 use super::simulated::{RigArgs, SimulatedCampaign};
 use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::rig::SimulatedRig;
+use crate::rig_solution::solve_test;
 use crate::single_fault::NominalTest;
 use crate::tape::{Tape, TapeProgress, TapeSource};
 
@@ -48,6 +49,8 @@ pub struct Args {
     rig: RigArgs,
     #[command(flatten)]
     method: MethodArgs,
+    #[command(flatten)]
+    details: DetailsArgs,
 }
 
 /// Runs the command.
@@ -82,9 +85,10 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let result = campaign
         .run(&mut rig, output, &mut |client, status, shown| player.steer(client, status, shown))?;
     let nominal = NominalTest::of_file(&file);
-    let shown = show::document(result.test(), Some(&nominal), args.method.selection(), output)?;
-    output.conclude(shown.value.verdict);
-    shown.print(output)
+    let solution = solve_test(result.test(), &nominal, args.method.selection());
+    output.conclude(solution.verdict());
+    let next = (args.details.extent(), &Next::Details);
+    show::print(&solution, &solution.result(), next, output)
 }
 
 /// Finishes a DOF whose segments are used up.

@@ -1,10 +1,11 @@
 //! `massline report`: results as one HTML page.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::files::ReplaceArgs;
 use super::sources::SourceArgs;
 use crate::document::WrittenFile;
+use crate::embedded;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::html_report::html;
@@ -56,6 +57,15 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     })
 }
 
+/// The page of an archive that is given no other name.
+pub fn page_of(archive: &Path) -> PathBuf {
+    page_called(&embedded::stem(archive))
+}
+
+fn page_called(stem: &str) -> PathBuf {
+    format!("{stem}.html").into()
+}
+
 impl Args {
     /// Where the page is written: unless that is given, in this folder, called after the result.
     ///
@@ -65,7 +75,7 @@ impl Args {
         if let Some(path) = &self.output {
             return Ok(path.clone());
         }
-        let path = PathBuf::from(format!("{}.html", self.sources.stem("report")));
+        let path = page_called(&self.sources.stem("report"));
         if self.sources.hold(&path) {
             let text =
                 format!("{} is the result itself; name the page with --output", path.display());

@@ -1,4 +1,4 @@
-//! `massline schema`: the JSON schemas of what the commands print with `--json`.
+//! `massline schema`: the JSON schemas of the documents that other programs read.
 
 use clap::builder::PossibleValuesParser;
 
@@ -14,7 +14,7 @@ know of.
 
 Examples:
   massline schema
-  massline schema measurement > measurement.schema.json")]
+  massline schema result > result.schema.json")]
 pub struct Args {
     /// Name of the document; without it, all of them are listed.
     #[arg(value_parser = PossibleValuesParser::new(Described::ALL.map(|of| of.name)))]

@@ -6,10 +6,11 @@ use clap::Command;
 use clap_complete::Shell;
 
 use crate::commands::files::ReplaceArgs;
-use crate::document::{Completions, FilePath, ManualPage, WrittenPages};
+use crate::document::{Completions, ManualPage, WrittenPages};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::output::Output;
+use massline_result::FilePath;
 
 /// Arguments of `massline completions`.
 #[derive(Debug, clap::Args)]

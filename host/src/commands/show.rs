@@ -1,163 +1,115 @@
 //! Results and diagnostics as the commands print them.
 
+use std::path::Path;
+
 use massline_protocol::message::Status;
 use massline_protocol::object::MeasurementResult;
+use massline_result::TestResult;
 use massline_shared::diagnosis::{Diagnostic, Severity};
-use massline_shared::layout::TestProfile;
 use serde_json::json;
 
-use crate::document::Measurement;
+use super::report::page_of;
 use crate::error::{Error, Result};
-use crate::host_solution::HostSolution;
-use crate::identification::Selection;
-use crate::judgement::{state_verdict_of_rig, verdict_on_rig};
-use crate::output::{Output, Tone};
-use crate::report::{self, SolvedHere};
-use crate::rig_lines::StoredTest;
-use crate::single_fault::NominalTest;
+use crate::output::{Output, Tone, shell_path, this_command_with};
+use crate::report::{self, Extent, corrected_text, result_text, sentences};
+use crate::rig_solution::nothing_measured;
+use crate::solution::Solution;
 pub(crate) use crate::solve::first_error;
 
-/// A result as it is printed.
-pub struct Shown {
-    /// The document for `--json`.
-    pub value: Measurement,
-    /// The first line, which states the verdict; empty without an answer.
-    verdict_line: String,
-    text: String,
+/// The option for how much of a result is printed.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub struct DetailsArgs {
+    /// Print everything: all methods and how they agree, the corrections that the fit made, what each hit and sensor weighs, the
+    /// settings, and what the test cannot see.
+    #[arg(long)]
+    details: bool,
 }
 
-impl Shown {
-    /// A rig's result as it is stored.
-    fn of_rig(result: &MeasurementResult, here: &SolvedHere) -> Self {
-        let mut value = report::measurement_json(result);
-        state_verdict_of_rig(&mut value, result);
-        Self {
-            value,
-            verdict_line: verdict_on_rig(result).map_or(String::new(), |(_, line)| line),
-            text: report::measurement_text(result, here),
-        }
+impl DetailsArgs {
+    /// How much is printed.
+    pub fn extent(self) -> Extent {
+        if self.details { Extent::Details } else { Extent::Brief }
     }
+}
 
-    /// The same with what the host has found.
-    fn with_host(result: &MeasurementResult, again: &HostSolution<'_>) -> Self {
-        let mut shown = Self::of_rig(result, &again.here());
-        shown.add(again);
-        shown
-    }
+/// The next step that a person would take.
+#[derive(Clone, Debug)]
+pub enum Next<'a> {
+    /// To see the rest of the result.
+    Details,
+    /// To make a page of an archive.
+    Page(&'a Path),
+    /// Another one, in a sentence.
+    Other(String),
+}
 
-    /// Adds what the host has found.
-    fn add(&mut self, again: &HostSolution<'_>) {
-        again.add_to(&mut self.value);
-        self.verdict_line = again.verdict().map_or(String::new(), |(_, line)| line);
-        let unseen = again.cannot_see();
-        self.text += &format!("\n{}{}", again.to_text(), report::cannot_see_text(&unseen));
-        self.value.cannot_see = Some(unseen);
-    }
-
-    /// Prints the document, or the text.
-    ///
-    /// # Errors
-    /// When stdout cannot be written.
-    pub fn print(self, output: &mut Output) -> Result<()> {
-        output.answer(&self.value, |output| match self.value.verdict {
-            Some(verdict) => {
-                format!("{}\n{}", output.verdict_line(verdict, &self.verdict_line), self.text)
+impl Next<'_> {
+    /// The step as a command that works as it is printed; empty without one.
+    pub fn text(&self, extent: Extent) -> String {
+        match self {
+            Self::Other(text) => text.clone(),
+            Self::Page(archive) if !page_of(archive).exists() => {
+                format!(
+                    "next: `massline report {}` makes a page with pictures",
+                    shell_path(archive)
+                )
             }
-            None => self.text,
-        })
-    }
-}
-
-/// A rig's result as the rig stored it. With the nominal test it is solved again in double precision, and the answer is that
-/// of the host.
-///
-/// # Errors
-/// Exit 3 when the result has no answer by the selected methods.
-pub fn document(
-    test: StoredTest<'_>,
-    nominal: Option<&NominalTest>,
-    selection: Selection,
-    output: &mut Output,
-) -> Result<Shown> {
-    if let (TestProfile::Suspension, Some(nominal)) = (test.profile(), nominal) {
-        return of_lines(test, nominal, selection, output);
-    }
-    let result = selected(test.result, selection);
-    if let Err(error) = require_answer(&result) {
-        if let Some(nominal) = nominal {
-            look_for_mistakes(&result, nominal, output);
+            _ if extent == Extent::Details => String::new(),
+            _ => format!(
+                "next: `{}` shows all methods, what the fit corrected, and what the test cannot see",
+                this_command_with("--details")
+            ),
         }
-        return Err(error);
     }
-    let Some(nominal) = nominal else {
-        return Ok(Shown::of_rig(&result, &SolvedHere::default()));
-    };
-    let of_rig = StoredTest { result: &result, ..test };
-    Ok(Shown::with_host(&result, &HostSolution::new(of_rig, nominal, selection)))
 }
 
-/// The same of a test whose lines are solved here; a rig answers by some of the methods, or by none.
-fn of_lines(
-    test: StoredTest<'_>,
-    nominal: &NominalTest,
-    selection: Selection,
-    output: &mut Output,
-) -> Result<Shown> {
-    let result = selected(test.result, selection);
-    let of_rig = StoredTest { result: &result, ..test };
-    let again = HostSolution::new(of_rig, nominal, selection);
-    if result.estimates.is_empty() {
-        again.error().map_or(Ok(()), Err)?;
-    } else if let Some(error) = again.error() {
-        output.warn(error.to_string());
-    }
-    Ok(Shown::with_host(&result, &again))
-}
-
-/// Prints a result that the host solves again, perhaps with a layout that was corrected after the test. The answer is the
-/// host's, and that of the rig, which knows the layout of the measurement only, is compared with it in a line.
+/// Prints the result of a solution, and `next`, the next step that a person would take.
 ///
 /// # Errors
-/// Exit 3 when the host has no answer by the selected methods.
-pub fn solved_again(
-    test: StoredTest<'_>,
-    nominal: &NominalTest,
-    selection: Selection,
+/// Exit 3 when the solution has no answer, with the mistakes that may have prevented it.
+pub fn print(
+    solution: &Solution,
+    result: &TestResult,
+    (extent, next): (Extent, &Next<'_>),
     output: &mut Output,
 ) -> Result<()> {
-    let result = selected(test.result, selection);
-    let of_rig = StoredTest { result: &result, ..test };
-    let again = HostSolution::new(of_rig, nominal, selection);
-    if let Some(error) = again.error() {
-        if test.profile() == TestProfile::MassLine {
-            look_for_mistakes(&result, nominal, output);
-        }
-        return Err(error);
+    if let Some(error) = &solution.no_answer {
+        explain(result, output);
+        return Err(error.clone());
     }
-    let mut shown = Shown::with_host(&result, &again);
-    shown.value.results = again.identification.results_json();
-    output.conclude(shown.value.verdict);
-    shown.print(output)
+    print_result(result, (extent, next), output)
 }
 
-/// Adds to the error that follows which single mistake may have prevented an answer.
-pub fn look_for_mistakes(result: &MeasurementResult, nominal: &NominalTest, output: &mut Output) {
-    let examination = nominal.examine_result(result);
-    let mut details = json!({});
-    examination.add_to(&mut details, &nominal.layout);
-    output.explain(&details);
+/// The same of a result that has an answer.
+///
+/// # Errors
+/// When stdout cannot be written.
+pub fn print_result(
+    result: &TestResult,
+    (extent, next): (Extent, &Next<'_>),
+    output: &mut Output,
+) -> Result<()> {
+    output.answer(result, |_| {
+        (result_text(result, extent) + &next.text(extent)).trim_end().to_owned()
+    })
+}
+
+/// Adds to the error that follows what was found of the data, above all a single mistake that may have prevented an answer.
+fn explain(result: &TestResult, output: &mut Output) {
+    output.explain(&json!({
+        "single_faults": result.single_faults,
+        "diagnostics": result.diagnostics,
+        "not_applicable": result.not_applicable,
+        "modes_after_each_dof": result.modes_after_each_dof,
+    }));
     if !output.json() {
-        output.note(examination.to_text(&nominal.layout).trim_end());
+        let text = sentences(&result.diagnostics)
+            + &result.notes.iter().map(|note| format!("note: {note}\n")).collect::<String>()
+            + &result.single_faults.as_ref().map_or_else(String::new, |of| corrected_text(of, 1));
+        if !text.is_empty() {
+            output.note(text.trim_end());
+        }
     }
-}
-
-/// The result reduced to the answers of the selected methods.
-fn selected(result: &MeasurementResult, selection: Selection) -> MeasurementResult {
-    let mut result = result.clone();
-    if let Selection::Only(method) = selection {
-        result.estimates.retain(|estimate| estimate.method == method.number());
-    }
-    result
 }
 
 /// Returns an error with the reasons when a result has no answer.
@@ -188,8 +140,7 @@ pub fn require_answer(result: &MeasurementResult) -> Result<()> {
         return Err(Error::undetermined("no_answer", text));
     }
     if result.dofs.is_empty() {
-        let text = format!("result {} has no hits: every DOF was skipped", result.head.number);
-        return Err(Error::undetermined("nothing_measured", text));
+        return Err(nothing_measured(result));
     }
     Err(first_error(&result.diagnostics, report::message).unwrap_or_else(|| {
         Error::undetermined(

@@ -14,6 +14,7 @@ use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
 use super::beside_truth::ShownTest;
 use super::files;
 use super::monte_carlo::{self, MonteCarloArgs, StudyObject};
+use super::show::DetailsArgs;
 use super::simulated::{ReportArgs, RigArgs};
 use crate::commands::files::ReplaceArgs;
 use crate::error::Result;
@@ -70,6 +71,8 @@ pub struct Args {
     #[command(flatten)]
     replace: ReplaceArgs,
     #[command(flatten)]
+    details: DetailsArgs,
+    #[command(flatten)]
     monte_carlo: MonteCarloArgs,
 }
 
@@ -107,7 +110,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         ShownTest { test, file: &file, report: &args.report, existing, description: &description };
     let Some(path) = &args.tape else {
         let measured = shown.measure(&calibration, output, |source| source)?;
-        return shown.print(measured, None, output);
+        return shown.print(measured, None, args.details.extent(), output);
     };
     TapeWriter::check(path, existing)?;
     let recorder = Recorder::new(path, existing, &layout, &calibration.calibration);
@@ -117,7 +120,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         output.note(format!("{}: {scans} scans", path.display()));
     }
     let tape = taped.is_ok().then(|| path.clone());
-    shown.print(measured?, tape, output)?;
+    shown.print(measured?, tape, args.details.extent(), output)?;
     // The answer needs no tape.
     taped.map(|_| ())
 }

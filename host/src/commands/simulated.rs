@@ -11,7 +11,6 @@ use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{HostLayout, RigLayout, TestProfile};
 use massline_shared::measurement::campaign::Command;
-use serde_json::json;
 
 use super::collected::Collected;
 use super::measure::judge_layout;
@@ -22,10 +21,8 @@ use crate::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow, re
 use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::output::Output;
-use crate::report::measurement_json;
 use crate::rig::{RigKind, SimulatedRig};
 use crate::rig_lines::{RigLines, StoredTest};
-use crate::single_fault::NominalTest;
 use crate::spectra::Collecting;
 
 pub use report::{ReportArgs, results_of};
@@ -100,7 +97,7 @@ impl SimulatedCampaign<'_> {
     /// Runs the campaign to its result.
     ///
     /// # Errors
-    /// When the rig refuses, gets stuck or crashes, or there is no answer.
+    /// When the rig refuses, gets stuck or crashes.
     pub fn run(
         &self,
         rig: &mut SimulatedRig,
@@ -126,8 +123,7 @@ impl SimulatedCampaign<'_> {
         let mut collected = Collected::simulated();
         let measured = self.try_run(rig, output, policy, Some(&mut collected));
         let (identity, Simulated { result, lines }) = measured.map_err(|e| rig.explain(e))?;
-        let answers = json!(measurement_json(&result));
-        let mut archive = Archive::new(&identity, layout, self.calibration, result, &answers)?;
+        let mut archive = Archive::new(&identity, layout, self.calibration, result, None);
         archive.lines = lines.into_dofs();
         Ok(collected.added_to(archive, self.layout, self.has_records(), output))
     }
@@ -169,14 +165,6 @@ impl SimulatedCampaign<'_> {
             CampaignOutcome::Done(number) => {
                 let result = client.result(number)?;
                 let lines = RigLines::read(&mut client, identity.adc, &result)?;
-                if result.lines.is_empty()
-                    && let Err(error) = show::require_answer(&result)
-                {
-                    if let Some(layout) = self.layout.cast() {
-                        show::look_for_mistakes(&result, &NominalTest::of_layout(layout), output);
-                    }
-                    return Err(error);
-                }
                 if let Some(collected) = collected {
                     // Those of the last DOF.
                     let status = client.status()?;

@@ -12,6 +12,7 @@ use massline_shared::modes::{LINES_OF_A_SIDE, LinesPerSide};
 
 use super::method;
 use super::responses::{PERTURBATIONS, ResponseArgs};
+use super::show::{self, DetailsArgs, Next};
 use crate::archive::{EXTENSION, MAX_BYTES, is_archive};
 use crate::embedded;
 use crate::error::{Error, Result};
@@ -75,6 +76,8 @@ pub struct Args {
         help = "One method alone, or all that apply"
     )]
     method: Selection,
+    #[command(flatten)]
+    details: DetailsArgs,
 }
 
 /// The forces that a shape comes from, as an argument.
@@ -134,7 +137,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         Some(frfs) => return from_frequency_responses(args, frfs, output),
     };
     refuse_options_of_responses(args, archive)?;
-    archive::solve(archive, layout, args.method, output)
+    archive::solve(archive, layout, args.method, args.details.extent(), output)
 }
 
 /// Refuses the options that have no effect on the mass lines of an archive.
@@ -221,10 +224,7 @@ fn from_frequency_responses(args: &Args, frfs: &Path, output: &mut Output) -> Re
         }
     }
     let solution = solution?;
-    let verdict = solution.verdict();
-    output.conclude(verdict.as_ref().map(|(verdict, _)| *verdict));
-    output.answer(&solution.document(), |output| {
-        let first = verdict.map(|(verdict, line)| output.verdict_line(verdict, &line) + "\n");
-        first.unwrap_or_default() + solution.to_text().trim_end()
-    })
+    output.conclude(solution.verdict());
+    let next = (args.details.extent(), &Next::Details);
+    show::print(&solution, &solution.result(), next, output)
 }

@@ -8,12 +8,12 @@ use massline_virtual::bench::suspension::{RigidMode, Suspension, rigid_modes};
 use massline_virtual::bench::{Bench, BenchError};
 use nalgebra::Vector3;
 
+use super::assumed_body::body_for_checks;
 use super::criterion::LayoutCriterion;
 use super::noise;
 use super::suspension::SuspensionCriterion;
 use crate::error::Result;
 use crate::layout_file::LayoutFile;
-use crate::solve::body_for_checks;
 
 /// Bench with the measuring chain of a test that is only computed.
 const COMPUTED: &str = "ideal";

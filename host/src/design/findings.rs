@@ -69,8 +69,8 @@ impl LayoutFindings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::design::body_for_checks;
     use crate::layout_file::LayoutFile;
-    use crate::solve::body_for_checks;
 
     #[test]
     fn the_suspension_profile_asks_for_gravity() {

@@ -101,8 +101,8 @@ impl MassRange {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::design::body_for_checks;
     use crate::layout_file::LayoutFile;
-    use crate::solve::body_for_checks;
 
     /// An L of 8 cm with three sensors, of 120 g.
     const BRACKET: &str = r#"

@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use massline_protocol::LayoutHash;
+use massline_result::{ErrorSource, Mode, Properties};
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
-use massline_shared::design::{self, Part, Predict};
+use massline_shared::design::{Part, Predict};
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::Method;
 use massline_shared::layout::{Dof, HostLayout, RIG_SENSORS, RigLayout};
@@ -13,14 +14,14 @@ use super::{
     Advice, DesignReport, Forecast, LayoutCriterion, LayoutFindings, Options, Predicted, Suggestion,
 };
 use crate::document::{
-    self, AssumedBody, CandidateCounts, ErrorSource, ForecastAnswer, HitTotal, JudgedLayout,
-    JudgedMethod, LayoutCheck, LayoutSuggestion, Prediction, Properties, SensorTotal,
+    self, AssumedBody, CandidateCounts, ForecastAnswer, HitTotal, JudgedLayout, JudgedMethod,
+    LayoutCheck, LayoutSuggestion, Prediction, SensorTotal,
 };
 use crate::layout_file::LayoutFile;
 use crate::output::{align_right, table};
 use crate::report::{
-    INERTIA_CONVENTION, diagnostics_json, hash_text, indicators_text, message_in, mode_json,
-    refusals_json, refusals_text, remedies_text, two_digits,
+    self, INERTIA_CONVENTION, better_hits_text, hash_text, indicators_text, message_in, refusals,
+    refusals_text, source_words, suspension_mode, two_digits,
 };
 
 /// Error sources with a smaller share than this are not listed.
@@ -45,7 +46,7 @@ pub fn design_report_json(
     };
     LayoutCheck {
         judged: judged.to_json(notes),
-        error_sources: design_report.parts.iter().map(part_json).collect(),
+        error_sources: design_report.parts.iter().map(error_source).collect(),
         advice: design_report.advice.as_ref().map(|advice| advice_json(advice, file)),
     }
 }
@@ -114,8 +115,8 @@ impl Judged<'_> {
             hits: layout.hits.iter().map(|hit| hit.dof.to_string()).collect(),
             hits_per_dof: layout.test.hits_per_dof,
             layout_hash: layout.cast().and_then(|rig: RigLayout| hash_text(rig.hash())),
-            codes: found.iter().map(|d| d.code.name()).collect(),
-            diagnostics: diagnostics_json(found, |d| message_in(d, layout)),
+            codes: found.iter().map(|d| d.code.name().to_owned()).collect(),
+            diagnostics: report::findings(found, |d| message_in(d, layout)),
             notes,
         }
     }
@@ -123,14 +124,14 @@ impl Judged<'_> {
 
 fn forecast_json(forecast: &Forecast, layout: &HostLayout) -> document::Forecast {
     let answer = |(method, predicted): &(Method, Predicted)| ForecastAnswer {
-        method: method.name(),
+        method: method.name().into(),
         prediction: prediction_json(Some(predicted)),
     };
     document::Forecast {
         answers: forecast.answers.iter().map(answer).collect(),
-        not_applicable: refusals_json(&forecast.refusals, |d| message_in(d, layout)),
+        not_applicable: refusals(&forecast.refusals, |d| message_in(d, layout)),
         combined: prediction_json(forecast.combined.as_ref()),
-        modes: forecast.modes.iter().map(|mode| mode_json(mode, layout)).collect(),
+        modes: modes_of(forecast, layout),
     }
 }
 
@@ -148,15 +149,16 @@ fn prediction_json(predicted: Option<&Predicted>) -> Prediction {
 
 fn method_json((method, obstacles): &(Method, Vec<Code>)) -> JudgedMethod {
     JudgedMethod {
-        method: method.name(),
+        method: method.name().into(),
         applicable: obstacles.is_empty(),
-        blocked_by: obstacles.iter().map(|code| code.name()).collect(),
+        blocked_by: obstacles.iter().map(|code| code.name().to_owned()).collect(),
     }
 }
 
-fn part_json(part: &Part<f64>) -> ErrorSource {
+/// What a source of error contributes, as part of a document.
+pub fn error_source(part: &Part<f64>) -> ErrorSource {
     ErrorSource {
-        source: part.source.name(),
+        source: part.source.name().into(),
         share: part.share,
         shares: Properties::of(part.shares.into()),
     }
@@ -205,7 +207,7 @@ pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> St
         equations_text(findings),
     );
     if let Some(advice) = &design_report.advice {
-        text += &advice_text(advice, &file.layout);
+        text += &advice_text(advice, &file.layout, true);
     }
     text
 }
@@ -221,16 +223,20 @@ pub fn forecast_text(forecast: &Forecast, layout: &HostLayout) -> String {
         text += &deviations(&rows, 0..4, true);
         text += &deviations(&rows, 4..10, false);
     }
-    text += &refusals_text(&forecast.refusals, |d| message_in(d, layout));
-    let modes = &forecast.modes;
-    let hz: Vec<_> = modes.iter().map(|mode| format!("{:.1}", mode.frequency_hz[0])).collect();
+    text += &refusals_text(&refusals(&forecast.refusals, |d| message_in(d, layout)));
+    let modes = modes_of(forecast, layout);
+    let hz: Vec<_> = modes.iter().map(|mode| format!("{:.1}", mode.frequency_hz.value)).collect();
     text += &format!("modes at {} Hz\n", hz.join(", "));
-    text + &indicators_text(modes, layout) + &remedies_text(modes, layout)
+    text + &indicators_text(&modes) + &better_hits_text(&modes).concat()
 }
 
 /// The modes that the hits hardly move, and which hit would: a line each.
 pub fn unmoved(forecast: &Forecast, layout: &HostLayout) -> String {
-    remedies_text(&forecast.modes, layout)
+    better_hits_text(&modes_of(forecast, layout)).concat()
+}
+
+fn modes_of(forecast: &Forecast, layout: &HostLayout) -> Vec<Mode> {
+    forecast.modes.iter().map(|mode| suspension_mode(mode, layout)).collect()
 }
 
 /// Standard deviations of some properties, and if wanted of all in % of scale: a row for each method.
@@ -257,16 +263,8 @@ pub(crate) fn most(parts: &[Part<f64>], share: impl Fn(&Part<f64>) -> f64, count
     let words = parts
         .iter()
         .take(count)
-        .map(|part| format!("{} {:.0} %", words_of(part.source), 100.0 * share(part)));
+        .map(|part| format!("{} {:.0} %", source_words(part.source.name()), 100.0 * share(part)));
     words.collect::<Vec<_>>().join(", ")
-}
-
-/// A source of error in words.
-fn words_of(source: design::ErrorSource) -> String {
-    match source {
-        design::ErrorSource::Gain => "sensor gain".into(),
-        other => other.name().replace('_', " "),
-    }
 }
 
 /// Rank and condition of the equations of mass lines, and which methods apply.
@@ -288,8 +286,8 @@ fn methods_text(findings: &LayoutFindings) -> String {
     format!("; {}", each.join(", "))
 }
 
-/// What one sensor or hit more or less would change, a line each.
-pub(crate) fn advice_text(advice: &Advice, layout: &HostLayout) -> String {
+/// What one sensor or hit more or less would change, a line each; `of_rig` for a layout that a rig is to measure.
+pub(crate) fn advice_text(advice: &Advice, layout: &HostLayout, of_rig: bool) -> String {
     let mut text = String::new();
     if let Some((dof, total)) = advice.further_hit {
         text += &format!(
@@ -297,7 +295,7 @@ pub(crate) fn advice_text(advice: &Advice, layout: &HostLayout) -> String {
         );
     }
     if let Some((node, total)) = advice.further_sensor {
-        let beyond = if layout.sensors.len() < RIG_SENSORS {
+        let beyond = if !of_rig || layout.sensors.len() < RIG_SENSORS {
             String::new()
         } else {
             format!(" (a rig has inputs for {RIG_SENSORS})")

@@ -1,18 +1,18 @@
 //! Calibrations: as a rig keeps them, as found by tumble and block tests, and as checked.
 
-use massline_shared::calibration;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use super::{Electronics, Finding, Memory};
-use crate::verdict::Verdict;
+use super::{Electronics, Memory};
+use massline_result::Verdict;
+use massline_result::{CalibrationSigma, Finding};
 
 /// A calibration.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "calibration")]
 pub struct Calibration {
     /// How it was made.
-    pub method: &'static str,
+    pub method: String,
     /// Its day, `yyyy-mm-dd`; empty when it is not known.
     pub date: String,
     /// Temperature during the calibration.
@@ -25,28 +25,8 @@ pub struct Calibration {
     pub sensors: Vec<SensorCalibration>,
 }
 
-/// Standard deviations of a calibration, relative to the sensitivities.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "calibration_sigma")]
-pub struct CalibrationSigma {
-    /// Of the sensitivity of an axis.
-    pub gain: f64,
-    /// Of a cross-axis sensitivity.
-    pub cross_axis: f64,
-    /// Of the hammer's sensitivity.
-    pub hammer_gain: f64,
-}
-
-impl From<calibration::CalibrationSigma> for CalibrationSigma {
-    fn from(of: calibration::CalibrationSigma) -> Self {
-        let [gain, cross_axis, hammer_gain] =
-            [of.gain, of.cross_axis, of.hammer_gain].map(f64::from);
-        Self { gain, cross_axis, hammer_gain }
-    }
-}
-
 /// The calibration of the hammer.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "hammer_calibration")]
 pub struct HammerCalibration {
     /// Its name or serial number, may be empty.
@@ -60,7 +40,7 @@ pub struct HammerCalibration {
 }
 
 /// The calibration of a sensor.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "sensor_calibration")]
 pub struct SensorCalibration {
     /// Its name or serial number, may be empty.
@@ -74,7 +54,7 @@ pub struct SensorCalibration {
 }
 
 /// A calibration after a tumble test.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "tumble_calibration")]
 pub struct TumbleCalibration {
     /// Whether the calibration can be used.
@@ -89,7 +69,7 @@ pub struct TumbleCalibration {
 }
 
 /// What a tumble test has found.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "tumble")]
 pub struct Tumble {
     /// The sensors.
@@ -101,7 +81,7 @@ pub struct Tumble {
 }
 
 /// A sensor in a tumble test.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "tumbled_sensor")]
 pub struct TumbledSensor {
     /// Voltages of its axes without acceleration.
@@ -117,11 +97,11 @@ pub struct TumbledSensor {
 }
 
 /// Mains hum in the reading of a position.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "hum")]
 pub struct Hum {
     /// The position.
-    pub position: &'static str,
+    pub position: String,
     /// Its frequency.
     pub frequency_hz: f64,
     /// Name of the channel with the largest amplitude.
@@ -131,7 +111,7 @@ pub struct Hum {
 }
 
 /// A calibration after a block test.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "block_calibration")]
 pub struct BlockCalibration {
     /// Whether the calibration can be used.
@@ -146,7 +126,7 @@ pub struct BlockCalibration {
 }
 
 /// What a block test has found, relative to the calibration before it.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "block")]
 pub struct Block {
     /// The sensors against the hammer.
@@ -162,7 +142,7 @@ pub struct Block {
 }
 
 /// Responses of a sensor over those that the hammer lets expect.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "sensor_ratio")]
 pub struct SensorRatio {
     /// The ratios, row by row: the unit matrix for a sensor that has not changed.
@@ -172,7 +152,7 @@ pub struct SensorRatio {
 }
 
 /// The true force over that of the calibration before.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "hammer_ratio")]
 pub struct HammerRatio {
     /// The ratio.
@@ -186,7 +166,7 @@ pub struct HammerRatio {
 }
 
 /// The RC low-pass of a sensor axis.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "rc_cutoff")]
 pub struct RcCutoff {
     /// The sensor, from 1.
@@ -200,13 +180,13 @@ pub struct RcCutoff {
     /// The cutoff in force before; 0 when it was not known.
     pub before_hz: f64,
     /// What happens to the cutoff in force.
-    pub verdict: &'static str,
+    pub verdict: String,
     /// Stable name of the reason why it was not found.
-    pub reason: Option<&'static str>,
+    pub reason: Option<String>,
 }
 
 /// A check of a calibration by a block test.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "calibration_check")]
 pub struct CalibrationCheck {
     /// Whether the calibration can be used.
@@ -224,13 +204,13 @@ pub struct CalibrationCheck {
 }
 
 /// The verdict on a sensor: that of its worst axis.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "sensor_check")]
 pub struct SensorCheck {
     /// The sensor, from 1.
     pub sensor: usize,
     /// `pass`, `fail` or `unclear`.
-    pub outcome: &'static str,
+    pub outcome: String,
     /// The largest drift of its axes, relative.
     pub largest_drift: f64,
     /// The largest drift that passes, relative.
@@ -238,7 +218,7 @@ pub struct SensorCheck {
 }
 
 /// The drift of a sensor axis against the hammer.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "axis_drift")]
 pub struct AxisDrift {
     /// The sensor, from 1.
@@ -250,11 +230,11 @@ pub struct AxisDrift {
     /// Its standard deviation.
     pub sigma: f64,
     /// `good`, `unclear` or `drifted`.
-    pub verdict: &'static str,
+    pub verdict: String,
 }
 
 /// A calibration on the simulated bench, and what it improves.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "calibration_demo")]
 pub struct CalibrationDemo {
     /// The calibration.
@@ -266,7 +246,7 @@ pub struct CalibrationDemo {
 }
 
 /// Largest errors of a calibration, in % of the sensitivity of their channel.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "calibration_errors")]
 pub struct CalibrationErrors {
     /// Of the sensitivities of the axes.
@@ -278,17 +258,17 @@ pub struct CalibrationErrors {
 }
 
 /// A test before and after a calibration.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "calibrated_test")]
 pub struct CalibratedTest {
     /// Name of the test.
-    pub name: &'static str,
+    pub name: String,
     /// Root mean square error of the ten properties.
     pub rms_error_percent_of_scale: BeforeAndAfter,
 }
 
 /// Errors before and after a calibration, in % of m, L, L, L and m L² (six times).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "before_and_after")]
 pub struct BeforeAndAfter {
     /// With the data sheets.

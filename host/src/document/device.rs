@@ -1,10 +1,10 @@
 //! Rigs and ports: what is there, who they are, what they have counted.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The USB serial ports of this computer.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "device_list")]
 pub struct DeviceList {
     /// The ports.
@@ -12,7 +12,7 @@ pub struct DeviceList {
 }
 
 /// A serial port.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "port")]
 pub struct Port {
     /// Its path.
@@ -26,7 +26,7 @@ pub struct Port {
 }
 
 /// Who a rig is and what it is doing.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "device_identity")]
 pub struct DeviceIdentity {
     /// The port.
@@ -62,11 +62,11 @@ pub struct DeviceIdentity {
     /// Whether the link carries the stream of all scans.
     pub streams: bool,
     /// Why the rig started.
-    pub boot_reason: &'static str,
+    pub boot_reason: String,
     /// Message of the panic that caused the last restart; empty when there was none.
     pub last_panic: String,
     /// What the rig is doing.
-    pub phase: &'static str,
+    pub phase: String,
     /// Hash of the layout on the rig, eight hexadecimal digits.
     pub layout_hash: Option<String>,
     /// Number of the result of the last campaign, where there is one.
@@ -74,7 +74,7 @@ pub struct DeviceIdentity {
 }
 
 /// Charge of the battery of a rig.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "battery_charge")]
 pub struct BatteryCharge {
     /// Voltage of the cell.
@@ -84,17 +84,17 @@ pub struct BatteryCharge {
 }
 
 /// What a rig has counted since power-on, and what of it needs attention.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "device_stats")]
 pub struct DeviceStats {
     /// Version of the firmware.
     pub firmware: String,
     /// Why the rig started.
-    pub boot_reason: &'static str,
+    pub boot_reason: String,
     /// Message of the panic that caused the last restart; empty when there was none.
     pub last_panic: String,
     /// What its clocks are derived from: `crystal`, `internal` or `unknown`.
-    pub clock: &'static str,
+    pub clock: String,
     /// Supply below which its chip resets itself; `null` when the board has no such level to set.
     pub brown_out_mv: Option<u16>,
     /// Whether its supply is too low to write flash.
@@ -156,17 +156,17 @@ pub struct DeviceStats {
 }
 
 /// A counter that needs attention.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "counter_finding")]
 pub struct CounterFinding {
     /// Its key.
-    pub counter: &'static str,
+    pub counter: String,
     /// What its value means, and what to do.
-    pub text: &'static str,
+    pub text: String,
 }
 
 /// The end of a campaign on a rig.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "device_abort")]
 pub struct DeviceAbort {
     /// Whether there was a campaign.
@@ -176,7 +176,7 @@ pub struct DeviceAbort {
 }
 
 /// What a rig in safe mode has erased.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "device_erase")]
 pub struct DeviceErase {
     /// Whether its results, layouts and calibration are erased.
@@ -184,7 +184,7 @@ pub struct DeviceErase {
 }
 
 /// What is plugged in, what may be opened, and what is missing on this computer.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "doctor")]
 pub struct Doctor {
     /// What was looked at.
@@ -192,13 +192,13 @@ pub struct Doctor {
 }
 
 /// Something that was looked at.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "looked")]
 pub struct Looked {
     /// What it is.
     pub subject: String,
     /// `good`; `absent`, which only some commands need; or `bad`.
-    pub state: &'static str,
+    pub state: String,
     /// What was found.
     pub found: String,
     /// What to do, where something is to be done.
@@ -206,7 +206,7 @@ pub struct Looked {
 }
 
 /// The level at which a rig's chip resets itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "device_brown_out")]
 pub struct DeviceBrownOut {
     /// Supply below which it does, from the next time that it is switched on.
@@ -214,17 +214,17 @@ pub struct DeviceBrownOut {
 }
 
 /// What a rig reads at rest, and the faults of wiring and parts that this shows.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "device_check")]
 pub struct DeviceCheck {
     /// The channels, the hammer first.
     pub channels: Vec<ChannelCheck>,
     /// The faults, those that explain others first; empty when nothing is wrong.
-    pub findings: Vec<super::Finding>,
+    pub findings: Vec<massline_result::Finding>,
 }
 
 /// What a channel reads at rest. Amplitudes are those of a sine.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "channel_check")]
 pub struct ChannelCheck {
     /// Name of the channel, as in `sensor 2 x`.

@@ -1,10 +1,10 @@
 //! What calibrations show of multiplexer and converter.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What a block test shows of multiplexer and converter.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "electronics")]
 pub struct Electronics {
     /// What a sensor axis keeps of the hammer before it; `null` where the hits do not show it.
@@ -14,7 +14,7 @@ pub struct Electronics {
 }
 
 /// The share of a channel's voltage that the channel converted after it keeps.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "memory")]
 pub struct Memory {
     /// Name of the channel that keeps it.
@@ -30,7 +30,7 @@ pub struct Memory {
 }
 
 /// The difference between responses to pushes from the two sides of a direction.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "asymmetry")]
 pub struct Asymmetry {
     /// The direction, a unit vector in the frame of the block.

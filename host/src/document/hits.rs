@@ -1,11 +1,9 @@
 //! The graded hits of a recording.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 /// The graded hits of a recording.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "hits")]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Hits {
     /// What was understood of the recording.
     pub recording: RecordingSummary,
@@ -16,8 +14,7 @@ pub struct Hits {
 }
 
 /// What was understood of a recording before its hits were graded.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "recording_summary")]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordingSummary {
     /// The format of the file.
     pub format: &'static str,
@@ -50,8 +47,7 @@ pub struct RecordingSummary {
 }
 
 /// A channel of a recording, with its unit.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "recorded_channel")]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordedChannel {
     /// Its name, or its number where it has none.
     pub name: String,
@@ -68,8 +64,7 @@ pub struct RecordedChannel {
 }
 
 /// A column of a recording that is not used.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "column_left_out")]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ColumnLeftOut {
     /// Its name, or its number where it has none.
     pub name: String,
@@ -78,8 +73,7 @@ pub struct ColumnLeftOut {
 }
 
 /// A graded hit.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "graded_hit")]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GradedHit {
     /// Segment of the file, or number of the hit in a continuous recording, from 0.
     pub segment: usize,
@@ -103,8 +97,7 @@ pub struct GradedHit {
 }
 
 /// A finding about a hit, with the number that decided under a key that names its unit.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "hit_finding")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct HitFinding {
     /// Stable name of what was found.
     pub code: String,
@@ -119,8 +112,7 @@ pub struct HitFinding {
 }
 
 /// The number that decided; one of these keys.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "decided")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Decided {
     /// The extreme of an overloaded force.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,14 +1,13 @@
 //! Layouts: as resolved, as judged before a measurement, as suggested.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-use super::FilePath;
-use super::{Finding, Mode, Properties, Refusal};
+use massline_result::{ErrorSource, FilePath, Finding, Mode, Properties, Refusal};
 
 /// A layout with resolved positions and directions in the body frame.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "shown_layout")]
 pub struct ShownLayout {
     /// Title of the layout.
@@ -34,11 +33,11 @@ pub struct ShownLayout {
     /// The settings of the test.
     pub test: ShownSettings,
     /// What becomes of a hit with a fault, by the code of the fault: `keep`, `warn` or `reject`.
-    pub policy: BTreeMap<&'static str, &'static str>,
+    pub policy: BTreeMap<String, String>,
 }
 
 /// A sensor.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "shown_sensor")]
 pub struct ShownSensor {
     /// Its node.
@@ -52,7 +51,7 @@ pub struct ShownSensor {
 }
 
 /// A hit.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "shown_hit")]
 pub struct ShownHit {
     /// Its DOF.
@@ -64,19 +63,19 @@ pub struct ShownHit {
 }
 
 /// The settings of a test.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "shown_settings")]
 pub struct ShownSettings {
     /// What is measured: `mass-line` or `suspension`.
-    pub profile: &'static str,
+    pub profile: String,
     /// Accepted hits wanted at each DOF.
     pub hits_per_dof: u8,
     /// The band of the mass lines.
     pub band_hz: Band,
     /// Estimator of the frequency responses.
-    pub frf_estimator: &'static str,
+    pub frf_estimator: String,
     /// Terms of the mass lines.
-    pub terms: &'static str,
+    pub terms: String,
     /// Decay rate of the exponential window.
     pub exponential_decay_per_s: f64,
     /// Half width of the force window.
@@ -90,18 +89,18 @@ pub struct ShownSettings {
 }
 
 /// The band of mass lines.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 #[schemars(rename = "band")]
 pub enum Band {
     /// Its ends.
     Fixed([f64; 2]),
     /// `auto`: it is found from the data.
-    Automatic(&'static str),
+    Automatic(String),
 }
 
 /// How accurate a layout will be, and what limits it.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "layout_check")]
 pub struct LayoutCheck {
     /// The prediction.
@@ -114,7 +113,7 @@ pub struct LayoutCheck {
 }
 
 /// Better sensors and hits among the nodes of a layout.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "layout_suggestion")]
 pub struct LayoutSuggestion {
     /// The prediction for the suggested layout.
@@ -133,7 +132,7 @@ pub struct LayoutSuggestion {
 }
 
 /// Numbers of candidates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "candidate_counts")]
 pub struct CandidateCounts {
     /// Nodes that can carry a sensor.
@@ -143,7 +142,7 @@ pub struct CandidateCounts {
 }
 
 /// A layout and what is predicted for it before any measurement.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "judged_layout")]
 pub struct JudgedLayout {
     /// The predicted uncertainty.
@@ -179,7 +178,7 @@ pub struct JudgedLayout {
     /// The layout's hash, eight hexadecimal digits; `null` where it is too large for a rig.
     pub layout_hash: Option<String>,
     /// Stable names of the findings.
-    pub codes: Vec<&'static str>,
+    pub codes: Vec<String>,
     /// Findings about the layout.
     pub diagnostics: Vec<Finding>,
     /// Notes on the file.
@@ -187,7 +186,7 @@ pub struct JudgedLayout {
 }
 
 /// A predicted uncertainty; all are `null` where the layout does not determine the ten properties.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "prediction")]
 pub struct Prediction {
     /// Standard deviations of the ten properties.
@@ -199,7 +198,7 @@ pub struct Prediction {
 }
 
 /// What each method would answer to a test of the suspension profile that is computed by formula, with noise.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "forecast")]
 pub struct Forecast {
     /// The methods with an answer, best first.
@@ -213,52 +212,40 @@ pub struct Forecast {
 }
 
 /// How uncertain the answer of a method would be.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "forecast_answer")]
 pub struct ForecastAnswer {
     /// Its name.
-    pub method: &'static str,
+    pub method: String,
     /// The uncertainty.
     #[serde(flatten)]
     pub prediction: Prediction,
 }
 
 /// Whether a method can work.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "judged_method")]
 pub struct JudgedMethod {
     /// Its name.
-    pub method: &'static str,
+    pub method: String,
     /// Whether it can.
     pub applicable: bool,
     /// Stable names of what prevents it.
-    pub blocked_by: Vec<&'static str>,
+    pub blocked_by: Vec<String>,
 }
 
 /// The body of a prediction.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "assumed_body")]
 pub struct AssumedBody {
     /// Whose properties these are, in words.
     pub source: String,
-    /// Mass, centre of mass and inertia about it: mass, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz.
+    /// Mass, centre of mass and inertia about it: m, c_x, c_y, c_z, J_xx, J_yy, J_zz, J_xy, J_xz, J_yz.
     pub properties: [f64; 10],
 }
 
-/// What an error source contributes.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "error_source")]
-pub struct ErrorSource {
-    /// Its name.
-    pub source: &'static str,
-    /// Its share of the sum of the ten relative variances, from 0 to 1.
-    pub share: f64,
-    /// Its share of the variance of each property, from 0 to 1.
-    pub shares: Properties<f64>,
-}
-
 /// What a sensor or hit more or less would change.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "advice")]
 pub struct Advice {
     /// The further hit that helps most.
@@ -272,7 +259,7 @@ pub struct Advice {
 }
 
 /// A layout with one hit more or less.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "hit_total")]
 pub struct HitTotal {
     /// DOF of the hit.
@@ -282,7 +269,7 @@ pub struct HitTotal {
 }
 
 /// A layout with one sensor more or less.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "sensor_total")]
 pub struct SensorTotal {
     /// Node of the sensor.

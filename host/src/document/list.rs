@@ -1,22 +1,19 @@
 //! The results on a rig and the archives in a folder.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::FilePath;
-use super::Spread;
+use massline_result::FilePath;
+use massline_result::Spread;
 
 /// The results that a rig keeps.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "results_list")]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResultsList {
     /// The results.
     pub results: Vec<KeptResult>,
 }
 
 /// A result on a rig.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "kept_result")]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KeptResult {
     /// What it says.
     #[serde(flatten)]
@@ -30,8 +27,7 @@ pub struct KeptResult {
 }
 
 /// The archives in a folder.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "history")]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct History {
     /// The archives, the oldest first.
     pub archives: Vec<ListedArchive>,
@@ -40,8 +36,7 @@ pub struct History {
 }
 
 /// An archive.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "listed_archive")]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ListedArchive {
     /// What its result says.
     #[serde(flatten)]
@@ -51,8 +46,7 @@ pub struct ListedArchive {
 }
 
 /// A file that cannot be read.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "unreadable")]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Unreadable {
     /// Its path.
     pub file: FilePath,
@@ -63,8 +57,7 @@ pub struct Unreadable {
 }
 
 /// What a list says about a result.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[schemars(rename = "summary")]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// Title of the layout.
     pub title: String,
@@ -79,8 +72,7 @@ pub struct Summary {
 }
 
 /// The results that were deleted on a rig.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "deleted_results")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct DeletedResults {
     /// Their numbers.
     pub deleted: Vec<u32>,

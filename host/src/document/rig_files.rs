@@ -1,13 +1,11 @@
 //! What was written to a tape or to a board.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::FilePath;
+use massline_result::FilePath;
 
 /// A tape of a rig's scans.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "recorded_tape")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RecordedTape {
     /// Its path.
     pub tape: FilePath,
@@ -18,8 +16,7 @@ pub struct RecordedTape {
 }
 
 /// Firmware, and the part of a board's flash that it takes.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "flashing")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Flashing {
     /// Name of the board.
     pub board: String,
@@ -45,8 +42,7 @@ pub struct Flashing {
 }
 
 /// Addresses in a board's memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "address_range")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct AddressRange {
     /// The first.
     pub start: u32,

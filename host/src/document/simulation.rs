@@ -1,14 +1,14 @@
 //! Tests on the simulated bench, beside the truth.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-use super::FilePath;
-use super::{Measurement, Refusal};
+use massline_result::FilePath;
+use massline_result::{Refusal, TestResult};
 
 /// A simulated test.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "simulation")]
 pub struct Simulation {
     /// What was simulated, in a line.
@@ -23,7 +23,7 @@ pub struct Simulation {
 }
 
 /// The tests of `massline demo`.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "demo")]
 pub struct Demo {
     /// The tests.
@@ -33,26 +33,20 @@ pub struct Demo {
 }
 
 /// A test whose truth is known.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "compared_test")]
 pub struct ComparedTest {
-    /// The rig's result, and what the host finds from it.
+    /// Its result.
     #[serde(flatten)]
-    pub measurement: Measurement,
+    pub result: TestResult,
     /// Name of the test.
     pub name: String,
-    /// Seed of the bench.
-    pub seed: u64,
-    /// The true properties: mass, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz.
-    pub truth: [f64; 10],
-    /// Root mean square distance of the sensors from their centroid, L.
-    pub characteristic_length_m: f64,
-    /// Errors of the answer that the verdict is about: the best of `host`, or the rig's where that has none, in % of m, L, L, L and m L² (six times).
+    /// Errors of the answer, in % of m, L, L, L and m L² (six times).
     pub error_percent_of_scale: [f64; 10],
 }
 
 /// Many simulated tests of a layout.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "simulated_runs")]
 pub struct SimulatedRuns {
     /// Number of runs that were done.
@@ -74,21 +68,21 @@ pub struct SimulatedRuns {
     /// The methods without an answer in any run, and why.
     pub not_applicable: Vec<Refusal>,
     /// Notes on the numbers.
-    pub notes: Vec<&'static str>,
+    pub notes: Vec<String>,
     /// Seed of the bench.
     pub seed: u64,
     /// Title of the bench.
     pub bench: String,
     /// The error budget that the methods assume: `layout` or `bench`.
-    pub budget: &'static str,
+    pub budget: String,
     /// What says how large the errors of the bench are: `layout` or `bench`.
-    pub errors: &'static str,
+    pub errors: String,
     /// Whether the hammer was taken as calibrated.
     pub calibrated_hammer: bool,
 }
 
 /// How runs came to the target of their layout.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "runs_to_target")]
 pub struct RunsToTarget {
     /// Runs that reached it.
@@ -104,17 +98,17 @@ pub struct RunsToTarget {
 }
 
 /// A method over many runs.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "method_over_runs")]
 pub struct MethodOverRuns {
     /// Its name.
-    pub method: &'static str,
+    pub method: String,
     /// Runs with an answer.
     pub answers: usize,
     /// Runs without an answer.
     pub unanswered: usize,
     /// The codes of the reasons, each with the number of these runs in which it is the first.
-    pub reasons: BTreeMap<&'static str, usize>,
+    pub reasons: BTreeMap<String, usize>,
     /// Geometric mean of `ratio` over the ten properties.
     pub geometric_mean_ratio: Option<f64>,
     /// The largest `ratio`.
@@ -128,11 +122,11 @@ pub struct MethodOverRuns {
 }
 
 /// A property over many runs, in its SI unit. What a single run or one without uncertainty does not have is `null`.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "property_over_runs")]
 pub struct PropertyOverRuns {
     /// Its name.
-    pub name: &'static str,
+    pub name: String,
     /// The true value.
     pub truth: f64,
     /// Mean error.
@@ -152,7 +146,7 @@ pub struct PropertyOverRuns {
 }
 
 /// The methods of suspension modes on the wheel.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "demo_wheel")]
 pub struct DemoWheel {
     /// Standard deviation of the noise of a reading, of a complex number.
@@ -163,6 +157,8 @@ pub struct DemoWheel {
     pub tyre: bool,
     /// Seed of the noise.
     pub seed: u64,
+    /// The answer of the first run to all forces.
+    pub answer: ComparedTest,
     /// The sets of forces.
     pub sets: Vec<ForceSet>,
     /// What the methods of mass lines say, as text.
@@ -172,7 +168,7 @@ pub struct DemoWheel {
 }
 
 /// A set of forces.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "force_set")]
 pub struct ForceSet {
     /// Its name.
@@ -188,7 +184,7 @@ pub struct ForceSet {
 }
 
 /// A method against the truth; `null` where no run has an answer.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "compared_method")]
 pub struct ComparedMethod {
     /// Its name, with the choice of modes.
@@ -204,7 +200,7 @@ pub struct ComparedMethod {
 }
 
 /// The wheel's responses as files.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "demo_wheel_files")]
 pub struct DemoWheelFiles {
     /// The universal file.

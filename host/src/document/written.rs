@@ -1,30 +1,26 @@
 //! What was written to files, and what the program says about itself.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::FilePath;
-use crate::verdict::Verdict;
+use massline_result::FilePath;
+use massline_result::Verdict;
 
 /// A file that was written.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "written_file")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct WrittenFile {
     /// Its path.
     pub written: FilePath,
 }
 
 /// A layout to start from.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "layout_template")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LayoutTemplate {
     /// The text of the file.
     pub layout: String,
 }
 
 /// A file for another program.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "exported_file")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ExportedFile {
     /// Its path.
     pub written: FilePath,
@@ -42,46 +38,41 @@ pub struct ExportedFile {
 }
 
 /// An answer in a file for another program.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "exported_answer")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ExportedAnswer {
     /// Name of its method.
     pub method: String,
     /// Whether a body can have these properties.
     pub physically_consistent: bool,
-    /// The verdict on the result; `null` where its document states none.
-    pub verdict: Option<Verdict>,
+    /// The verdict on the result.
+    pub verdict: Verdict,
     /// What puts it in doubt.
     pub doubts: Vec<String>,
 }
 
 /// The manual pages of all commands.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "written_pages")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct WrittenPages {
     /// Their paths.
     pub written: Vec<FilePath>,
 }
 
 /// Pictures of a result.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "drawn_pictures")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct DrawnPictures {
     /// Paths of their files.
     pub written: Vec<FilePath>,
 }
 
 /// The manual page of the program.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "manual_page")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ManualPage {
     /// Its source, for `man`.
     pub page: String,
 }
 
 /// What a shell knows about the program.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "completions")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Completions {
     /// Name of the shell.
     pub shell: String,
@@ -90,24 +81,21 @@ pub struct Completions {
 }
 
 /// A virtual rig.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "virtual_port")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct VirtualPort {
     /// The port that other commands take.
     pub port: String,
 }
 
 /// The documents that have a schema.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "schema_list")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SchemaList {
     /// The documents.
     pub documents: Vec<DescribedDocument>,
 }
 
 /// A document that has a schema.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "described_document")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct DescribedDocument {
     /// Its name.
     pub document: &'static str,

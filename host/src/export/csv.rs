@@ -31,7 +31,7 @@ pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
             cell(interval.map(|[_, high]| high[k])),
             exported.units.unit_of(k),
         ];
-        row.extend((0..10).map(|j| cell(exported.covariance.map(|c| c[(k, j)]))));
+        row.extend((0..10).map(|j| cell(exported.covariance().map(|c| c[(k, j)]))));
         writer.write_record(&row).map_err(|e| failed(&e))?;
     }
     writer.into_inner().map_err(|e| failed(&e))

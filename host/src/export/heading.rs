@@ -4,7 +4,7 @@ use massline_shared::body::INERTIAL_PARAMETERS;
 
 use super::number::shortest;
 use super::subject::Exported;
-use crate::verdict::Verdict;
+use massline_result::Verdict;
 
 /// The program that writes the file.
 pub(super) const PROGRAM: &str = concat!("massline ", env!("CARGO_PKG_VERSION"));
@@ -15,21 +15,20 @@ const WIDTH: usize = 76;
 /// The convention of the inertia.
 pub(super) fn convention() -> &'static str {
     "inertia about the centre of mass, along the axes of the frame; products of inertia are elements of the tensor, \
-     Jxy = -(integral of x y dm)"
+     J_xy = -(integral of x y dm)"
 }
 
 /// The verdict on the result in words.
 pub(super) fn verdict(exported: &Exported) -> String {
     match exported.verdict {
-        Some(Verdict::DoNotUse) => "DO NOT USE".into(),
-        Some(verdict) => verdict.words().into(),
-        None => "the source states none".into(),
+        Verdict::DoNotUse => "DO NOT USE".into(),
+        verdict => verdict.words().into(),
     }
 }
 
 /// The names of the ten properties in their order.
 pub(super) fn order() -> [&'static str; 10] {
-    INERTIAL_PARAMETERS.map(|parameter| parameter.name)
+    INERTIAL_PARAMETERS.map(|parameter| parameter.symbol)
 }
 
 /// Where the frame lies, in one line.
@@ -57,7 +56,7 @@ pub(super) fn frame(exported: &Exported) -> String {
 pub(super) fn lines(exported: &Exported, own: &str) -> Vec<String> {
     let mut sentences = vec![
         format!("{PROGRAM}: {}", exported.test.title),
-        format!("result by {}, from {}", exported.method, exported.test.source),
+        format!("result by {}, from {}", exported.method(), exported.test.source),
         format!("units: {}", exported.units.words()),
         format!("frame: {}", frame(exported)),
         format!("convention: {}", convention()),
@@ -73,6 +72,13 @@ pub(super) fn lines(exported: &Exported, own: &str) -> Vec<String> {
         }
         None => "standard deviations: not known".into(),
     });
+    if exported.covers_scatter_only() {
+        sentences.push(
+            "standard deviations and intervals cover the scatter between hits only: the truth lies within such a 95 % interval \
+             in 64 of 100 tests"
+                .into(),
+        );
+    }
     sentences.insert(1, format!("verdict: {}", verdict(exported)));
     sentences.extend(exported.doubts.iter().map(|doubt| format!("IN DOUBT: {doubt}")));
     if let Some(condition) = exported.violated_condition() {

@@ -30,7 +30,7 @@ fn object(exported: &Exported) -> Value {
     json!({
         "schema_version": SCHEMA_VERSION,
         "title": exported.test.title,
-        "method": exported.method,
+        "method": exported.method(),
         "source": exported.test.source,
         "program": heading::PROGRAM,
         "verdict": exported.verdict,
@@ -56,6 +56,6 @@ fn object(exported: &Exported) -> Value {
         "sd": exported.sigma().map(list),
         "low95": low.map(list),
         "high95": high.map(list),
-        "covariance": exported.covariance.map(|c| matrix(10, &|i, j| c[(i, j)])),
+        "covariance": exported.covariance().map(|c| matrix(10, &|i, j| c[(i, j)])),
     })
 }

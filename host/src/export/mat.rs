@@ -34,7 +34,7 @@ pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
         None => vec![f64::NAN; 10],
     };
     let [low, high] = exported.interval().map_or([None; 2], |ends| ends.map(Some));
-    let covariance = exported.covariance.map(|c| c.as_slice().to_vec());
+    let covariance = exported.covariance().map(|c| c.as_slice().to_vec());
     let column = [10, 1];
     for (name, size, values) in [
         ("value", column, ten(Some(exported.theta()))),

@@ -1,22 +1,20 @@
 //! Results that a rig has measured: from the rig itself, or from an archive. They are solved again here.
 
+use massline_result::TestResult;
 use massline_shared::identify::Method;
 use massline_shared::layout::HostLayout;
-use serde_json::{Value, json};
 
-use super::document::of_value;
+use super::document::of_result;
 use super::subject::Exported;
 use super::test_data::{Node, Responses, TestData};
 use crate::archive::{Archive, ArchivedNode};
-use crate::document::Measurement;
 use crate::error::Result;
-use crate::host_solution::HostSolution;
 use crate::identification::Selection;
-use crate::judgement::state_verdict_of_rig;
-use crate::output::SCHEMA_VERSION;
-use crate::report;
+use crate::judgement::result_of_rig;
 use crate::rig_lines::{RigLines, StoredTest};
+use crate::rig_solution::solve_test;
 use crate::single_fault::NominalTest;
+use crate::solution::Solution;
 
 /// A result of a rig, solved again where its layout is known; `source` is its name in errors and in the file.
 ///
@@ -28,35 +26,33 @@ pub fn of_measurement(
     source: &str,
     method: Option<Method>,
 ) -> Result<Exported> {
-    of_value(&document_of(test, layout), source, method)
+    let result = match layout {
+        Some(layout) => {
+            let nominal = NominalTest::of_layout(layout.clone());
+            answered(solve_test(test, &nominal, Selection::All), source)?
+        }
+        None => result_of_rig(test.result),
+    };
+    of_result(&result, source, method)
 }
 
-/// The document of a result, solved again where its layout is known.
-fn document_of(test: StoredTest<'_>, layout: Option<&HostLayout>) -> Value {
-    let mut document = report::measurement_json(test.result);
-    state_verdict_of_rig(&mut document, test.result);
-    if let Some(layout) = layout {
-        let nominal = NominalTest::of_layout(layout.clone());
-        HostSolution::new(test, &nominal, Selection::All).add_to(&mut document);
-    }
-    with_version(&document)
+/// The result of an archive, solved again.
+pub fn result_of_archive(archive: &Archive) -> TestResult {
+    solution_of_archive(archive).result()
 }
 
-/// The document of an archive's result, solved again and searched for a single mistake, with what the test cannot see.
-pub fn document_of_archive(archive: &Archive) -> Value {
-    let mut document = report::measurement_json(&archive.result);
+fn solution_of_archive(archive: &Archive) -> Solution {
     let lines = RigLines::of_archive(archive);
     let test = StoredTest { result: &archive.result, lines: &lines };
-    let again = HostSolution::new(test, &archive.layout.nominal(), Selection::All);
-    again.add_to(&mut document);
-    document.cannot_see = Some(again.cannot_see());
-    with_version(&document)
+    solve_test(test, &archive.layout.nominal(), Selection::All)
 }
 
-fn with_version(document: &Measurement) -> Value {
-    let mut value = json!(document);
-    value["schema_version"] = json!(SCHEMA_VERSION);
-    value
+/// The result of a solution that has an answer.
+fn answered(solution: Solution, source: &str) -> Result<TestResult> {
+    match &solution.no_answer {
+        Some(error) => Err(error.clone().within(source)),
+        None => Ok(solution.result()),
+    }
 }
 
 /// The result of an archive, with nodes and frequency responses.
@@ -64,7 +60,8 @@ fn with_version(document: &Measurement) -> Value {
 /// # Errors
 /// As [`of_measurement`], and as [`test_of_archive`].
 pub fn of_archive(archive: &Archive, source: &str, method: Option<Method>) -> Result<Exported> {
-    let exported = of_value(&document_of_archive(archive), source, method)?;
+    let result = answered(solution_of_archive(archive), source)?;
+    let exported = of_result(&result, source, method)?;
     let test = test_of_archive(archive, source)?;
     Ok(exported.with_test(|of_document| TestData { notes: of_document.notes, ..test }))
 }

@@ -5,7 +5,7 @@
 //! one list of formats: command line, help and tests read it.
 //!
 //! Every file states its units, its frame and the convention of its products of inertia. Results of this program hold
-//! elements of the tensor about the centre of mass, `Jxy = −∫ x y dm`; a format with another convention is converted,
+//! elements of the tensor about the centre of mass, `J_xy = −∫ x y dm`; a format with another convention is converted,
 //! and its file has the source of that convention.
 
 mod abaqus;
@@ -14,14 +14,12 @@ mod document;
 mod frame;
 mod heading;
 mod json;
-mod listed;
 mod mat;
 mod measured;
 mod mjcf;
 mod nastran;
 mod npz;
 mod number;
-mod place;
 mod sdf;
 mod subject;
 mod test_data;
@@ -36,12 +34,9 @@ use clap::ValueEnum;
 
 use crate::error::{Error, Result};
 
-pub use document::{
-    MAX_BYTES, answers_of_value, of_document, of_value, read_document, read_subject,
-};
+pub use document::{MAX_BYTES, of_document, of_result, read_document, read_subject};
 pub use frame::{Frame, Placement};
-pub use listed::{best_entry, refused_by_host};
-pub use measured::{document_of_archive, of_archive, of_measurement, test_of_archive};
+pub use measured::{of_archive, of_measurement, result_of_archive, test_of_archive};
 pub use subject::{Exported, Matrix10, Vector10};
 pub(crate) use test_data::one_line;
 pub use test_data::{Node, Responses, TestData};

@@ -19,7 +19,7 @@ const FIELD: usize = 16;
 const NUMBER: u16 = 1;
 
 const OWN: &str = "CONM2: I21, I31, I32 are +(integral of x y dm) and so on, the solver supplies the minus signs: \
-                   I21 = -Jxy, I31 = -Jxz, I32 = -Jyz; X1, X2, X3 lead from the grid to the centre of mass";
+                   I21 = -J_xy, I31 = -J_xz, I32 = -J_yz; X1, X2, X3 lead from the grid to the centre of mass";
 
 /// A grid at the origin of the frame, and the mass at it.
 pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {

@@ -30,7 +30,7 @@ fn archive(exported: &Exported) -> io::Result<Vec<u8>> {
     archive.numbers("low95", &[10], &ten(low))?;
     archive.numbers("high95", &[10], &ten(high))?;
     // Symmetric matrices are the same by rows and by columns.
-    let covariance = exported.covariance.map(|c| c.as_slice().to_vec());
+    let covariance = exported.covariance().map(|c| c.as_slice().to_vec());
     archive.numbers("covariance", &[10, 10], &covariance.unwrap_or(vec![f64::NAN; 100]))?;
     archive.numbers("mass", &[], &[body.mass])?;
     archive.numbers("center_of_mass", &[3], body.center_of_mass.as_slice())?;
@@ -49,7 +49,7 @@ pub(super) fn texts(exported: &Exported) -> [(&'static str, String); 9] {
     let units = exported.units;
     [
         ("title", exported.test.title.clone()),
-        ("method", exported.method.clone()),
+        ("method", exported.method().to_owned()),
         ("source", exported.test.source.clone()),
         ("program", heading::PROGRAM.into()),
         ("convention", heading::convention().into()),

@@ -8,14 +8,14 @@ use super::subject::Exported;
 use super::test_data::{Node, Responses, TestData};
 use crate::error::{Error, Result};
 use crate::uff::{BODY_AXES, Encoding, Frf, ModelNode, write_described, write_nodes, write_units};
-use crate::verdict::Verdict;
+use massline_result::Verdict;
 
 /// Largest difference of two unit vectors that are the same: the rounding of a rig's numbers.
 const SAME_DIRECTION: f64 = 1e-6;
 
 /// The file of a result.
 pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
-    universal_file(&exported.test, exported.verdict)
+    universal_file(&exported.test, Some(exported.verdict))
 }
 
 /// Datasets 164 (units), 2420 (local axes, if there are any but the body's), 15 (nodes) and 58 (responses along the

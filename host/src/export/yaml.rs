@@ -24,10 +24,10 @@ pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
     };
     line("schema_version", super::json::SCHEMA_VERSION.to_string());
     line("title", quoted(&exported.test.title));
-    line("method", quoted(&exported.method));
+    line("method", quoted(exported.method()));
     line("source", quoted(&exported.test.source));
     line("program", quoted(heading::PROGRAM));
-    line("verdict", exported.verdict.map_or("null".into(), |verdict| quoted(verdict.name())));
+    line("verdict", quoted(exported.verdict.name()));
     line("physically_consistent", exported.violated_condition().is_none().to_string());
     line("convention", quoted(heading::convention()));
     line("units", String::new());
@@ -50,7 +50,7 @@ pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
     let [low, high] = exported.interval().map_or([None; 2], |ends| ends.map(Some));
     line("low95", optional(low));
     line("high95", optional(high));
-    let covariance = exported.covariance;
+    let covariance = exported.covariance();
     line("covariance", covariance.map_or("null".into(), |c| rows(10, |i, j| c[(i, j)])));
     Ok(text.into_bytes())
 }

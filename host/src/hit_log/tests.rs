@@ -92,7 +92,7 @@ fn a_bad_hit_and_one_that_the_operator_rejects_are_rejected() {
     seen.good();
     assert_eq!(seen.verdicts(), [Accepted, Rejected, Rejected, Accepted]);
     let hits = seen.log.logged(&layout());
-    assert_eq!(hits[1].findings[0].code, "double_hit");
+    assert_eq!(hits[1].findings[0].code, Code::DoubleHit);
     assert!(hits[1].findings[0].message.contains("touched twice"), "{:?}", hits[1]);
     assert!(hits[2].findings.is_empty());
     assert_eq!((hits[0].dof.as_str(), hits[0].peak_force_n), ("1:+Y", Some(20.0)));

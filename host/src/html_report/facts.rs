@@ -9,7 +9,7 @@ use massline_shared::mass_line::Terms;
 
 use crate::error::Result;
 use crate::layout_file::Statements;
-use crate::result_file::{ResultFile, ShownMassLine};
+use crate::result_file::ResultFile;
 
 use super::for_people;
 pub(super) use calibration::method_and_day;
@@ -40,14 +40,13 @@ pub(super) struct Folded {
 /// All groups of a result.
 ///
 /// # Errors
-/// When the calibration of the archive is not one, or the mass lines are malformed.
+/// When the calibration of the archive is not one.
 pub(super) fn groups(source: &ResultFile) -> Result<Vec<Group>> {
-    let lines = source.mass_lines()?;
     let mut groups = vec![statements(source), rig::group(source), calibration::group(source)?];
     if let Some(layout) = source.layout() {
-        groups.push(settings(source, &layout.test, &lines)?);
+        groups.push(settings(source, &layout.test));
     }
-    groups.push(spectra::group(source, &source.measured_dofs()?));
+    groups.push(spectra::group(source, &source.result().measured_dofs()));
     groups.extend(source.layout_in_force().map(|layout| budget(&layout)));
     groups.push(files(source));
     groups.retain(|group| !group.rows.is_empty());
@@ -72,8 +71,7 @@ fn percent(relative: impl Into<f64>) -> String {
 fn statements(source: &ResultFile) -> Group {
     let nothing = Statements::default();
     let of = source.layout_file().map_or(&nothing, |file| &file.statements);
-    let document = source.document();
-    let measured = document["measured"].as_str().unwrap_or_default();
+    let measured = source.result().measured.as_deref().unwrap_or_default();
     let mut rows = vec![
         fact("measured", for_people(measured)),
         fact("object", &of.object),
@@ -90,23 +88,18 @@ fn statements(source: &ResultFile) -> Group {
 }
 
 /// The settings that the result depends on: those of records and hits only where a rig has measured it.
-fn settings(
-    source: &ResultFile,
-    test: &TestSettings<f64>,
-    lines: &[ShownMassLine],
-) -> Result<Group> {
-    let document = source.document();
+fn settings(source: &ResultFile, test: &TestSettings<f64>) -> Group {
+    let result = source.result();
     let mut rows = Vec::new();
-    let by_rig = source.archive().is_some() || document["firmware"].is_string();
-    if let Some(modes) = source.modes()? {
+    let by_rig = source.archive().is_some() || result.firmware.is_some();
+    if let Some(modes) = &result.suspension {
         let [low, high] = modes.band_hz;
         rows.push(fact("band of the suspension modes", format!("{low:.1} to {high:.1} Hz")));
     }
     let of_modes = test.profile == TestProfile::Suspension;
-    if by_rig && !of_modes || !lines.is_empty() {
-        let automatic = document["band_automatic"] == true;
+    if by_rig && !of_modes || !result.mass_lines.is_empty() {
         let band = match test.band_hz {
-            Some([low, high]) if !automatic => format!("{low:.1} to {high:.1} Hz"),
+            Some([low, high]) if !result.band_automatic => format!("{low:.1} to {high:.1} Hz"),
             _ => "found from the data".into(),
         };
         rows.push(fact("band of the mass lines", band));
@@ -118,9 +111,9 @@ fn settings(
         rows.push(fact("mass lines", terms));
     }
     if by_rig {
-        let measured = source.measured_dofs()?;
+        let measured = result.measured_dofs();
         let hits: Vec<u16> = measured.iter().filter_map(|of| of.hits).collect();
-        let estimator = document["frf_estimator"].as_str().unwrap_or(test.frf_estimator.name());
+        let estimator = result.frf_estimator.map_or(test.frf_estimator, |of| of.0).name();
         let estimator = estimator.replacen('h', "H", 1);
         let windows = format!(
             "force ±{:.1} ms about its peak, exponential with a decay rate of {:.1} s⁻¹",
@@ -141,7 +134,7 @@ fn settings(
             false => fact("smallest peak force", format!("{:.1} N", test.min_peak_force_n)),
         });
     }
-    Ok(Group::new("Settings", rows))
+    Group::new("Settings", rows)
 }
 
 /// How many hits are averaged, and how many were wanted.
@@ -199,10 +192,9 @@ fn budget(layout: &HostLayout) -> Group {
 }
 
 fn files(source: &ResultFile) -> Group {
-    let document = source.document();
     let program = source.archive().map(|archive| archive.program.clone()).unwrap_or_default();
     let mut rows = vec![fact("file", &source.name)];
-    if let Some(hash) = document["layout_hash"].as_str() {
+    if let Some(hash) = &source.result().layout_hash {
         rows.push(fact("layout hash", hash));
     }
     if !program.is_empty() {

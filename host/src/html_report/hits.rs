@@ -2,9 +2,8 @@
 
 use super::for_people;
 use super::values::Sentence;
-use crate::document::{HitVerdict, LoggedHit};
-use crate::error::Result;
 use crate::result_file::ResultFile;
+use massline_result::{HitVerdict, LoggedHit};
 
 /// A table of more hits than this is folded.
 const MOST_SHOWN: usize = 12;
@@ -40,18 +39,15 @@ pub(super) struct HitRow {
 
 impl HitTable {
     /// The hits of a result, at the DOFs that are in it and then at others; none where it has no log of them.
-    ///
-    /// # Errors
-    /// When the mass lines are malformed.
-    pub fn of(source: &ResultFile) -> Result<Self> {
+    pub fn of(source: &ResultFile) -> Self {
         let log = source.hit_log();
         if log.is_empty() {
-            return Ok(Self::default());
+            return Self::default();
         }
-        let measured = source.measured_dofs()?;
+        let measured = source.result().measured_dofs();
         let at = |dof: &str| HitsOfDof { dof: dof.to_owned(), rows: Vec::new(), unlogged: 0 };
         let mut dofs: Vec<HitsOfDof> = measured.iter().map(|of| at(&of.dof)).collect();
-        for hit in &log {
+        for hit in log {
             let place = dofs.iter().position(|of| of.dof == hit.dof).unwrap_or_else(|| {
                 dofs.push(at(&hit.dof));
                 dofs.len() - 1
@@ -65,7 +61,7 @@ impl HitTable {
         let unlogged = dofs.iter().map(|of| of.unlogged).sum();
         let accepted = log.iter().filter(|hit| hit.verdict == HitVerdict::Accepted).count();
         let summary = summary(accepted, log.len() - accepted, unlogged);
-        Ok(Self { dofs, summary })
+        Self { dofs, summary }
     }
 
     pub fn is_empty(&self) -> bool {

@@ -2,8 +2,8 @@
 
 use massline_shared::layout::HostLayout;
 
-use crate::error::Result;
 use crate::result_file::ResultFile;
+use crate::typography::with_minus_signs;
 
 /// A DOF that was hit.
 pub(super) struct DofRow {
@@ -22,12 +22,10 @@ pub(super) struct DofRow {
 }
 
 /// The DOFs of a result, in the order of its layout; none where that is not known.
-///
-/// # Errors
-/// When the details of the fit are malformed.
-pub(super) fn dofs(source: &ResultFile) -> Result<Vec<DofRow>> {
-    let Some(layout) = source.layout() else { return Ok(Vec::new()) };
-    let (details, measured_dofs) = (source.details()?, source.measured_dofs()?);
+pub(super) fn dofs(source: &ResultFile) -> Vec<DofRow> {
+    let Some(layout) = source.layout() else { return Vec::new() };
+    let result = source.result();
+    let (details, measured_dofs) = (&result.details, result.measured_dofs());
     let row = |hit: &massline_shared::layout::Hit<f64>| {
         let dof = hit.dof.to_string();
         let measured = measured_dofs.iter().find(|of| of.dof == dof);
@@ -47,11 +45,13 @@ pub(super) fn dofs(source: &ResultFile) -> Result<Vec<DofRow>> {
                 .and_then(|of| of.band_hz)
                 .map_or(String::new(), |[low, high]| format!("{low:.1} to {high:.1}")),
             coherence: coherence.unwrap_or_default(),
-            pull: fitted.map_or(String::new(), |of| format!("{:.2}", of.pull)),
-            residual: fitted.map_or(String::new(), |of| format!("{:.2}", of.normalized_residual)),
+            pull: fitted.and_then(|of| of.pull).map_or(String::new(), |pull| format!("{pull:.2}")),
+            residual: fitted
+                .and_then(|of| of.normalized_residual)
+                .map_or(String::new(), |residual| format!("{residual:.2}")),
         }
     };
-    Ok(layout.hits.iter().map(row).collect())
+    layout.hits.iter().map(row).collect()
 }
 
 /// The sensors: node, position and axes.
@@ -65,16 +65,13 @@ pub(super) fn sensors(layout: &HostLayout) -> Vec<[String; 4]> {
 
 fn millimetres(position: [f64; 3]) -> String {
     // Adding zero takes the sign from a negative zero.
-    position.map(|x| format!("{:.1}", (1e4 * x).round() / 10.0 + 0.0)).join(", ")
+    with_minus_signs(&position.map(|x| format!("{:.1}", (1e4 * x).round() / 10.0 + 0.0)).join(", "))
 }
 
 fn unit_vector(direction: [f64; 3]) -> String {
-    direction
-        .map(|x| {
-            format!("{:.3}", (1e3 * x).round() / 1e3 + 0.0)
-                .trim_end_matches('0')
-                .trim_end_matches('.')
-                .to_owned()
-        })
-        .join(", ")
+    let part = |x: f64| {
+        let rounded = format!("{:.3}", (1e3 * x).round() / 1e3 + 0.0);
+        rounded.trim_end_matches('0').trim_end_matches('.').to_owned()
+    };
+    with_minus_signs(&direction.map(part).join(", "))
 }

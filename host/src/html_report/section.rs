@@ -1,20 +1,24 @@
 //! Everything about one result.
 
+mod contents;
+
 use askama::Template;
 
-use super::answer::{Finding, Refusal, Row, Verdict, findings, principal, relies_on, scale_text};
+use massline_result::{Estimate, SingleFaults, Suspect, TestResult};
+
+use super::answer::{Refused, Row, Verdict, notes, principal, refused, scale_text};
 use super::facts::{Group, groups, simulated};
 use super::hits::HitTable;
 use super::limits::{Limits, cannot_see};
 use super::points::{DofRow, dofs, sensors};
 use super::scene::Scene;
-use super::tables::{PropertyRow, PropertyTable, RowGroup};
-use super::values::{Sentence, words};
+use super::tables::{PropertyRow, PropertyTable, RowGroup, SCATTER_ONLY};
+use super::values::Sentence;
 use crate::embedded;
 use crate::error::Result;
-use crate::export::Exported;
 use crate::picture::{DrawnFile, ImageFormat, Picture, ellipsoid};
-use crate::result_file::{LAYOUT_NEEDED, ResultFile, shortened};
+use crate::report::suspected_text;
+use crate::result_file::{ResultFile, shortened};
 
 /// Longest heading, characters.
 const MOST_IN_HEADING: usize = 160;
@@ -26,6 +30,8 @@ const MOST_OF_HITS: usize = 640 << 10;
 #[template(path = "report/section.html")]
 pub(super) struct Section {
     number: usize,
+    /// Whether the page has a table of contents.
+    is_one_of_several: bool,
     title: String,
     simulated: String,
     method: String,
@@ -35,10 +41,11 @@ pub(super) struct Section {
     has_sources: bool,
     scale: String,
     principal: Vec<String>,
+    corrected: Option<PropertyTable>,
     limits: Limits,
     cannot_see: Vec<Sentence>,
     agreement: Option<Agreement>,
-    refusals: Vec<Refusal>,
+    refusals: Vec<Refused>,
     notes: Vec<Sentence>,
     dofs: Vec<DofRow>,
     has_hits: bool,
@@ -86,70 +93,76 @@ impl Section {
     /// # Errors
     /// When the result is malformed or a picture cannot be drawn.
     pub fn of(number: usize, results: usize, source: &ResultFile) -> Result<Self> {
-        let answers = source.answers()?;
-        let answer = answers.first();
-        let limits = answer.map(|answer| Limits::of(source, answer)).transpose()?;
-        let limits = limits.unwrap_or_default();
-        let rows = answer.map(|answer| Row::all(source, answer, &limits)).transpose()?;
-        let rows = rows.unwrap_or_default();
-        let dofs = dofs(source)?;
+        let result = source.result();
+        let answer = result.answer();
+        let limits = answer.map(|answer| Limits::of(source, answer)).unwrap_or_default();
+        let rows = answer.map(|answer| Row::all(source, answer, &limits)).unwrap_or_default();
+        let dofs = dofs(source);
         Ok(Self {
             number,
+            is_one_of_several: results > 1,
             title: shortened(&source.whole_title, MOST_IN_HEADING),
             simulated: simulated(source),
-            method: answer.map(|of| of.method.clone()).unwrap_or_default(),
-            verdict: Verdict::of(source, answer),
+            method: answer.map(method_text).unwrap_or_default(),
+            verdict: Verdict::of(result),
             has_expected: rows.iter().any(|row| !row.expected.is_empty()),
             has_sources: rows.iter().any(|row| !row.mostly.is_empty()),
             scale: scale_text(source),
             rows,
-            principal: answer.map(|answer| principal(source, answer)).unwrap_or_default(),
+            principal: answer.map(principal).unwrap_or_default(),
+            corrected: result.single_faults.as_ref().and_then(corrected),
             limits,
-            cannot_see: cannot_see(source),
-            agreement: Agreement::of(source, &answers)?,
+            cannot_see: cannot_see(result),
+            agreement: Agreement::of(result),
             // Without an answer, they are the reasons of the verdict.
-            refusals: if answer.is_some() { Refusal::all(source) } else { Vec::new() },
-            notes: findings(source)
-                .into_iter()
-                .filter(Finding::is_note)
-                .map(|of| of.sentence)
-                .collect(),
+            refusals: if answer.is_some() { refused(&result.not_applicable) } else { Vec::new() },
+            notes: notes(result),
             has_hits: dofs.iter().any(|row| !row.hits.is_empty()),
             has_coherence: dofs.iter().any(|row| !row.coherence[0].is_empty()),
             has_details: dofs.iter().any(|row| !row.pull.is_empty()),
             dofs,
             sensors: source.layout().map(sensors).unwrap_or_default(),
-            hits: HitTable::of(source)?,
+            hits: HitTable::of(source),
             figures: Figures::of(source, MOST_OF_HITS / results)?,
             scene: Scene::of(source, answer),
-            has_ellipsoid: answer.is_some_and(|of| ellipsoid(&of.body).is_some()),
+            has_ellipsoid: answer.is_some_and(|of| ellipsoid(&of.body()).is_some()),
             groups: groups(source)?,
             data: embedded::element(number, &source.json()?),
         })
     }
 }
 
+/// The method of an answer, with what has to be said of its intervals.
+fn method_text(answer: &Estimate) -> String {
+    match answer.covers_scatter_only() {
+        true => format!("{} ({SCATTER_ONLY})", answer.method),
+        false => answer.method.to_string(),
+    }
+}
+
+/// The ten properties as they would be without each of the mistakes that explain the data; `None` without such a mistake.
+fn corrected(faults: &SingleFaults) -> Option<PropertyTable> {
+    let row = |suspect: &Suspect| {
+        let corrected = suspect.corrected.as_ref()?;
+        Some(PropertyRow::of(format!("if {}", suspected_text(suspect)), corrected))
+    };
+    let rows: Vec<_> = faults.suspects.iter().filter_map(row).collect();
+    let caption = "Not the answer of this test: the properties without a mistake, ± 95\u{a0}%";
+    let groups = vec![RowGroup { heading: String::new(), rows }];
+    (!groups[0].rows.is_empty()).then(|| PropertyTable::new(caption, "mistake", groups))
+}
+
 impl Agreement {
     /// What is said of several answers; `None` for fewer.
-    ///
-    /// # Errors
-    /// When the combined answer is malformed.
-    fn of(source: &ResultFile, answers: &[Exported]) -> Result<Option<Self>> {
-        let verdict = words(&source.document()["agreement"]["verdict"]);
-        if verdict.is_empty() || answers.len() < 2 {
-            return Ok(None);
-        }
-        let row = |answer: &Exported| PropertyRow::of(source, answer.method.clone(), answer);
-        let combined = source.combined()?.map(|of| PropertyRow::combined(&of));
-        let rows = answers.iter().map(row).chain(combined).collect();
+    fn of(result: &TestResult) -> Option<Self> {
+        let agreement = result.agreement.as_ref().filter(|_| result.results.len() > 1)?;
+        let row = |answer: &Estimate| PropertyRow::of(answer.method.to_string(), answer);
+        let combined = agreement.combined.as_ref().map(PropertyRow::combined);
+        let rows = result.results.iter().map(row).chain(combined).collect();
         let caption = "All answers from the same data, ± 95\u{a0}%";
         let groups = vec![RowGroup { heading: String::new(), rows }];
         let table = PropertyTable::new(caption, "method", groups);
-        let verdict = match relies_on(source, &answers[0]) {
-            true => "no: the note above says which one to rely on, and why".into(),
-            false => verdict,
-        };
-        Ok(Some(Self { verdict: Sentence(verdict), table }))
+        Some(Self { verdict: Sentence(agreement.sentence.clone()), table })
     }
 }
 
@@ -158,13 +171,7 @@ impl Figures {
     fn of(source: &ResultFile, most_of_hits: usize) -> Result<Self> {
         let (mut all, mut bytes_of_hits) = (Self::default(), 0);
         for picture in Picture::all() {
-            let drawn = match picture.of(std::slice::from_ref(source), ImageFormat::Svg) {
-                Ok(drawn) => drawn,
-                // The others do not need it.
-                Err(error) if error.code() == LAYOUT_NEEDED => continue,
-                Err(error) => return Err(error),
-            };
-            for file in drawn {
+            for file in picture.of(std::slice::from_ref(source), ImageFormat::Svg)? {
                 if *picture == Picture::Hits {
                     let bytes = bytes_of_hits + file.bytes.len();
                     if bytes_of_hits > 0 && bytes > most_of_hits {

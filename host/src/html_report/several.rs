@@ -1,13 +1,13 @@
 //! The answers of several results side by side: by test, by method and by the sensors.
 
+use massline_result::{Estimate, Verdict};
+
 use super::facts::{board, method_and_day};
 use super::for_people;
 use super::tables::{Cell, Label, PropertyRow, PropertyTable, RowGroup, SCATTER_ONLY};
-use super::values::words;
 use crate::error::Result;
-use crate::export::Exported;
 use crate::picture::{ImageFormat, Picture};
-use crate::result_file::{LAYOUT_NEEDED, ResultFile};
+use crate::result_file::ResultFile;
 
 /// What the page says of several results together.
 pub(super) struct Several {
@@ -17,7 +17,7 @@ pub(super) struct Several {
     pub rows: Vec<(Label, Vec<Cell>)>,
     /// What else is known of the results.
     pub facts: Vec<(&'static str, Vec<String>)>,
-    /// The picture of the best answers, where the layouts are known.
+    /// The picture of the best answers.
     pub figure: Option<String>,
     /// The answers in other orders.
     pub tables: Vec<PropertyTable>,
@@ -28,7 +28,7 @@ struct Answered<'a> {
     /// Its place in the page, from 1.
     number: usize,
     source: &'a ResultFile,
-    answers: Vec<Exported>,
+    answers: &'a [Estimate],
 }
 
 impl Several {
@@ -36,12 +36,16 @@ impl Several {
     ///
     /// # Errors
     /// When a result is malformed.
-    pub fn of(sources: &[ResultFile]) -> Result<Option<Self>> {
+    pub fn of<'a>(sources: &'a [ResultFile]) -> Result<Option<Self>> {
         if sources.len() < 2 {
             return Ok(None);
         }
-        let answered = |(number, source): (usize, _)| Answered::of(number, source);
-        let all = (1..).zip(sources).map(answered).collect::<Result<Vec<_>>>()?;
+        let answered = |(number, source): (usize, &'a ResultFile)| Answered {
+            number,
+            source,
+            answers: &source.result().results,
+        };
+        let all: Vec<_> = (1..).zip(sources).map(answered).collect();
         Ok(Some(Self {
             header: sources.iter().map(|of| of.title.clone()).collect(),
             rows: rows(&all),
@@ -53,22 +57,23 @@ impl Several {
 }
 
 impl<'a> Answered<'a> {
-    fn of(number: usize, source: &'a ResultFile) -> Result<Self> {
-        Ok(Self { number, source, answers: source.answers()? })
-    }
-
-    fn row(&self, answer: &Exported) -> PropertyRow {
+    fn row(&self, answer: &Estimate) -> PropertyRow {
         let name = format!("{}: {}", self.number, self.source.title);
-        PropertyRow { result: Some(self.number), ..PropertyRow::of(self.source, name, answer) }
+        PropertyRow { result: Some(self.number), ..PropertyRow::of(name, answer) }
     }
 
     /// The method of the best answer, with what has to be said of its intervals.
     fn method(&self) -> String {
         let Some(best) = self.answers.first() else { return String::new() };
-        match self.source.covers_scatter_only(&best.method) {
+        match best.covers_scatter_only() {
             true => format!("{} ({SCATTER_ONLY})", best.method),
-            false => best.method.clone(),
+            false => best.method.to_string(),
         }
+    }
+
+    /// The verdict in a few words.
+    fn verdict(&self) -> &'static str {
+        self.source.result().verdict.map_or("no answer", Verdict::words)
     }
 
     /// The sensors as the layout file states them; empty where it does not.
@@ -97,8 +102,11 @@ fn facts(all: &[Answered<'_>]) -> Result<Vec<(&'static str, Vec<String>)>> {
     };
     let facts = [
         row("file", &|of| Ok(of.source.name.clone())),
-        row("measured", &|of| Ok(for_people(&words(&of.source.document()["measured"])))),
+        row("measured", &|of| {
+            Ok(for_people(of.source.result().measured.as_deref().unwrap_or_default()))
+        }),
         row("method", &|of| Ok(of.method())),
+        row("verdict", &|of| Ok(of.verdict().to_owned())),
         row("sensors", &|of| Ok(of.sensors().to_owned())),
         row("calibration", &|of| method_and_day(of.source)),
         row("board", &|of| Ok(board(of.source))),
@@ -110,7 +118,7 @@ fn facts(all: &[Answered<'_>]) -> Result<Vec<(&'static str, Vec<String>)>> {
 fn by_method(all: &[Answered<'_>]) -> Option<PropertyTable> {
     let pairs = || all.iter().flat_map(|of| of.answers.iter().map(move |answer| (of, answer)));
     let groups =
-        grouped(pairs(), |(_, answer)| answer.method.clone(), |(of, answer)| of.row(answer));
+        grouped(pairs(), |(_, answer)| answer.method.to_string(), |(of, answer)| of.row(answer));
     let caption = "The answers of all results by each method, ± 95\u{a0}%";
     (!groups.is_empty()).then(|| PropertyTable::new(caption, "method and result", groups))
 }
@@ -143,12 +151,6 @@ fn grouped<T: Copy>(
 
 /// The best answers drawn against each other.
 fn picture(sources: &[ResultFile]) -> Result<Option<String>> {
-    match Picture::Estimates.of(sources, ImageFormat::Svg) {
-        Ok(drawn) => {
-            let first = drawn.into_iter().next();
-            Ok(first.map(|file| String::from_utf8_lossy(&file.bytes).into_owned()))
-        }
-        Err(error) if error.code() == LAYOUT_NEEDED => Ok(None),
-        Err(error) => Err(error),
-    }
+    let first = Picture::Estimates.of(sources, ImageFormat::Svg)?.into_iter().next();
+    Ok(first.map(|file| String::from_utf8_lossy(&file.bytes).into_owned()))
 }

@@ -4,14 +4,13 @@ use std::fmt;
 
 use askama::Template;
 use askama::filters::HtmlSafe;
+use massline_result::{Combined, Estimate};
 use massline_shared::body::INERTIAL_PARAMETERS;
 
 use super::answer::{number, symbol};
-use crate::export::Exported;
-use crate::result_file::{Combined, ResultFile};
 
 /// What is said of an answer whose interval is of another kind than those beside it.
-pub(super) const SCATTER_ONLY: &str = "±: scatter between hits only";
+pub(super) const SCATTER_ONLY: &str = "its intervals would cover the scatter between hits only";
 
 /// Answers against each other.
 #[derive(Template)]
@@ -69,16 +68,16 @@ impl PropertyTable {
 }
 
 impl PropertyRow {
-    /// An answer of a result, by a name.
-    pub fn of(source: &ResultFile, name: String, answer: &Exported) -> Self {
-        let is_narrow = source.covers_scatter_only(&answer.method);
-        let remark = if is_narrow { SCATTER_ONLY } else { "" };
+    /// An answer, by a name. An interval of another kind than those beside it does not stand there.
+    pub fn of(name: String, answer: &Estimate) -> Self {
+        let remark = if answer.covers_scatter_only() { SCATTER_ONLY } else { "" };
         Self { name, result: None, remark, cells: Cell::all(answer) }
     }
 
     /// What all methods say together.
     pub fn combined(of: &Combined) -> Self {
-        let cell = |k: usize| Cell::of(k, of.theta[k], Some(of.sigma[k]), Some(of.half_widths[k]));
+        let [theta, sigma, half] = [of.value, of.sigma, of.half_width95].map(|of| of.in_order());
+        let cell = |k: usize| Cell::of(k, theta[k], Some(sigma[k]), Some(half[k]));
         let cells = (0..10).map(cell).collect();
         Self { name: "combined".into(), result: None, remark: "", cells }
     }
@@ -86,8 +85,9 @@ impl PropertyRow {
 
 impl Cell {
     /// Those of an answer.
-    pub fn all(answer: &Exported) -> Vec<Self> {
-        let (theta, sigma, half) = (answer.theta(), answer.sigma(), answer.half_widths);
+    pub fn all(answer: &Estimate) -> Vec<Self> {
+        let (theta, sigma) = (answer.theta(), answer.complete_sigma());
+        let half = answer.complete_half_widths();
         let cell = |k: usize| Self::of(k, theta[k], sigma.map(|of| of[k]), half.map(|of| of[k]));
         (0..10).map(cell).collect()
     }

@@ -1,22 +1,13 @@
-//! Values in the document of a result, and sentences as HTML.
+//! Sentences as HTML.
 
 use std::fmt;
 
 use askama::filters::{Escaper, Html, HtmlSafe};
-use serde_json::Value;
 
-/// The entries of a list; none where it is not one.
-pub(super) fn list(value: &Value) -> &[Value] {
-    value.as_array().map_or(&[], Vec::as_slice)
-}
+use crate::typography::with_minus_signs;
 
-/// A text; empty where it is not one.
-pub(super) fn words(value: &Value) -> String {
-    value.as_str().unwrap_or_default().to_owned()
-}
-
-/// A sentence in the words of the program, as HTML: with a capital and a full stop, and what stands between backticks as
-/// code. Everything else in it is text.
+/// A sentence in the words of the program, as HTML: with a capital, a full stop and minus signs, and what stands
+/// between backticks as code. Everything else in it is text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Sentence(pub String);
 
@@ -38,7 +29,8 @@ impl fmt::Display for Sentence {
             } else {
                 ""
             })?;
-            Html.write_escaped_str(&mut *f, part)?;
+            let part = if is_code { (*part).to_owned() } else { with_minus_signs(part) };
+            Html.write_escaped_str(&mut *f, &part)?;
             f.write_str(if is_code { "</code>" } else { "" })?;
         }
         if !text.is_empty() && !text.ends_with(['.', '!', '?', '…']) {
@@ -70,8 +62,10 @@ mod tests {
 
     #[test]
     fn a_sentence_has_a_capital_a_full_stop_and_code() {
-        let said = html("a further hit helps (`massline solve`)");
-        assert_eq!(said, "<bdi>A further hit helps (<code>massline solve</code>).</bdi>");
+        let said = html("a further hit helps by -2 % (`massline --seed -2`)");
+        let shown =
+            "<bdi>A further hit helps by −2\u{a0}% (<code>massline --seed -2</code>).</bdi>";
+        assert_eq!(said, shown);
         assert_eq!(html("c_x of both differs"), "<bdi>c_x of both differs.</bdi>");
         assert_eq!(html("test.band_hz is too narrow."), "<bdi>test.band_hz is too narrow.</bdi>");
         assert_eq!(html(""), "<bdi></bdi>");

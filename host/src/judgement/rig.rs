@@ -5,10 +5,9 @@ use massline_shared::diagnosis::Diagnostic;
 use massline_shared::identify::Method;
 use massline_shared::layout::HostLayout;
 
-use super::{Evidence, Judgement, verdict_line, verdict_reasons};
-use crate::document::Measurement;
-use crate::report::{estimates_of, message_of_result};
-use crate::verdict::Verdict;
+use super::{Evidence, Judgement, verdict_reasons};
+use crate::report::{answered_by_rig, estimates_of, message_of_result};
+use massline_result::TestResult;
 
 /// The verdict on a result as the rig stored it; `None` without an answer.
 fn judgement_of(result: &MeasurementResult) -> Option<Judgement> {
@@ -22,24 +21,23 @@ fn judgement_of(result: &MeasurementResult) -> Option<Judgement> {
     Some(Evidence { refusals, diagnostics, ..Evidence::of(estimates.first()?) }.judge())
 }
 
-/// The verdict on a result as the rig stored it, and the first line of the text that states it.
-pub fn verdict_on_rig(result: &MeasurementResult) -> Option<(Verdict, String)> {
-    let judgement = judgement_of(result)?;
+/// A result as the rig stored it: its own answer with the verdict on it.
+pub fn result_of_rig(result: &MeasurementResult) -> TestResult {
     let message_of = |diagnostic: &Diagnostic| message_of_result(diagnostic, result);
-    Some((judgement.verdict(), verdict_line(&judgement, &HostLayout::default(), message_of)))
-}
-
-/// States the verdict in the document of a result as the rig stored it.
-pub fn state_verdict_of_rig(document: &mut Measurement, result: &MeasurementResult) {
-    let Some(judgement) = judgement_of(result) else { return };
-    let message_of = |diagnostic: &Diagnostic| message_of_result(diagnostic, result);
-    document.verdict = Some(judgement.verdict());
-    document.verdict_reasons = verdict_reasons(&judgement, &HostLayout::default(), message_of);
+    let judgement = judgement_of(result);
+    let reasons =
+        |judgement: &Judgement| verdict_reasons(judgement, &HostLayout::default(), message_of);
+    TestResult {
+        verdict: judgement.as_ref().map(Judgement::verdict),
+        verdict_reasons: judgement.as_ref().map(reasons).unwrap_or_default(),
+        ..answered_by_rig(result)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use massline_protocol::object::{COVARIANCE, ResultHead, StoredEstimate};
+    use massline_result::Verdict;
     use massline_shared::diagnosis::{Code, Severity, Subject};
     use massline_shared::identify::{self, Consistency};
     use massline_shared::layout::FrfEstimator;
@@ -93,7 +91,7 @@ mod tests {
                         let found = Diagnostic::about(*code, severity, Subject::Whole, 4.0);
                         result.diagnostics.clear();
                         result.diagnostics.push(found).unwrap();
-                        let (verdict, _) = verdict_on_rig(&result).unwrap();
+                        let verdict = judgement_of(&result).unwrap().verdict();
                         let of_rig =
                             identify::Verdict::on(&answer, &result.diagnostics, is_complete);
                         assert_eq!(Verdict::from(of_rig), verdict, "{methods:?} {found:?}");

@@ -1,37 +1,11 @@
-//! The verdict on a result in words and as JSON.
+//! The verdict on a result in words.
 
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::HostLayout;
 
 use super::{Concern, Judgement};
-use crate::document::VerdictReason;
-use crate::single_fault::{chi_squared_text, suspect_clause};
-use crate::verdict::Verdict;
-
-/// What is said of an answer of the rig that the program does not confirm, before the reason.
-pub const NO_ANSWER_HERE: &str =
-    "solved again in double precision, the same data give no answer by any method";
-
-/// The first line of a result: the verdict, its gravest reason, and how many more there are; `message_of` makes the
-/// sentence of a finding, of which the first clause is given.
-pub fn verdict_line(
-    judgement: &Judgement,
-    layout: &HostLayout,
-    message_of: impl Fn(&Diagnostic) -> String,
-) -> String {
-    let head = match judgement.verdict() {
-        Verdict::Good => return "Good: nothing puts this answer in doubt".into(),
-        Verdict::UseWithCare => "Use with care",
-        Verdict::DoNotUse => "Do not use this answer",
-    };
-    let [first, others @ ..] = judgement.concerns.as_slice() else { return head.into() };
-    let more = match others.len() {
-        0 => String::new(),
-        count => format!(" (and {count} more, below)"),
-    };
-    let beginning = |diagnostic: &Diagnostic| first_clause(&message_of(diagnostic)).to_owned();
-    format!("{head}: {}{more}", clause(first, layout, beginning))
-}
+use crate::single_fault::{advice_on, chi_squared_text, suspect_clause};
+use massline_result::VerdictReason;
 
 /// The reasons of a verdict, the gravest first; `message_of` makes the sentence of a finding.
 pub fn verdict_reasons(
@@ -39,10 +13,12 @@ pub fn verdict_reasons(
     layout: &HostLayout,
     message_of: impl Fn(&Diagnostic) -> String,
 ) -> Vec<VerdictReason> {
-    let reason = |concern: &Concern| VerdictReason {
-        code: concern.code(),
-        verdict: concern.verdict(),
-        message: clause(concern, layout, &message_of),
+    let beginning = |diagnostic: &Diagnostic| first_clause(&message_of(diagnostic)).to_owned();
+    let reason = |concern: &Concern| {
+        let message = clause(concern, layout, &message_of) + remedy(concern);
+        let brief = clause(concern, layout, beginning);
+        let clause = (brief != message).then_some(brief);
+        VerdictReason { code: concern.code(), verdict: concern.verdict(), message, clause }
     };
     judgement.concerns.iter().map(reason).collect()
 }
@@ -56,10 +32,6 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
             method.name(),
             say(reason)
         ),
-        Concern::Unconfirmed(reason) => {
-            let reason = reason.map_or_else(String::new, |reason| format!(": {}", say(&reason)));
-            format!("{NO_ANSWER_HERE}{reason}")
-        }
         Concern::Contradicted(consistency) => format!(
             "the data contradict the layout and its error budget ({})",
             chi_squared_text(consistency)
@@ -95,9 +67,21 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
         Concern::MethodOff(method) => {
             format!("{} differs from the other methods by more than chance", method.name())
         }
-        Concern::UncertaintyUnknown => "its standard deviations are not known".into(),
+        Concern::UncertaintyUnknown => "the standard deviations of the answer are not known".into(),
         Concern::Warning(diagnostic) => say(diagnostic),
-        Concern::UnitSuspected(_, message) => message.clone(),
+        Concern::Stated(_, message) => message.clone(),
+    }
+}
+
+/// What to do about a concern whose sentence does not say so, as a further clause.
+fn remedy(concern: &Concern) -> &'static str {
+    match concern {
+        Concern::SingleMistake { suspects, .. } => advice_on(suspects),
+        Concern::LargerErrors(_) => {
+            "; hit more carefully, check how the sensors are mounted, or state the larger errors in [uncertainty]"
+        }
+        Concern::Unexplained(_) => "; look for several mistakes, or widen [uncertainty]",
+        _ => "",
     }
 }
 

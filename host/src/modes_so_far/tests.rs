@@ -82,7 +82,7 @@ fn after_points_that_miss_modes_the_one_that_pushes_in_a_new_direction_is_named(
         next.points_before.is_some() && ["104:+Y", "105:+X"].contains(&next.dof.as_str()),
         "{next:?}"
     );
-    let text = third.to_text();
+    let text = text(third);
     assert!(text.starts_with("after 3 of 5 points"), "{text}");
     let missing =
         ["one of the six modes does not show yet; ", "of the six modes do not show yet; "];
@@ -98,7 +98,7 @@ fn after_points_that_hardly_show_a_mode_the_one_that_shows_it_is_named() {
     let worst = third.modes.iter().map(|mode| mode.share_of_possible).fold(1.0, f64::min);
     assert!(third.modes_missing == 0 && worst < 0.2, "{third:?}");
     assert!(third.next.as_ref().is_some_and(|next| next.points_before.is_some()), "{third:?}");
-    assert!(third.advice().contains("shows that mode better"), "{}", third.advice());
+    assert!(advice(third).contains("shows that mode better"), "{}", advice(third));
     let last = reports[4].modes.iter().map(|mode| mode.share_of_possible).fold(1.0, f64::min);
     assert!(last > 2.0 * worst, "{:?}", reports[4]);
 }
@@ -113,7 +113,7 @@ fn the_points_of_the_example_show_all_modes() {
         assert!((seen.frequency_hz / expected - 1.0).abs() < 0.005, "{seen:?}");
         assert!((0.0..=1.0).contains(&seen.share_of_possible), "{seen:?}");
     }
-    assert!(last.to_text().contains("all six modes show"), "{}", last.to_text());
+    assert!(text(last).contains("all six modes show"), "{}", text(last));
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn where_no_point_of_the_layout_is_left_one_to_add_is_named() {
         let reports = reports(r#"["121:+Z", "122:+Z", "123:+Z"]"#, noise);
         let last = &reports[2];
         assert!(last.next.as_ref().is_some_and(|next| next.points_before.is_none()), "{last:?}");
-        assert!(last.advice().contains(words), "{}", last.advice());
+        assert!(advice(last).contains(words), "{}", advice(last));
     }
 }
 
@@ -133,7 +133,7 @@ fn a_point_that_is_measured_again_counts_anew() {
     let mut monitor = ModesMonitor::new(layout.clone(), source.adc());
     lines(&layout, &source.adc(), LITTLE).into_iter().for_each(|dof| monitor.add(dof));
     assert!(monitor.knows(2) && monitor.forget(2) && !monitor.knows(2) && !monitor.forget(2));
-    assert_eq!(monitor.report(&[2]).progress(), "2 of 3 points");
+    assert_eq!(progress(monitor.report(&[2])), "2 of 3 points");
 }
 
 #[test]
@@ -149,14 +149,14 @@ fn a_skipped_point_is_neither_counted_nor_named_as_the_next() {
     let asked = |at: usize| layout.hits[at].dof.to_string();
     // The one that is named when both are left is skipped when the rig is at the other, or behind both.
     let both = monitor.report(&[3, 4]).clone();
-    assert_eq!(both.progress(), "3 of 5 points");
+    assert_eq!(progress(&both), "3 of 5 points");
     assert!(!monitor.is_outdated(&[3, 4]) && monitor.is_outdated(&[4]));
     let one = monitor.report(&[4]).clone();
     assert_eq!(
-        (one.progress().as_str(), place(&one)),
+        (progress(&one).as_str(), place(&one)),
         ("3 of 4 points", Some((asked(4), Some(0))))
     );
     let none = monitor.report(&[]);
-    assert_eq!(none.progress(), "3 of 3 points");
+    assert_eq!(progress(none), "3 of 3 points");
     assert!(none.next.as_ref().is_some_and(|next| next.points_before.is_none()), "{none:?}");
 }

@@ -1,6 +1,7 @@
 //! One test on the bench with the measurement code of a rig, in double precision: hits are triggered,
 //! recorded, graded, averaged and identified as on a rig, but without its link and flash.
 
+use massline_result::Doubt;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::{DofMassLines, Estimate, Method};
@@ -12,7 +13,7 @@ use massline_shared::units::ScanIndex;
 use massline_virtual::source::ScanSource;
 
 use crate::report;
-use crate::suspension::{DofLines, Doubt, TestLines};
+use crate::suspension::{DofLines, TestLines};
 
 /// A layout in the rig's capacity and in double precision.
 pub type TestLayout = measurement::TestLayout<f64>;

@@ -22,6 +22,7 @@ pub mod statistics;
 
 use std::num::NonZeroUsize;
 
+use massline_result::Doubt;
 use massline_shared::diagnosis::{Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::maximum_likelihood::{self, RIG_WORKSPACE};
@@ -35,7 +36,6 @@ use rayon::ThreadPoolBuilder;
 use crate::Error;
 use crate::interrupt::Interrupt;
 use crate::parallel::pieces;
-use crate::suspension::Doubt;
 use measurement::{MeasureError, SimulatedTest, TestLayout, measure};
 use statistics::{MethodStatistics, StoppingStatistics};
 

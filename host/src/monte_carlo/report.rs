@@ -11,7 +11,7 @@ use super::Study;
 use super::statistics::{MethodStatistics, PropertyStatistics, StoppingStatistics};
 use crate::document::{MethodOverRuns, PropertyOverRuns, RunsToTarget, SimulatedRuns};
 use crate::output::{self, counted};
-use crate::report::{INERTIA_CONVENTION, as_exact_as, message, refusals_json, refusals_text};
+use crate::report::{INERTIA_CONVENTION, as_exact_as, message, refusals, refusals_text};
 
 /// The note on a study of a single run.
 const ONE_RUN: &str = "one run has an error and no rms error, ratio or coverage; repeat the test, for \
@@ -44,12 +44,12 @@ pub fn to_json(study: &Study, settings: StudySettings<'_>) -> SimulatedRuns {
         runs_silently_wrong: study.silent,
         target: study.stopping.as_ref().map(stopping_json),
         methods: study.methods.iter().map(method_json).collect(),
-        not_applicable: refusals_json(&never_answered(study), message),
-        notes: study.is_single().then_some(ONE_RUN).into_iter().collect(),
+        not_applicable: refusals(&never_answered(study), message),
+        notes: study.is_single().then(|| ONE_RUN.to_owned()).into_iter().collect(),
         seed,
         bench: bench.to_owned(),
-        budget,
-        errors,
+        budget: budget.into(),
+        errors: errors.into(),
         calibrated_hammer,
     }
 }
@@ -85,21 +85,25 @@ fn stopping_text(stopping: &StoppingStatistics) -> String {
 fn method_json(method: &MethodStatistics) -> MethodOverRuns {
     let properties = method.properties.iter().zip(&INERTIAL_PARAMETERS);
     MethodOverRuns {
-        method: method.name(),
+        method: method.name().into(),
         answers: method.answers,
         unanswered: method.unanswered,
-        reasons: method.reasons.iter().map(|(code, runs)| (code.name(), *runs)).collect(),
+        reasons: method
+            .reasons
+            .iter()
+            .map(|(code, runs)| (code.name().to_owned(), *runs))
+            .collect(),
         geometric_mean_ratio: method.geometric_mean_ratio(),
         worst_ratio: method.worst_ratio(),
         geometric_mean_width: method.geometric_mean_width(),
         pooled_coverage95: method.pooled_coverage95(),
-        properties: properties.map(|(p, of)| property_json(of.name, p)).collect(),
+        properties: properties.map(|(p, of)| property_json(of.symbol, p)).collect(),
     }
 }
 
 fn property_json(name: &'static str, p: &PropertyStatistics) -> PropertyOverRuns {
     PropertyOverRuns {
-        name,
+        name: name.into(),
         truth: p.truth,
         bias: p.bias,
         rms: p.rms,
@@ -124,7 +128,7 @@ pub fn to_text(study: &Study) -> String {
         text += &summary(method);
     }
     text += &study.stopping.as_ref().map_or_else(String::new, stopping_text);
-    text += &refusals_text(&never_answered(study), message);
+    text += &refusals_text(&refusals(&never_answered(study), message));
     text += &match study.runs < study.wanted {
         true => format!("{} of {}", study.runs, runs(study.wanted)),
         false => runs(study.runs),
@@ -165,11 +169,11 @@ fn table(method: &MethodStatistics) -> output::Table {
     let error = if method.is_single() { "error" } else { "bias" };
     table.set_header(["", "truth", "unit", "bound", error, "rms", "ratio", "width", "cover"]);
     for (parameter, p) in INERTIAL_PARAMETERS.iter().zip(&method.properties) {
-        let &InertialParameter { name, table_unit: unit, table_factor: factor, .. } = parameter;
+        let &InertialParameter { symbol, table_unit: unit, table_factor: factor, .. } = parameter;
         let exact = p.bound.or(p.rms).map(|sigma| sigma * factor);
         let number = |v: f64| as_exact_as(v * factor, exact);
         table.add_row([
-            name.to_owned(),
+            symbol.to_owned(),
             number(p.truth),
             unit.into(),
             or_dash(p.bound.map(number)),

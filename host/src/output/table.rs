@@ -5,11 +5,13 @@ use std::ops::{Deref, DerefMut};
 
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Width, presets};
 
-/// Blanks beside the content of a cell.
-const PADDING: usize = 2;
+use super::KEPT;
 
-/// A table with rules at the top, under the header and at the bottom. Where the terminal is too narrow, cells wrap
-/// between words; where that is not enough, every row becomes a list.
+/// Blanks before a column of a tight table: one of its cells, and one between columns.
+const BLANKS: usize = 2;
+
+/// A table with rules at the top, under the header and at the bottom. Where the terminal is too narrow, columns move
+/// together; where that is not enough, cells wrap between words, and at last every row becomes a list.
 #[derive(Debug)]
 pub struct Table {
     table: comfy_table::Table,
@@ -31,21 +33,31 @@ impl Table {
         header.chain(self.table.row_iter()).filter_map(cell).collect()
     }
 
+    /// The table in as few columns as it takes without wrapping.
+    fn tight(&self) -> comfy_table::Table {
+        let mut table = self.table.clone();
+        table.column_iter_mut().for_each(|column| {
+            column.set_padding((1, 0));
+        });
+        table
+    }
+
     /// The table with cells that wrap between words; `None` when even that is too wide.
     fn wrapped(&self, columns: usize) -> Option<comfy_table::Table> {
-        let mut table = self.table.clone();
+        let mut table = self.tight();
         table.set_content_arrangement(ContentArrangement::Dynamic);
         table.set_width(u16::try_from(columns).ok()?);
         let mut least = 0;
         for k in 0..table.column_count() {
             let cells = self.cells(k);
-            let words = cells.iter().flat_map(|cell| cell.split_whitespace());
-            let longest = words.map(textwrap::core::display_width).max().unwrap_or(0) + PADDING;
-            least += longest;
-            let width = Width::Fixed(u16::try_from(longest).ok()?);
+            let words = cells.iter().flat_map(|cell| cell.split([' ', '\n']));
+            let longest = words.map(textwrap::core::display_width).max().unwrap_or(0);
+            least += longest + BLANKS;
+            let width = Width::Fixed(u16::try_from(longest + 1).ok()?);
             table.column_mut(k)?.set_constraint(ColumnConstraint::LowerBoundary(width));
         }
-        (least <= columns).then_some(table)
+        // Before the first column there is no other.
+        (least <= columns + 1).then_some(table)
     }
 
     /// Every row as a list of its cells.
@@ -69,16 +81,19 @@ impl Table {
 
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let natural = self.table.to_string();
-        let wide = natural.lines().map(textwrap::core::display_width).max().unwrap_or(0);
-        match self.columns.filter(|&columns| columns < wide) {
-            None => f.write_str(&natural),
-            Some(columns) => match self.wrapped(columns) {
-                Some(table) => write!(f, "{table}"),
-                None => f.write_str(&self.as_list()),
-            },
-        }
+        let fits = |table: &str| self.columns.is_none_or(|columns| width(table) <= columns);
+        let whole = [self.table.to_string(), self.tight().to_string()];
+        let table = whole.into_iter().find(|table| fits(table)).unwrap_or_else(|| {
+            let wrapped = self.wrapped(self.columns.unwrap_or(usize::MAX));
+            wrapped.map_or_else(|| self.as_list(), |table| table.to_string())
+        });
+        f.write_str(&table.replace(KEPT, " "))
     }
+}
+
+/// Columns of the widest line.
+fn width(text: &str) -> usize {
+    text.lines().map(textwrap::core::display_width).max().unwrap_or(0)
 }
 
 impl Deref for Table {
@@ -117,10 +132,14 @@ mod tests {
 
     #[test]
     fn a_narrow_terminal_breaks_no_number() {
-        let wide = |text: &str| text.lines().map(textwrap::core::display_width).max().unwrap();
-        assert_eq!(wide(&table(200)), wide(&table(40)));
+        let whole = width(&table(200));
+        assert_eq!(width(&table(whole)), whole);
+        // Three columns that each lose the blank after them, on as many lines.
+        let tight = table(whole - 1);
+        assert_eq!(width(&tight), whole - 3);
+        assert_eq!(tight.lines().count(), table(whole).lines().count());
         let wrapped = table(28);
-        assert!(wide(&wrapped) <= 28 && wrapped.contains("168.7505"), "{wrapped}");
+        assert!(width(&wrapped) <= 28 && wrapped.contains("168.7505"), "{wrapped}");
         assert_eq!(table(15), "c_x\n  value: 168.7505\n  error, % of scale: +0.147");
     }
 }

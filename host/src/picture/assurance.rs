@@ -1,11 +1,12 @@
 //! The modal assurance criterion of every mode with every other.
 
+use massline_result::Modes;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::canvas::{Area, Drawing, Drawn, Heading, text, tick, write};
 use super::theme::{INK, LABEL, PAPER, SMALL, shade};
-use crate::result_file::{ResultFile, ShownModes};
+use crate::result_file::ResultFile;
 
 /// From this value on, the number is written in the colour of the paper.
 const DARK: f64 = 0.6;
@@ -32,7 +33,7 @@ pub struct Assurance {
 
 impl Assurance {
     /// The criterion of a result's modes.
-    pub fn of(source: &ResultFile, modes: &ShownModes) -> Self {
+    pub fn of(source: &ResultFile, modes: &Modes) -> Self {
         let (title, values) = (source.title.clone(), modes.modal_assurance.clone());
         Self { title, frequencies_hz: modes.frequencies_hz(), values }
     }

@@ -1,14 +1,15 @@
 //! The error budget as the layout states it beside what the data have taught.
 
+use massline_result::Details;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{Area, Drawing, Drawn, Heading, styled, tick, write};
 use super::legend::{Key, Sign, legend};
 use super::theme::{COLORS, LABEL};
-use crate::document::{ErrorBudget, StatedAndLearned};
 use crate::report::two_digits;
-use crate::result_file::{ResultFile, ShownDetails};
+use crate::result_file::ResultFile;
+use massline_result::{ErrorBudget, StatedAndLearned};
 
 /// A larger value is drawn as this.
 const LARGEST_DRAWN: f64 = 1e9;
@@ -37,7 +38,7 @@ pub struct Budget {
 
 impl Budget {
     /// The budget of a result; `None` when the data have taught nothing about it.
-    pub fn of(source: &ResultFile, details: &ShownDetails) -> Option<Self> {
+    pub fn of(source: &ResultFile, details: &Details) -> Option<Self> {
         let ErrorBudget { learned_from, hit_position_m, hit_direction_rad, constant_scale } =
             details.error_budget?;
         let entry = |name, quantity, factor: f64, of: StatedAndLearned| Entry {

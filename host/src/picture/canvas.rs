@@ -13,6 +13,7 @@ use super::bitmap::Bitmap;
 use super::theme::{FAINT, INK, LABEL, PAPER, SIZE, SMALL, TITLE};
 use super::vector::Vector;
 use crate::error::{Error, Result};
+use crate::typography::with_minus_signs;
 
 /// Fonts by which a viewer of an SVG file looks for ours.
 pub(super) const FONT: &str = "DejaVu Sans, Verdana, sans-serif";
@@ -169,14 +170,16 @@ pub(super) fn write<B: DrawingBackend>(
 
 /// A number with this many decimals, short also when it is no number of a test.
 pub(super) fn number(value: f64, decimals: usize) -> String {
-    if value.abs() < 1e6 { format!("{value:.decimals$}") } else { format!("{value:.1e}") }
+    let text =
+        if value.abs() < 1e6 { format!("{value:.decimals$}") } else { format!("{value:.1e}") };
+    with_minus_signs(&text)
 }
 
 /// A number beside an axis: without zeros at its end, and without the rounding of the arithmetic.
 pub(super) fn tick(value: f64) -> String {
     let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     // Adding zero takes the sign from a negative zero.
-    format!("{}", rounded + 0.0)
+    with_minus_signs(&format!("{}", rounded + 0.0))
 }
 
 /// Gives the frame of a chart the lines and letters of all pictures.
@@ -220,7 +223,7 @@ mod tests {
     #[test]
     fn numbers_of_an_axis_are_short() {
         for (value, said) in
-            [(200.0, "200"), (0.1 + 0.2, "0.3"), (1e-7, "0.0000001"), (-0.0, "0"), (-12.5, "-12.5")]
+            [(200.0, "200"), (0.1 + 0.2, "0.3"), (1e-7, "0.0000001"), (-0.0, "0"), (-12.5, "−12.5")]
         {
             assert_eq!(tick(value), said);
         }

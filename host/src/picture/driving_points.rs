@@ -122,7 +122,7 @@ impl DrivingPoints {
             points.push(Point { dof: of.dof, band, curves: Accelerances::of(layout, &of, band) });
         }
         points.retain(|point| point.curves.is_some() || point.band.mass_line().is_some());
-        let mass = source.answers()?.first().map(|answer| answer.body.mass);
+        let mass = source.result().answer().map(|answer| answer.mass_kg.value);
         let least = mass.filter(|mass| *mass > 0.0).map(|mass| 1.0 / mass);
         let least = least.filter(|_| points.iter().all(|point| point.band.mass_line().is_some()));
         let title = source.title.clone();

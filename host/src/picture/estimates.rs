@@ -1,56 +1,59 @@
-//! The ten properties of one or more answers with their intervals, as errors in parts of scale: the figure by which the papers
-//! compare tests and methods.
+//! The ten properties of one or more answers with their 95 % intervals, each property on a scale of its own and with its
+//! numbers.
 
-use std::array;
-
+use massline_result::{Estimate, TestResult};
 use massline_shared::body::INERTIAL_PARAMETERS;
-use massline_shared::layout::HostLayout;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, Heading, styled, tick, write};
-use super::legend::{Key, Sign, legend, mark};
-use super::theme::{INK, LABEL, color, cycle};
+use super::canvas::{Area, Drawing, Drawn, Heading, text, write};
+use super::legend::{Key, Sign, legend, line, mark};
+use super::scale::{range_about, ticks};
+use super::theme::{Dashes, FAINT, INK, LABEL, SMALL, color, cycle};
 use crate::error::Result;
-use crate::export::Exported;
+use crate::report::as_exact_as;
 use crate::result_file::{ResultFile, distinct_names};
+use crate::typography::with_minus_signs;
 
-/// An answer.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Series {
-    /// What it is called: a method, a test.
-    pub name: String,
-    /// Differences from zero, % of scale.
-    pub differences: [f64; 10],
-    /// Half widths of the 95 % intervals, % of scale.
-    pub half_widths: Option<[f64; 10]>,
-}
+/// What is said about an interval of which the document says that it is too narrow.
+const SCATTER_ONLY: &str = "no interval: scatter between hits only";
+/// Panels below each other.
+const ROWS: usize = 5;
+/// Room in a panel for the symbol at the left, the values and half widths at the right, and the ticks below, pixels.
+const LEFT: i32 = 84;
+const VALUE: i32 = 112;
+const RIGHT: i32 = 232;
+const BELOW: i32 = 40;
+/// Highest row of an answer, and the least letters that can be read, pixels.
+const HIGHEST: i32 = 34;
+const LEAST: f64 = 11.0;
+/// Dashes of the expected value, pixels.
+const EXPECTED: Dashes = Some([9, 5]);
+/// A number of more digits than this is no property of an object.
+const LARGEST_WRITTEN: f64 = 1e9;
 
 /// An answer in SI units.
-struct Answer {
-    name: String,
-    /// Whether its interval covers the scatter between hits only.
-    is_narrow: bool,
-    theta: [f64; 10],
-    half_widths: Option<[f64; 10]>,
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// What it is called: a method, a test; with what has to be said about its interval.
+    pub name: String,
+    /// The ten properties.
+    pub theta: [f64; 10],
+    /// Standard deviations, which decide the digits.
+    pub sigma: Option<[f64; 10]>,
+    /// Half widths of the 95 % intervals.
+    pub half_widths: Option<[f64; 10]>,
 }
-
-/// Differences beyond this are not those of an answer, % of scale.
-const LARGEST_DRAWN: f64 = 1e9;
-/// What is said about an interval of which the document says that it is too narrow.
-const SCATTER_ONLY: &str = "interval: scatter between hits only";
 
 /// Answers side by side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimates {
     /// What was measured; the number of results where they are several.
     pub title: String,
-    /// What the differences are from: the reference, or the first answer.
-    pub zero: String,
-    /// Which scale the differences are parts of, for the axis.
-    pub scale: String,
     /// The answers.
     pub series: Vec<Series>,
+    /// What the properties should be, where that is known and the same for all results.
+    pub expected: [Option<f64>; 10],
     /// The results that are left out, because they have no answer.
     pub without: Vec<String>,
 }
@@ -59,171 +62,194 @@ impl Estimates {
     /// All methods of one result and what they say together, or the best answers of several; `None` without an answer. One
     /// without an answer among several is left out, and the legend names it.
     ///
-    /// Several results have one scale, that of the first: on scales of their own, equal differences of the body would not be
-    /// equally high.
-    ///
     /// # Errors
-    /// When a result is malformed, or without a layout.
+    /// When a result is malformed.
     pub fn of(sources: &[ResultFile]) -> Result<Option<Self>> {
         let (mut answered, mut without) = (Vec::new(), Vec::new());
         for (source, name) in sources.iter().zip(distinct_names(sources)) {
-            match source.best()? {
+            match source.result().answer() {
                 Some(best) => answered.push((source, best, name)),
                 None => without.push(name),
             }
         }
-        let Some((first, best, _)) = answered.first() else { return Ok(None) };
-        let answers = match sources {
-            [one] => answers_of_one(one)?,
-            _ => {
-                answered.iter().map(|(of, best, name)| Answer::of(of, name.clone(), best)).collect()
-            }
+        let Some((first, ..)) = answered.first() else { return Ok(None) };
+        let series = match sources {
+            [one] => answers_of_one(one.result()),
+            _ => answered.iter().map(|(_, best, name)| Series::of(name.clone(), best)).collect(),
         };
-        let reference = first.reference();
-        let scale = first.scale(reference.map_or(best.body.mass, |of| of[0]))?;
-        let from = reference.unwrap_or(best.theta().into());
-        let percent = |k: usize, value: f64| 100.0 * value / scale[k];
-        let series = |answer: &Answer| Series {
-            name: answer.described(),
-            differences: array::from_fn(|k| percent(k, answer.theta[k] - from[k])),
-            half_widths: answer.half_widths.map(|half| array::from_fn(|k| percent(k, half[k]))),
-        };
-        let is_shared = answered.iter().all(|(other, ..)| other.reference() == reference);
+        let expected = first.expected();
+        let is_shared = answered.iter().all(|(other, ..)| other.expected() == expected);
         Ok(Some(Self {
             title: match sources {
                 [one] => one.title.clone(),
                 _ if without.is_empty() => format!("{} results", sources.len()),
                 _ => format!("{} of {} results", answered.len(), sources.len()),
             },
-            zero: match reference {
-                Some(_) if is_shared => "the reference".into(),
-                Some(_) => "the reference of the first".into(),
-                None => answers.first().map_or_else(String::new, |of| of.name.clone()),
-            },
-            scale: scale_of(first, sources.len()),
-            series: answers.iter().map(series).collect(),
+            series,
+            expected: if is_shared { expected } else { [None; 10] },
             without,
         }))
     }
 
-    /// The largest difference with its interval, % of scale.
-    fn largest(&self) -> f64 {
-        let of = |series: &Series| {
-            let half = series.half_widths.unwrap_or_default();
-            let ends = series.differences.iter().zip(half).map(|(d, half)| d.abs() + half);
-            ends.fold(0.0, f64::max)
-        };
-        let largest = self.series.iter().map(of).filter(|v| v.is_finite()).fold(0.0, f64::max);
-        if largest > 0.0 { largest.min(LARGEST_DRAWN) } else { 1.0 }
-    }
-}
-
-/// What the differences are parts of, in a few words: the scale of the first of so many results.
-fn scale_of(first: &ResultFile, results: usize) -> String {
-    let length = first.layout().map(HostLayout::characteristic_length);
-    match results {
-        0 | 1 => "% of scale".into(),
-        _ => {
-            let length = length.map_or(String::new(), |l| format!(" (L = {:.1} mm)", 1e3 * l));
-            format!("% of the first one's scale{length}")
-        }
-    }
-}
-
-impl Answer {
-    /// An answer of a result, by a name.
-    fn of(source: &ResultFile, name: String, answer: &Exported) -> Self {
-        Self {
-            name,
-            is_narrow: source.covers_scatter_only(&answer.method),
-            theta: answer.theta().into(),
-            half_widths: answer.half_widths.map(Into::into),
-        }
-    }
-
-    /// Its name, with what has to be said about its interval.
-    fn described(&self) -> String {
-        let Self { name, is_narrow, .. } = self;
-        if *is_narrow { format!("{name} ({SCATTER_ONLY})") } else { name.clone() }
-    }
-}
-
-/// The answers of all methods, and the combined one.
-fn answers_of_one(source: &ResultFile) -> Result<Vec<Answer>> {
-    let methods = source.answers()?;
-    let mut answers: Vec<Answer> =
-        methods.iter().map(|of| Answer::of(source, of.method.clone(), of)).collect();
-    if let Some(combined) = source.combined()?.filter(|_| answers.len() > 1) {
-        let (theta, half_widths) = (combined.theta, Some(combined.half_widths));
-        answers.push(Answer { name: "combined".into(), is_narrow: false, theta, half_widths });
-    }
-    Ok(answers)
-}
-
-impl Drawing for Estimates {
-    fn heading(&self) -> Heading<'_> {
-        Heading { subject: &self.title, shows: format!("difference from {}", self.zero) }
-    }
-
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    /// What is drawn how.
+    fn keys(&self) -> Vec<Key> {
         let key = |(place, series): (usize, &Series)| {
             Key::of(series.name.clone(), Sign::Marker(cycle(place)), color(place))
         };
         let missing = |name: &String| Key::of(format!("{name}: no answer"), Sign::Ring, INK);
-        let keys = self.series.iter().enumerate().map(key);
-        let keys: Vec<Key> = keys.chain(self.without.iter().map(missing)).collect();
-        let used = legend(area, &keys)?;
-        let (_, area) = area.split_vertically(used);
-        let limit = 1.08 * self.largest();
-        let mut chart = ChartBuilder::on(&area)
-            .set_label_area_size(LabelAreaPosition::Left, 130)
-            .set_label_area_size(LabelAreaPosition::Bottom, 50)
-            .build_cartesian_2d(-0.5..9.5, -limit..limit)?;
-        styled(&mut chart.configure_mesh())
-            .disable_x_mesh()
-            .disable_x_axis()
-            .y_labels(9)
-            .y_label_formatter(&|value| tick(*value))
-            .y_desc(format!("{}, with 95 % interval", self.scale))
-            .draw()?;
-        chart.draw_series([PathElement::new([(-0.5, 0.0), (9.5, 0.0)], INK.stroke_width(2))])?;
-        let plane = chart.plotting_area();
-        let (left, top) = area.get_base_pixel();
-        let at = |place: (f64, f64)| {
-            let (x, y) = plane.map_coordinate(&place);
-            (x - left, y - top)
-        };
-        let width = 0.8 / self.series.len().max(1) as f64;
-        for (place, series) in self.series.iter().enumerate() {
-            for k in 0..10 {
-                let x = k as f64 + width * (place as f64 + 0.5) - 0.4;
-                let y = series.differences[k];
-                if let Some(half) = series.half_widths.map(|half| half[k]) {
-                    let cap = 0.25 * width.min(0.3);
-                    interval(&area, color(place), &at, (x, [y - half, y + half]), cap)?;
-                }
-                mark(&area, at((x, y)), cycle(place), color(place))?;
-            }
+        let mut keys: Vec<Key> = self.series.iter().enumerate().map(key).collect();
+        keys.extend(self.without.iter().map(missing));
+        if self.expected.iter().any(Option::is_some) {
+            keys.push(Key::of("expected value", Sign::Line(2, EXPECTED), INK));
         }
-        let bottom = plane.get_pixel_range().1.end - top;
-        for (k, parameter) in INERTIAL_PARAMETERS.iter().enumerate() {
-            let below = (at((k as f64, 0.0)).0, bottom + 28);
-            write(&area, parameter.symbol, below, (HPos::Center, VPos::Center), LABEL)?;
+        keys
+    }
+
+    /// The panel of a property.
+    fn panel<B: DrawingBackend>(&self, area: &Area<B>, k: usize) -> Drawn<B> {
+        let parameter = &INERTIAL_PARAMETERS[k];
+        let (width, height) = area.dim_in_pixel();
+        let (end, bottom) = (width as i32 - RIGHT, height as i32 - BELOW);
+        let symbol = (0, bottom / 2 - 14);
+        write(area, parameter.symbol, symbol, (HPos::Left, VPos::Center), LABEL)?;
+        let unit = (0, bottom / 2 + 14);
+        write(area, parameter.table_unit, unit, (HPos::Left, VPos::Center), SMALL)?;
+        let in_table = |si: f64| si * parameter.table_factor;
+        let expected = self.expected[k].map(in_table);
+        let answers: Vec<[f64; 3]> = self.series.iter().map(|of| of.interval(k)).collect();
+        let all = answers.iter().flatten().copied().chain(expected);
+        let Some([low, high]) = range_about(all) else { return Ok(()) };
+        let x = |value: f64| {
+            let share = (value - low) / (high - low);
+            LEFT + (share * f64::from(end - LEFT)).round() as i32
+        };
+        let upright = |value: f64| [(x(value), 0), (x(value), bottom)];
+        for (value, number) in ticks_that_fit(area, [low, high], end - LEFT)? {
+            area.draw(&PathElement::new(upright(value), FAINT.stroke_width(1)))?;
+            let below = (x(value), bottom + 16);
+            write(area, &number, below, (HPos::Center, VPos::Center), SMALL)?;
+        }
+        area.draw(&PathElement::new([(LEFT, bottom), (end, bottom)], INK.stroke_width(1)))?;
+        if let Some(expected) = expected.filter(|value| value.is_finite()) {
+            line(area, upright(expected), INK.stroke_width(2), EXPECTED)?;
+        }
+        let row = (bottom / self.series.len().max(1) as i32).min(HIGHEST);
+        let top = (bottom - row * self.series.len() as i32) / 2 + row / 2;
+        let size = SMALL.min(0.9 * f64::from(row));
+        for (place, (series, ends)) in self.series.iter().zip(answers).enumerate() {
+            let y = top + place as i32 * row;
+            if ends.iter().all(|value| value.is_finite()) {
+                interval(area, ends.map(x), y, (row / 3).min(9), color(place))?;
+                mark(area, (x(ends[1]), y), cycle(place), color(place))?;
+            }
+            if size >= LEAST {
+                let [value, half_width] = series.numbers(k);
+                let middle = end + VALUE;
+                write(area, &value, (middle, y), (HPos::Right, VPos::Center), size)?;
+                write(area, &half_width, (middle + 8, y), (HPos::Left, VPos::Center), size)?;
+            }
         }
         Ok(())
     }
 }
 
-/// An interval with caps of this half width; `at` takes places of the chart to pixels.
+impl Series {
+    /// An answer, by a name. An interval of another kind than those beside it is not drawn.
+    fn of(mut name: String, answer: &Estimate) -> Self {
+        if answer.covers_scatter_only() {
+            name = format!("{name} ({SCATTER_ONLY})");
+        }
+        Self {
+            name,
+            theta: answer.theta(),
+            sigma: answer.complete_sigma(),
+            half_widths: answer.complete_half_widths(),
+        }
+    }
+
+    /// Lower end, value and upper end of a property in the unit of tables.
+    fn interval(&self, k: usize) -> [f64; 3] {
+        let half = self.half_widths.map_or(0.0, |half| half[k]);
+        [-half, 0.0, half]
+            .map(|beside| (self.theta[k] + beside) * INERTIAL_PARAMETERS[k].table_factor)
+    }
+
+    /// Value and half width with the digits of tables.
+    fn numbers(&self, k: usize) -> [String; 2] {
+        let in_table = |si: f64| si * INERTIAL_PARAMETERS[k].table_factor;
+        let sigma = self.sigma.map(|sigma| in_table(sigma[k]));
+        let written = |value: f64| match value.abs() < LARGEST_WRITTEN {
+            true => with_minus_signs(&as_exact_as(value, sigma)),
+            false => with_minus_signs(&format!("{value:.1e}")),
+        };
+        let half = self.half_widths.map(|half| format!("± {}", written(in_table(half[k]))));
+        [written(in_table(self.theta[k])), half.unwrap_or_default()]
+    }
+}
+
+/// The answers of all methods, and the combined one.
+fn answers_of_one(result: &TestResult) -> Vec<Series> {
+    let mut answers: Vec<Series> =
+        result.results.iter().map(|of| Series::of(of.method.to_string(), of)).collect();
+    let combined = result.agreement.as_ref().and_then(|of| of.combined.as_ref());
+    if let Some(of) = combined.filter(|_| answers.len() > 1) {
+        let [theta, sigma, half] = [of.value, of.sigma, of.half_width95].map(|of| of.in_order());
+        let (sigma, half_widths) = (Some(sigma), Some(half));
+        answers.push(Series { name: "combined".into(), theta, sigma, half_widths });
+    }
+    answers
+}
+
+impl Drawing for Estimates {
+    fn heading(&self) -> Heading<'_> {
+        let shows = "the ten properties with their 95 % intervals".into();
+        Heading { subject: &self.title, shows }
+    }
+
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+        let used = legend(area, &self.keys())? + 8;
+        let (_, area) = area.split_vertically(used);
+        let columns = INERTIAL_PARAMETERS.len().div_ceil(ROWS);
+        let panels = area.split_evenly((ROWS, columns));
+        (0..INERTIAL_PARAMETERS.len()).try_for_each(|k| {
+            let panel = &panels[k % ROWS * columns + k / ROWS];
+            self.panel(&panel.margin(4, 4, 10, 10), k)
+        })
+    }
+}
+
+/// As many ticks as have room for their numbers on an axis of this width, pixels.
+fn ticks_that_fit<B: DrawingBackend>(
+    area: &Area<B>,
+    range: [f64; 2],
+    width: i32,
+) -> std::result::Result<Vec<(f64, String)>, DrawingAreaErrorKind<B::ErrorType>> {
+    for most in [5.0, 4.0, 3.0, 2.0] {
+        let ticks = ticks(range, most);
+        let mut needed = 0;
+        for (_, number) in &ticks {
+            needed += area.estimate_text_size(number, &text(SMALL))?.0 as i32 + 24;
+        }
+        if needed <= width {
+            return Ok(ticks);
+        }
+    }
+    Ok(Vec::new())
+}
+
+/// An interval with caps of this half height at its ends.
 fn interval<B: DrawingBackend>(
     area: &Area<B>,
+    [low, _, high]: [i32; 3],
+    y: i32,
+    cap: i32,
     color: RGBColor,
-    at: &impl Fn((f64, f64)) -> (i32, i32),
-    (x, ends): (f64, [f64; 2]),
-    cap: f64,
 ) -> Drawn<B> {
     let ink = color.stroke_width(3);
-    area.draw(&PathElement::new(ends.map(|y| at((x, y))), ink))?;
-    ends.into_iter()
-        .try_for_each(|y| area.draw(&PathElement::new([(x - cap, y), (x + cap, y)].map(at), ink)))
+    if low < high {
+        area.draw(&PathElement::new([(low, y), (high, y)], ink))?;
+    }
+    [low, high]
+        .into_iter()
+        .try_for_each(|x| area.draw(&PathElement::new([(x, y - cap), (x, y + cap)], ink)))
 }

@@ -1,13 +1,14 @@
 //! The Norm Indicator: how much of each mode each hit shows (figure 6 of the first paper), a row of bars for each mode.
 
+use massline_result::Modes;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{Area, Drawing, Drawn, Heading, write};
 use super::legend::{Key, Sign, legend};
 use super::theme::{COLORS, FAINT, LABEL, SMALL};
-use crate::document::{Indicator, Mode};
-use crate::result_file::{ResultFile, ShownModes};
+use crate::result_file::ResultFile;
+use massline_result::{Indicator, Mode};
 
 /// Room for the names of the modes and for those of the hits, pixels.
 const LEFT: i32 = 200;
@@ -26,7 +27,7 @@ pub struct Indicators {
 
 impl Indicators {
     /// The indicators of a result's modes.
-    pub fn of(source: &ResultFile, modes: &ShownModes) -> Self {
+    pub fn of(source: &ResultFile, modes: &Modes) -> Self {
         let hits = modes.modes.first().map(|mode| &mode.norm_indicators).into_iter().flatten();
         let of_hit = |(place, hit): (usize, &Indicator)| {
             let of_mode = |mode: &Mode| mode.norm_indicators.get(place).map_or(0.0, |of| of.value);

@@ -1,19 +1,22 @@
-//! The test in space: sensors, hits, centre of mass, principal axes and the ellipsoid of the same inertia.
+//! The test in space: nodes with their outline, sensors, hits, centre of mass, principal axes and the ellipsoid of the
+//! same inertia.
 
 use std::f64::consts::TAU;
 
 use massline_shared::body::RigidBody;
 use massline_shared::layout::HostLayout;
-use nalgebra::{Matrix2x3, Vector2, Vector3};
+use nalgebra::{Vector2, Vector3};
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, Heading, tick, write};
+use super::canvas::{Area, Drawing, Drawn, Heading};
 use super::labels::Labels;
 use super::legend::{Key, Sign, legend};
-use super::theme::{COLORS, INK, SMALL};
+use super::nodes::{NamedNode, nodes_without_sensor};
+use super::outline::convex_hull;
+use super::ruler::ruler;
+use super::theme::{COLORS, FAINT, GREY, INK, PAPER};
+use super::view::View;
 use crate::error::Result;
-use crate::projection::across;
 use crate::result_file::ResultFile;
 
 /// Length of an arrow's head, pixels.
@@ -22,13 +25,14 @@ const HEAD: f64 = 24.0;
 const INKS: [RGBColor; 3] = [COLORS[0], COLORS[1], COLORS[2]];
 /// Points of a drawn ellipse.
 const POINTS: usize = 72;
-
 /// A layout, and the body that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InSpace {
     /// What was measured.
     pub title: String,
     layout: HostLayout,
+    /// Nodes without a sensor.
+    nodes: Vec<NamedNode>,
     body: Option<RigidBody<f64>>,
 }
 
@@ -38,9 +42,10 @@ impl InSpace {
     /// # Errors
     /// When the result is malformed.
     pub fn of(source: &ResultFile) -> Result<Option<Self>> {
-        let body = source.answers()?.first().map(|answer| answer.body);
+        let body = source.result().answer().map(|answer| answer.body());
         let (title, layout) = (source.title.clone(), source.layout().cloned());
-        Ok(layout.map(|layout| Self { title, layout, body }))
+        let nodes = nodes_without_sensor(source);
+        Ok(layout.map(|layout| Self { title, layout, nodes, body }))
     }
 }
 
@@ -55,34 +60,6 @@ pub fn ellipsoid(body: &RigidBody<f64>) -> Option<[Vector3<f64>; 3]> {
             .then(|| principal.axes.column(k) * (5.0 * second / body.mass).sqrt())
     };
     Some([axis(0)?, axis(1)?, axis(2)?])
-}
-
-/// The view: points in m become pixels.
-struct View {
-    across: Matrix2x3<f64>,
-    middle: Vector2<f64>,
-    scale: f64,
-    center: (i32, i32),
-}
-
-impl View {
-    /// One that shows all points in an area of this size.
-    fn of(points: &[Vector3<f64>], (width, height): (u32, u32)) -> Self {
-        let across = across();
-        let seen: Vec<Vector2<f64>> = points.iter().map(|p| across * p).collect();
-        let start = seen.first().copied().unwrap_or_default();
-        let low = seen.iter().fold(start, |a, b| a.inf(b));
-        let high = seen.iter().fold(start, |a, b| a.sup(b));
-        let size = (high - low).map(|v| if v > 0.0 { v } else { 1e-3 });
-        let scale = (0.82 * f64::from(width) / size.x).min(0.82 * f64::from(height) / size.y);
-        let center = (width as i32 / 2, height as i32 / 2);
-        Self { across, middle: (low + high) / 2.0, scale, center }
-    }
-
-    fn at(&self, point: &Vector3<f64>) -> (i32, i32) {
-        let seen = (self.across * point - self.middle) * self.scale;
-        (self.center.0 + seen.x.round() as i32, self.center.1 - seen.y.round() as i32)
-    }
 }
 
 impl Drawing for InSpace {
@@ -105,57 +82,56 @@ impl InSpace {
         let arms = self.body.as_ref().and_then(ellipsoid);
         let used = legend(area, &self.keys(arms.is_some()))?;
         let (_, area) = area.split_vertically(used);
-        let sensors: Vec<_> =
-            self.layout.sensors.iter().map(|s| Vector3::from(s.position)).collect();
-        let hits: Vec<_> = self.layout.hits.iter().map(|h| Vector3::from(h.position)).collect();
+        let sensors: Vec<Vector3<f64>> =
+            self.layout.sensors.iter().map(|sensor| sensor.position.into()).collect();
+        let nodes: Vec<Vector3<f64>> =
+            self.nodes.iter().map(|(_, position)| (*position).into()).collect();
+        let hits = self.layout.hits.iter().map(|hit| (hit.position.into(), hit.direction.into()));
+        let hits: Vec<(Vector3<f64>, Vector3<f64>)> = hits.collect();
         let center = self.body.map(|body| body.center_of_mass);
+        let solid = center.zip(arms);
+        let solid = solid.map_or_else(Vec::new, |(center, arms)| lines_of(center, arms));
         let mut points: Vec<Vector3<f64>> = vec![Vector3::zeros()];
-        points.extend(sensors.iter().chain(&hits).chain(&center));
-        if let Some((center, arms)) = center.zip(arms) {
-            points.extend(arms.iter().flat_map(|arm| [center + arm, center - arm]));
-        }
-        let view = View::of(&points, area.dim_in_pixel());
-        let reach = 110.0 / view.scale;
+        points.extend(sensors.iter().chain(&nodes).chain(&center));
+        points.extend(hits.iter().map(|(tip, _)| tip));
+        points.extend(solid.iter().flat_map(|(line, _)| line));
+        let axes = [(Vector3::x(), "x"), (Vector3::y(), "y"), (Vector3::z(), "z")];
+        let from_origin = axes.iter().map(|(axis, _)| (Vector3::zeros(), -axis));
+        let arrows: Vec<_> = hits.iter().copied().chain(from_origin).collect();
+        let view = View::of(&points, &arrows, area.dim_in_pixel());
         let mut labels = Labels::within(area.dim_in_pixel());
-        sensors.iter().chain(&hits).for_each(|point| labels.keep(view.at(point), 12));
+        sensors.iter().chain(&nodes).for_each(|point| labels.keep(view.at(point), 12));
+        outline(&area, &mut labels, sensors.iter().chain(&nodes).map(|point| view.at(point)))?;
         let mut ends_of_axes = Vec::new();
-        for (axis, name) in [(Vector3::x(), "x"), (Vector3::y(), "y"), (Vector3::z(), "z")] {
-            let ends = [Vector3::zeros(), axis * reach].map(|point| view.at(&point));
+        for (axis, name) in axes {
+            let ends = [view.at(&Vector3::zeros()), view.tail(&Vector3::zeros(), &-axis)];
             area.draw(&PathElement::new(ends, INK.mix(0.6).stroke_width(2)))?;
             labels.keep_line(ends[0], ends[1]);
             ends_of_axes.push((name, ends[1]));
         }
-        if let Some((center, arms)) = center.zip(arms) {
-            for (first, second) in [(0, 1), (0, 2), (1, 2)] {
-                let ellipse = (0..=POINTS).map(|k| {
-                    let (sin, cos) = (TAU * k as f64 / POINTS as f64).sin_cos();
-                    view.at(&(center + arms[first] * cos + arms[second] * sin))
-                });
-                let line: Vec<_> = ellipse.collect();
-                labels.avoid(&line);
-                area.draw(&PathElement::new(line, of_body.mix(0.5).stroke_width(2)))?;
-            }
-            for arm in arms {
-                let ends = [center - arm, center + arm].map(|point| view.at(&point));
-                labels.avoid(&ends);
-                area.draw(&PathElement::new(ends, of_body.stroke_width(3)))?;
-            }
+        for (line, style) in solid {
+            let line: Vec<_> = line.iter().map(|point| view.at(point)).collect();
+            labels.avoid(&line);
+            area.draw(&PathElement::new(line, style))?;
         }
         if let Some(center) = center {
             labels.keep(view.at(&center), 10);
             area.draw(&Circle::new(view.at(&center), 9, of_body.filled()))?;
         }
+        for node in nodes.iter().map(|point| view.at(point)) {
+            area.draw(&Circle::new(node, 7, PAPER.filled()))?;
+            area.draw(&Circle::new(node, 7, INK.stroke_width(2)))?;
+        }
         for (x, y) in sensors.iter().map(|point| view.at(point)) {
             area.draw(&Rectangle::new([(x - 9, y - 9), (x + 9, y + 9)], of_sensors.filled()))?;
         }
         let mut tails = Vec::new();
-        for (hit, point) in self.layout.hits.iter().zip(&hits) {
+        for (tip, along) in &hits {
             // The arrow ends where the hammer hits.
-            let tail = view.at(&(point - Vector3::from(hit.direction) * reach));
-            let tip = view.at(point);
-            arrow(&area, tail, tip, of_hits)?;
-            labels.keep_line(tail, tip);
-            tails.push(tail);
+            let ends = [view.tail(tip, along), view.at(tip)];
+            arrow(&area, ends[0], ends[1], of_hits)?;
+            labels.keep_line(ends[0], ends[1]);
+            tails.push(ends[0]);
         }
         for (sensor, point) in self.layout.sensors.iter().zip(&sensors) {
             labels.write(&area, &sensor.node.to_string(), view.at(point))?;
@@ -165,6 +141,11 @@ impl InSpace {
         }
         for (name, end) in ends_of_axes {
             labels.write(&area, name, end)?;
+        }
+        for ((name, _), point) in self.nodes.iter().zip(&nodes) {
+            if !name.is_empty() {
+                labels.write(&area, name, view.at(point))?;
+            }
         }
         let (_, height) = area.dim_in_pixel();
         ruler(&area, &view, height as i32 - 20)?;
@@ -178,6 +159,10 @@ impl InSpace {
             Key::of("sensor at its node", Sign::Patch, of_sensors),
             Key::of("hit, along the force on the body", Sign::Line(4, None), of_hits),
         ];
+        if !self.nodes.is_empty() {
+            keys.push(Key::of("node without a sensor", Sign::Ring, INK));
+        }
+        keys.push(Key::of("outline of all nodes", Sign::Line(2, None), GREY));
         let name = match has_ellipsoid {
             true => "centre of mass, principal axes, ellipsoid of the same inertia",
             false => "centre of mass; no real body has this inertia, so there is no ellipsoid",
@@ -185,6 +170,35 @@ impl InSpace {
         keys.extend(self.body.map(|_| Key::of(name, Sign::Disc, of_body)));
         keys
     }
+}
+
+/// The lines of an ellipsoid with these semi-axes: its sections through each two of them, and its axes.
+fn lines_of(center: Vector3<f64>, arms: [Vector3<f64>; 3]) -> Vec<(Vec<Vector3<f64>>, ShapeStyle)> {
+    let [_, _, of_body] = INKS;
+    let section = |(first, second): (usize, usize)| {
+        let point = |k: usize| {
+            let (sin, cos) = (TAU * k as f64 / POINTS as f64).sin_cos();
+            center + arms[first] * cos + arms[second] * sin
+        };
+        ((0..=POINTS).map(point).collect(), of_body.mix(0.5).stroke_width(2))
+    };
+    let axis = |arm| (vec![center - arm, center + arm], of_body.stroke_width(3));
+    [(0, 1), (0, 2), (1, 2)].map(section).into_iter().chain(arms.map(axis)).collect()
+}
+
+/// The convex hull of nodes.
+fn outline<B: DrawingBackend>(
+    area: &Area<B>,
+    labels: &mut Labels,
+    nodes: impl Iterator<Item = (i32, i32)>,
+) -> Drawn<B> {
+    let mut corners = convex_hull(nodes.collect());
+    if let [_, _, _, ..] = corners[..] {
+        area.draw(&Polygon::new(corners.clone(), FAINT.mix(0.3).filled()))?;
+        corners.push(corners[0]);
+    }
+    labels.avoid(&corners);
+    area.draw(&PathElement::new(corners, GREY.stroke_width(2)))
 }
 
 /// An arrow; one that points at the viewer is a dot.
@@ -207,35 +221,6 @@ fn arrow<B: DrawingBackend>(
     };
     area.draw(&PathElement::new([tail, corner(0.0)], color.stroke_width(4)))?;
     area.draw(&Polygon::new([tip, corner(1.0), corner(-1.0)], color.filled()))
-}
-
-/// A line of known length.
-fn ruler<B: DrawingBackend>(area: &Area<B>, view: &View, y: i32) -> Drawn<B> {
-    let length = ruler_length(view.scale);
-    let end = (length * view.scale).round() as i32;
-    area.draw(&PathElement::new([(0, y), (end, y)], INK.stroke_width(3)))?;
-    for x in [0, end] {
-        area.draw(&PathElement::new([(x, y - 8), (x, y + 8)], INK.stroke_width(3)))?;
-    }
-    write(area, &ruler_name(length), (end + 16, y), (HPos::Left, VPos::Center), SMALL)
-}
-
-/// 1, 2 or 5 times a power of ten, m, that is at most 200 pixels long at this scale, pixels per m.
-fn ruler_length(scale: f64) -> f64 {
-    let wanted = 200.0 / scale;
-    let power = 10_f64.powf(wanted.log10().floor());
-    let length = [5.0, 2.0, 1.0].map(|k| k * power).into_iter().find(|l| *l <= wanted);
-    length.unwrap_or(power)
-}
-
-/// A length, m, with its unit.
-fn ruler_name(length: f64) -> String {
-    // Rounding may have made a little less of a metre or a millimetre.
-    match length {
-        _ if length > 0.99 => format!("{} m", tick(length)),
-        _ if length > 0.99e-3 => format!("{} mm", tick(1e3 * length)),
-        _ => format!("{} µm", tick(1e6 * length)),
-    }
 }
 
 #[cfg(test)]
@@ -262,7 +247,7 @@ mod tests {
         register().unwrap();
         let layout = twelve_dofs();
         assert_eq!(layout.hits.len(), 12);
-        let picture = InSpace { title: String::new(), layout, body: None };
+        let picture = InSpace { title: String::new(), layout, nodes: Vec::new(), body: None };
         let mut svg = String::new();
         let area = Vector::on(&mut svg, (1540, 900), FONT).into_drawing_area();
         let labels = picture.labelled(&area).unwrap();
@@ -278,12 +263,54 @@ mod tests {
         let of_file = LayoutFile::parse(file, "test-1.toml").unwrap();
         let body = of_file.reference.and_then(|of| of.complete()).expect("a reference");
         let body = RigidBody::from_theta(&body.into());
-        let picture = InSpace { title: String::new(), layout: twelve_dofs(), body: Some(body) };
+        let picture = InSpace {
+            title: String::new(),
+            layout: twelve_dofs(),
+            nodes: Vec::new(),
+            body: Some(body),
+        };
         let mut svg = String::new();
         let area = Vector::on(&mut svg, (1540, 900), FONT).into_drawing_area();
         let labels = picture.labelled(&area).unwrap();
         assert_eq!((labels.count(), labels.struck()), (18, 0));
         assert!(labels.collisions().is_empty(), "{:?}", labels.collisions());
+    }
+
+    /// The corners of the paths of a colour.
+    fn corners(svg: &str, color: &str) -> Vec<[i32; 2]> {
+        let paths = svg.lines().filter(|line| line.contains(color));
+        let data = paths.filter_map(|line| Some(line.split_once(" d=\"")?.1.split_once('"')?.0));
+        let mut corners = Vec::new();
+        for piece in data.flat_map(|data| data.split('M')).filter(|piece| !piece.is_empty()) {
+            let spaced = piece.replace('l', " ").replace('-', " -");
+            let numbers: Vec<i32> =
+                spaced.split_whitespace().map(|number| number.parse().unwrap()).collect();
+            let mut at = [0, 0];
+            for step in numbers.chunks(2) {
+                at = [at[0] + step[0], at[1] + step[1]];
+                corners.push(at);
+            }
+        }
+        corners
+    }
+
+    #[test]
+    fn an_ellipsoid_larger_than_the_layout_is_drawn_whole() {
+        register().unwrap();
+        let layout = twelve_dofs();
+        let center_of_mass = Vector3::new(0.3, -0.4, 0.5);
+        let inertia = nalgebra::Matrix3::new(3.0, 0.4, 0.2, 0.4, 2.0, -0.5, 0.2, -0.5, 2.5);
+        let body = Some(RigidBody { mass: 3.0, center_of_mass, inertia });
+        let picture = InSpace { title: String::new(), layout, nodes: Vec::new(), body };
+        let mut svg = String::new();
+        let area = Vector::on(&mut svg, (1540, 900), FONT).into_drawing_area();
+        picture.draw(&area).unwrap();
+        area.present().unwrap();
+        drop(area);
+        let corners = corners(&svg, "#009E73");
+        assert!(corners.len() > 100, "{}", corners.len());
+        let is_inside = |at: &[i32; 2]| (0..1540).contains(&at[0]) && (0..900).contains(&at[1]);
+        assert!(corners.iter().all(is_inside), "{corners:?}");
     }
 
     #[test]
@@ -292,20 +319,8 @@ mod tests {
         let inertia = nalgebra::Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 9.0));
         let body = RigidBody { mass: 1.0, center_of_mass: Vector3::zeros(), inertia };
         assert!(ellipsoid(&body).is_none());
-        let picture = InSpace { title, layout, body: Some(body) };
+        let picture = InSpace { title, layout, nodes: Vec::new(), body: Some(body) };
         let keys = picture.keys(false);
-        assert!(keys[2].name.contains("no real body"), "{keys:?}");
-    }
-
-    #[test]
-    fn a_ruler_has_the_decimals_of_its_length() {
-        for (length, name) in
-            [(5e-2, "50 mm"), (2e-4, "200 µm"), (1e-3, "1 mm"), (2.0, "2 m"), (5e-7, "0.5 µm")]
-        {
-            assert_eq!(ruler_name(length), name);
-        }
-        // An object of 1 mm on 1200 pixels.
-        assert_eq!(ruler_name(ruler_length(1.2e6)), "100 µm");
-        assert_eq!(ruler_name(ruler_length(200.0)), "1 m");
+        assert!(keys.iter().any(|key| key.name.contains("no real body")), "{keys:?}");
     }
 }

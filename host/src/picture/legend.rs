@@ -75,18 +75,25 @@ impl Sign {
 }
 
 /// Draws a line in pixels, dashed or not.
-fn line<B: DrawingBackend>(
+pub(super) fn line<B: DrawingBackend>(
     area: &Area<B>,
-    ends: [(i32, i32); 2],
+    [start, end]: [(i32, i32); 2],
     style: ShapeStyle,
     dashes: Dashes,
 ) -> Drawn<B> {
-    let [(start, y), (end, _)] = ends;
-    let Some([length, gap]) = dashes else { return area.draw(&PathElement::new(ends, style)) };
-    let mut x = start;
-    while x < end {
-        area.draw(&PathElement::new([(x, y), ((x + length).min(end), y)], style))?;
-        x += length + gap;
+    let Some([dash, gap]) = dashes else {
+        return area.draw(&PathElement::new([start, end], style));
+    };
+    let step = [end.0 - start.0, end.1 - start.1].map(f64::from);
+    let length = step[0].hypot(step[1]);
+    let at = |along: f64| {
+        let [x, y] = step.map(|step| (step * (along / length).min(1.0)).round() as i32);
+        (start.0 + x, start.1 + y)
+    };
+    let mut along = 0.0;
+    while along < length {
+        area.draw(&PathElement::new([at(along), at(along + f64::from(dash))], style))?;
+        along += f64::from(dash + gap);
     }
     Ok(())
 }

@@ -112,10 +112,11 @@ impl Picture {
     /// The files of the picture; none when the results have nothing to show in it. Only the estimates show several results.
     ///
     /// # Errors
-    /// When a result is malformed, and without a layout for the estimates.
+    /// When a result is malformed.
     pub fn of(self, sources: &[ResultFile], format: ImageFormat) -> Result<Vec<DrawnFile>> {
         let [first, ..] = sources else { return Ok(Vec::new()) };
-        let (modes, details) = (|| first.modes(), || first.details());
+        let result = first.result();
+        let (modes, details) = (result.suspension.as_ref(), result.details.as_ref());
         match self {
             Self::Estimates => self.one(Estimates::of(sources)?, format),
             Self::Layout => self.one(InSpace::of(first)?, format),
@@ -128,13 +129,11 @@ impl Picture {
                 each.iter().map(|of| self.file(Some(of.dof), of, format)).collect()
             }
             Self::DrivingPoints => self.one(DrivingPoints::of(first)?, format),
-            Self::Pulls => self.one(details()?.and_then(|of| Pulls::of(first, &of)), format),
-            Self::Budget => self.one(details()?.and_then(|of| Budget::of(first, &of)), format),
-            Self::NormIndicator => self.one(modes()?.map(|of| Indicators::of(first, &of)), format),
-            Self::Mac => self.one(modes()?.map(|of| Assurance::of(first, &of)), format),
-            Self::Stabilisation => {
-                self.one(modes()?.map(|of| Stabilisation::of(first, &of)), format)
-            }
+            Self::Pulls => self.one(details.and_then(|of| Pulls::of(first, of)), format),
+            Self::Budget => self.one(details.and_then(|of| Budget::of(first, of)), format),
+            Self::NormIndicator => self.one(modes.map(|of| Indicators::of(first, of)), format),
+            Self::Mac => self.one(modes.map(|of| Assurance::of(first, of)), format),
+            Self::Stabilisation => self.one(modes.map(|of| Stabilisation::of(first, of)), format),
         }
     }
 

@@ -1,6 +1,7 @@
 //! The pulls of sensors and hits: how far the fit had to move each of them, in standard deviations of the error budget, and
 //! what it leaves of the readings of a hit, over their noise.
 
+use massline_result::Details;
 use massline_shared::identify::maximum_likelihood::SUSPICIOUS_PULL;
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS};
 use plotters::prelude::*;
@@ -8,8 +9,9 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{Area, Drawing, Drawn, Heading, number, tick, write};
 use super::legend::{Key, Sign, legend};
+use super::scale::step_of;
 use super::theme::{COLORS, FAINT, INK, LABEL, PAPER, SMALL};
-use crate::result_file::{ResultFile, ShownDetails, shown};
+use crate::result_file::{ResultFile, shown};
 
 /// Room for the names at the left, and for numbers and name of the axis, pixels.
 const LEFT: i32 = 260;
@@ -45,16 +47,16 @@ pub struct Pulls {
 
 impl Pulls {
     /// The pulls of a result; `None` when it has none.
-    pub fn of(source: &ResultFile, details: &ShownDetails) -> Option<Self> {
+    pub fn of(source: &ResultFile, details: &Details) -> Option<Self> {
         let sensors = details.sensors.iter().take(HOST_SENSORS).map(|sensor| Pull {
             name: format!("sensor at node {}", sensor.node),
-            pull: sensor.pull,
+            pull: sensor.pull.unwrap_or_default(),
             residual: None,
         });
         let hits = details.hits.iter().take(HOST_HITS).map(|hit| Pull {
             name: format!("hits at {}", shown(&hit.dof)),
-            pull: hit.pull,
-            residual: Some(hit.normalized_residual),
+            pull: hit.pull.unwrap_or_default(),
+            residual: hit.normalized_residual,
         });
         let rows: Vec<Pull> = sensors.chain(hits).collect();
         let scale = details
@@ -89,16 +91,6 @@ impl Pulls {
     }
 }
 
-/// The distance of ticks for an axis of this length: 1, 2 or 5 times a power of ten, at most ten of them.
-fn step_of(end: f64) -> f64 {
-    let power = 10_f64.powf((end / 10.0).log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .map(|k| k * power)
-        .into_iter()
-        .find(|step| end / step <= 10.0)
-        .unwrap_or(end)
-}
-
 impl Drawing for Pulls {
     fn heading(&self) -> Heading<'_> {
         Heading { subject: &self.title, shows: "how far the fit pulls sensors and hits".into() }
@@ -119,7 +111,7 @@ impl Drawing for Pulls {
         let upright = |value: f64, ink: ShapeStyle| {
             area.draw(&PathElement::new([(x(value), 0), (x(value), bottom)], ink))
         };
-        let step = step_of(end);
+        let step = step_of(end, 10.0);
         for k in 0..=(end / step).floor() as i32 {
             let value = f64::from(k) * step;
             upright(value, FAINT.stroke_width(1))?;
@@ -162,14 +154,7 @@ impl Drawing for Pulls {
 
 #[cfg(test)]
 mod tests {
-    use super::{Pull, Pulls, step_of};
-
-    #[test]
-    fn ticks_are_few_and_round() {
-        for (end, step) in [(2.5, 0.5), (9.0, 1.0), (35.0, 5.0), (1e6, 1e5)] {
-            assert!((step_of(end) / step - 1.0).abs() < 1e-9, "{end}: {}", step_of(end));
-        }
-    }
+    use super::{Pull, Pulls};
 
     #[test]
     fn the_axis_shows_the_largest_pull_and_the_suspicious_one() {

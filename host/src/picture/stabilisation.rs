@@ -1,12 +1,13 @@
 //! The poles over the order of the fit: those of the body stay where they are.
 
+use massline_result::Modes;
 use plotters::prelude::*;
 
 use super::canvas::{Area, Drawing, Drawn, Heading, styled, tick};
 use super::legend::{Key, Sign, legend};
 use super::theme::{COLORS, FAINT, INK};
-use crate::document::Order;
-use crate::result_file::{ResultFile, ShownModes};
+use crate::result_file::ResultFile;
+use massline_result::Order;
 
 /// How far the axis follows poles to either side of the band, in widths of the band: one that is further away would leave no
 /// room for those of the body.
@@ -28,7 +29,7 @@ pub struct Stabilisation {
 
 impl Stabilisation {
     /// The orders of a result's fit of the modes.
-    pub fn of(source: &ResultFile, modes: &ShownModes) -> Self {
+    pub fn of(source: &ResultFile, modes: &Modes) -> Self {
         let poles = |order: &Order| {
             let all = order.poles.iter().map(|pole| (pole.frequency_hz, pole.stable));
             (order.used, all.collect())

@@ -4,11 +4,12 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
+use massline_result::{Document, TestResult};
 use serde_json::{Value, json};
 
 use super::{ImageFormat, Picture};
 use crate::archive::Archive;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::html_report::html;
 use crate::result_file::ResultFile;
 
@@ -93,9 +94,17 @@ fn every_number_of_suspension_modes_may_be_wrong() {
         "schema_version": 1, "band_hz": [0.5, 12.5], "modes": [mode, mode],
         "modal_assurance": [[1.0, 0.1], [0.1, 1.0]],
         "modes_missing": 4, "hit_for_missing": "2:+Z",
-        "orders": [{ "used": true, "poles": [pole, pole] }],
+        "orders": [{ "used": true, "poles": [pole, pole] }], "noise_m_per_s2_per_n": 0.001,
     });
-    let draw = |document| draw_all(ResultFile::of_document(document, "edited"));
+    let draw = |document: Value| {
+        let Ok((Document::Modes(modes), _)) =
+            massline_result::read(document.to_string().as_bytes())
+        else {
+            return Err(Error::input("refused", "it cannot be read"));
+        };
+        let result = TestResult { suspension: Some(*modes), ..TestResult::default() };
+        draw_all(ResultFile::of_result(result, None, "edited".into())?)
+    };
     assert!(draw(modes.clone()).is_ok(), "{:?}", draw(modes.clone()).err());
     edit_every_number(modes, draw);
 }

@@ -11,6 +11,8 @@ pub(super) const SMALL: f64 = 20.0;
 
 /// Text, axes and frames.
 pub(super) const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
+/// What stands behind the data and must be seen: an outline.
+pub(super) const GREY: RGBColor = RGBColor(0x99, 0x99, 0x99);
 /// Grid lines.
 pub(super) const FAINT: RGBColor = RGBColor(0xDD, 0xDD, 0xDD);
 pub(super) const PAPER: RGBColor = RGBColor(0xFF, 0xFF, 0xFF);

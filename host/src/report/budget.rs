@@ -1,13 +1,12 @@
 //! The error budget that a fit has used: what was stated beside what the data have taught.
 
-use massline_shared::identify::maximum_likelihood::{BudgetScales, LearnedBudget, LearnedFrom};
+use massline_result::StatedAndLearned;
+use massline_shared::identify::maximum_likelihood::{LearnedBudget, LearnedFrom};
 use massline_shared::layout::HostLayout;
 
-use crate::document::{self, StatedAndLearned};
-
 /// The learned scales, in an entry of `results`.
-pub(super) fn learned_json(learned: &LearnedBudget<f64>) -> document::LearnedBudget {
-    document::LearnedBudget {
+pub(super) fn learned_budget(learned: &LearnedBudget<f64>) -> massline_result::LearnedBudget {
+    massline_result::LearnedBudget {
         learned_from: learned_from(learned),
         hit_position_scale: learned.scales.hit_position,
         hit_direction_scale: learned.scales.hit_direction,
@@ -19,11 +18,14 @@ pub(super) fn learned_json(learned: &LearnedBudget<f64>) -> document::LearnedBud
 }
 
 /// Scatter of the hits as stated and as learned, and the learned scale of what stays the same over the test.
-pub fn budget_json(learned: &LearnedBudget<f64>, layout: &HostLayout) -> document::ErrorBudget {
+pub fn error_budget(
+    learned: &LearnedBudget<f64>,
+    layout: &HostLayout,
+) -> massline_result::ErrorBudget {
     let [position, direction] = stated_scatter(layout);
     let scales = &learned.scales;
     let both = |stated: f64, scale: f64| StatedAndLearned { stated, learned: stated * scale };
-    document::ErrorBudget {
+    massline_result::ErrorBudget {
         learned_from: learned_from(learned),
         hit_position_m: both(position, scales.hit_position),
         hit_direction_rad: both(direction, scales.hit_direction),
@@ -31,55 +33,55 @@ pub fn budget_json(learned: &LearnedBudget<f64>, layout: &HostLayout) -> documen
     }
 }
 
-fn learned_from(learned: &LearnedBudget<f64>) -> document::LearnedFrom {
+fn learned_from(learned: &LearnedBudget<f64>) -> massline_result::LearnedFrom {
     match learned.learned_from {
-        LearnedFrom::RepeatHits => document::LearnedFrom::RepeatHits,
-        LearnedFrom::Residuals => document::LearnedFrom::Residuals,
+        LearnedFrom::RepeatHits => massline_result::LearnedFrom::RepeatHits,
+        LearnedFrom::Residuals => massline_result::LearnedFrom::Residuals,
     }
 }
 
-/// The same as a sentence for each.
-pub fn budget_text(learned: &LearnedBudget<f64>, layout: &HostLayout) -> String {
-    if learned.learned_from == LearnedFrom::Residuals {
-        return scales_text(&learned.scales, layout);
+/// What was learned about the error budget, a sentence for each part.
+pub fn budget_text(
+    budget: &massline_result::ErrorBudget,
+    learned: &massline_result::LearnedBudget,
+) -> String {
+    let [position, direction] = [budget.hit_position_m, budget.hit_direction_rad]
+        .map(|of| StatedAndLearned { stated: 1e3 * of.stated, learned: 1e3 * of.learned });
+    let constant = budget.constant_scale.learned;
+    if budget.learned_from == massline_result::LearnedFrom::Residuals {
+        let of_hits = |of: &str, scale: f64, one: StatedAndLearned, unit: &str| match one.stated
+            > 0.0
+        {
+            true => format!(
+                "  {of} of hits and marks: {scale:.2} times the stated uncertainties (a single hit: {:.1} {unit}; stated: \
+                 {:.1} {unit})\n",
+                one.learned, one.stated
+            ),
+            false => {
+                format!("  {of} of hits and marks: {scale:.2} times the stated uncertainties\n")
+            }
+        };
+        return String::from(
+            "error budget, learned from what the answer leaves of these data (they hold fewer than three single hits at a DOF):\n",
+        ) + &of_hits("positions", learned.hit_position_scale, position, "mm")
+            + &of_hits("directions", learned.hit_direction_scale, direction, "mrad")
+            + &format!("  sensors: {constant:.2} times the stated uncertainties\n");
     }
-    let [position, direction] = stated_scatter(layout).map(|stated| 1e3 * stated);
-    let scales = &learned.scales;
     let mut text = String::from("error budget, learned from these data:\n");
     text += &if learned.scatter_degrees_of_freedom > 0 {
         format!(
-            "  you hit within {:.1} mm and {:.0} mrad (one standard deviation; stated: {position:.1} mm, \
-             {direction:.0} mrad)\n",
-            position * scales.hit_position,
-            direction * scales.hit_direction,
+            "  you hit within {:.1} mm and {:.0} mrad (one standard deviation; stated: {:.1} mm, {:.0} mrad)\n",
+            position.learned, direction.learned, position.stated, direction.stated
         )
     } else {
-        format!("  hits: as stated, {position:.1} mm and {direction:.0} mrad\n")
+        format!("  hits: as stated, {:.1} mm and {:.0} mrad\n", position.stated, direction.stated)
     };
-    text += &if learned.constant_log_variance > 0.0 {
-        format!("  sensors and marks: {:.2} times the stated uncertainties\n", scales.constant)
+    text += &if learned.constant_log_sigma > 0.0 {
+        format!("  sensors and marks: {constant:.2} times the stated uncertainties\n")
     } else {
         "  sensors and marks: as stated\n".to_owned()
     };
     text
-}
-
-/// The three factors that the residuals have taught.
-fn scales_text(scales: &BudgetScales<f64>, layout: &HostLayout) -> String {
-    let [position, direction] = stated_scatter(layout).map(|stated| 1e3 * stated);
-    let of_hits = |of: &str, scale: f64, stated: f64, unit: &str| match stated > 0.0 {
-        true => format!(
-            "  {of} of hits and marks: {scale:.2} times the stated uncertainties (a single hit: {:.1} {unit}; stated: \
-             {stated:.1} {unit})\n",
-            scale * stated
-        ),
-        false => format!("  {of} of hits and marks: {scale:.2} times the stated uncertainties\n"),
-    };
-    String::from(
-        "error budget, learned from what the answer leaves of these data (they hold fewer than three single hits at a DOF):\n",
-    ) + &of_hits("positions", scales.hit_position, position, "mm")
-        + &of_hits("directions", scales.hit_direction, direction, "mrad")
-        + &format!("  sensors: {:.2} times the stated uncertainties\n", scales.constant)
 }
 
 /// Root mean square over the hits of the stated scatter: position, m, and direction, rad.
@@ -96,7 +98,12 @@ fn stated_scatter(layout: &HostLayout) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use massline_shared::identify::maximum_likelihood::BudgetScales;
     use massline_shared::layout::Hit;
+
+    fn said(learned: &LearnedBudget<f64>) -> String {
+        budget_text(&error_budget(learned, &layout()), &learned_budget(learned))
+    }
 
     fn learned() -> LearnedBudget<f64> {
         let scales = BudgetScales { hit_position: 0.6, hit_direction: 0.56, constant: 1.5 };
@@ -119,14 +126,14 @@ mod tests {
 
     #[test]
     fn what_was_learned_stands_beside_what_was_stated() {
-        let text = budget_text(&learned(), &layout());
+        let text = said(&learned());
         let hits =
             "you hit within 1.8 mm and 28 mrad (one standard deviation; stated: 3.0 mm, 50 mrad)";
         assert!(text.contains(hits), "{text}");
         assert!(text.contains("1.50 times the stated"), "{text}");
-        let json = budget_json(&learned(), &layout());
-        assert!((json.hit_position_m.learned - 0.0018).abs() < 1e-12);
-        assert!((json.hit_direction_rad.stated - 0.05).abs() < 1e-12);
+        let told = error_budget(&learned(), &layout());
+        assert!((told.hit_position_m.learned - 0.0018).abs() < 1e-12);
+        assert!((told.hit_direction_rad.stated - 0.05).abs() < 1e-12);
     }
 
     #[test]
@@ -136,7 +143,7 @@ mod tests {
             learned_from: LearnedFrom::Residuals,
             ..learned()
         };
-        let text = budget_text(&of_residuals, &layout());
+        let text = said(&of_residuals);
         for part in [
             "fewer than three single hits",
             "positions of hits and marks: 0.60 times the stated uncertainties (a single hit: 1.8 mm; stated: 3.0 mm)",
@@ -146,9 +153,9 @@ mod tests {
             assert!(text.contains(part), "{text}");
         }
         assert!(!text.contains("you hit within") && !text.contains("as stated"), "{text}");
-        let json = budget_json(&of_residuals, &layout());
-        assert_eq!(json.learned_from, document::LearnedFrom::Residuals);
-        assert!((json.hit_direction_rad.learned - 0.028).abs() < 1e-12);
+        let told = error_budget(&of_residuals, &layout());
+        assert_eq!(told.learned_from, massline_result::LearnedFrom::Residuals);
+        assert!((told.hit_direction_rad.learned - 0.028).abs() < 1e-12);
     }
 
     #[test]
@@ -158,7 +165,7 @@ mod tests {
             constant_log_variance: 0.0,
             ..learned()
         };
-        let text = budget_text(&nothing, &layout());
+        let text = said(&nothing);
         assert_eq!(text.matches("as stated").count(), 2, "{text}");
     }
 }

@@ -13,22 +13,23 @@ use massline_shared::body::RigidBody;
 use massline_shared::layout::{Attached, HostLayout, Sensor, TestProfile};
 use nalgebra::{Matrix3, SVector};
 
-use crate::document::Unseen;
+use massline_result::Unseen;
 
 /// Mass on each sensor for which the effect is computed, kg.
 const GRAM: f64 = 0.001;
 
-/// The errors that a test with this layout cannot see. `body` is the answer.
-pub fn cannot_see(layout: &HostLayout, body: Option<&RigidBody<f64>>) -> Vec<Unseen> {
+/// The errors that a test with this layout cannot see. `body` is the answer, and `by_rig` says
+/// whether a rig has measured, which this program can calibrate.
+pub fn cannot_see(layout: &HostLayout, body: Option<&RigidBody<f64>>, by_rig: bool) -> Vec<Unseen> {
     let of = |(source, message): (&'static str, Option<String>)| {
-        message.map(|message| Unseen { source, message })
+        message.map(|message| Unseen { source: source.into(), message })
     };
     let all = [
         ("hammer_gain", hammer_gain(layout)),
         ("same_side_miss", Some(same_side_miss(layout))),
         ("lateral_force_or_free_moment", lateral_force(layout)),
         ("sensor_mass", sensor_mass(layout, body)),
-        ("nonlinearity", nonlinearity(layout)),
+        ("nonlinearity", nonlinearity(layout, by_rig)),
     ];
     all.into_iter().filter_map(of).collect()
 }
@@ -110,15 +111,19 @@ fn sensor_mass(layout: &HostLayout, body: Option<&RigidBody<f64>>) -> Option<Str
     ))
 }
 
-fn nonlinearity(layout: &HostLayout) -> Option<String> {
+fn nonlinearity(layout: &HostLayout, by_rig: bool) -> Option<String> {
     let count = layout.sensors.len().max(1) as f64;
     let square: f64 = layout.sensors.iter().map(|s| s.uncertainty.gain.powi(2)).sum();
     let gain = 100.0 * (square / count).sqrt();
     Some(match layout.test.profile {
         TestProfile::MassLine => format!(
             "nonlinearity of the converter (INL): a wrong slope near the rest level of a channel is a wrong gain of that \
-             channel, which the stated {gain:.2} % (1 sd) has to cover; `massline calibrate block` shows what differs \
-             between pushes from two sides",
+             channel, which the stated {gain:.2} % (1 sd) has to cover{}",
+            if by_rig {
+                "; `massline calibrate block` shows what differs between pushes from two sides"
+            } else {
+                ""
+            }
         ),
         TestProfile::Suspension => format!(
             "nonlinearity of the converter (INL) that differs between channels: the budget has {:.2} % (1 sd, \
@@ -190,8 +195,8 @@ mod tests {
         layout
     }
 
-    fn sources(layout: &HostLayout) -> Vec<&'static str> {
-        cannot_see(layout, None).iter().map(|of| of.source).collect()
+    fn sources(layout: &HostLayout) -> Vec<String> {
+        cannot_see(layout, None, true).into_iter().map(|of| of.source).collect()
     }
 
     #[test]
@@ -207,7 +212,7 @@ mod tests {
         // Then the sensors are calibrated against the hammer, and their gains contain it.
         layout.calibrated_hammer = true;
         assert_eq!(sources(&layout), always);
-        let said = |layout: &HostLayout| cannot_see_text(&cannot_see(layout, None));
+        let said = |layout: &HostLayout| cannot_see_text(&cannot_see(layout, None, true));
         assert!(!said(&layout).contains("exact"));
         layout.hits[0].uncertainty.node_position = 0.0;
         assert!(
@@ -220,7 +225,7 @@ mod tests {
         let mut layout = layout();
         layout.sensors.iter_mut().for_each(|sensor| sensor.senses_gravity = false);
         assert!(!has_undeclared_mass(&layout));
-        assert!(!sources(&layout).contains(&"sensor_mass"));
+        assert!(!sources(&layout).contains(&"sensor_mass".to_owned()));
     }
 
     #[test]
@@ -236,7 +241,7 @@ mod tests {
         // the 0.02 kg m² about y and z.
         assert!(effect.center < 1e-12);
         assert!((effect.inertia - 2e-5 / (0.02 - 2e-5)).abs() < 1e-12, "{}", effect.inertia);
-        let said = cannot_see(&layout(), Some(&body));
+        let said = cannot_see(&layout(), Some(&body), true);
         let message = &said.iter().find(|of| of.source == "sensor_mass").unwrap().message;
         assert!(message.contains("adds 2.0 g to the mass (+0.10 %)"), "{message}");
     }
@@ -244,7 +249,7 @@ mod tests {
     #[test]
     fn the_term_of_the_converter_is_that_of_the_profile() {
         let mut layout = layout();
-        let said = |layout: &HostLayout| cannot_see_text(&cannot_see(layout, None));
+        let said = |layout: &HostLayout| cannot_see_text(&cannot_see(layout, None, true));
         assert!(said(&layout).contains("which the stated 1.00 % (1 sd) has to cover"));
         layout.test.profile = TestProfile::Suspension;
         layout.converter_gain = 0.003;
@@ -256,7 +261,7 @@ mod tests {
 
     #[test]
     fn the_text_has_the_figures_of_the_budget() {
-        let text = cannot_see_text(&cannot_see(&layout(), None));
+        let text = cannot_see_text(&cannot_see(&layout(), None, true));
         assert!(text.starts_with("what this test cannot see:\n  "), "{text}");
         // 10 mrad and 1 mm are the defaults of a mark, 1 % that of a gain.
         assert!(text.contains("1.0 % of the force and 1.0 mm times it"), "{text}");

@@ -1,69 +1,44 @@
-//! What all methods say together, as a table and as JSON.
+//! What all methods say together, as part of a result and as tables.
 
 use std::ops::Range;
 
+use massline_result::{Doubt, Named, Properties, TestResult, Verdict};
 use massline_shared::body::INERTIAL_PARAMETERS;
-use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::identify::agreement::{Difference, Outcome};
 use massline_shared::identify::{Estimate, HALF_WIDTH_95, Method};
 use massline_shared::layout::HostLayout;
 use nalgebra::SVector;
 
 use super::{INERTIA_CONVENTION, as_exact_as, message_in, two_digits};
-use crate::document::{self, Properties};
 use crate::output::{Tone, align_right, table};
-use crate::suspension::{Comparison, Doubt};
-use crate::verdict::Verdict;
+use crate::suspension::Comparison;
 
-/// All answers with their standard deviations, the combined one, and whether they agree; empty for fewer than two. `judged` is
-/// the verdict on the best of them.
-pub fn comparison_text(
-    comparison: &Comparison,
-    estimates: &[Estimate<f64>],
-    layout: &HostLayout,
-    judged: Option<Verdict>,
-) -> String {
-    if estimates.len() < 2 {
+/// All answers of a result with their standard deviations, the combined one, and whether they agree; empty for fewer than two.
+pub fn agreement_text(result: &TestResult) -> String {
+    let (Some(agreement), [_, _, ..]) = (&result.agreement, result.results.as_slice()) else {
         return String::new();
-    }
-    let mut rows: Vec<Row> = estimates
-        .iter()
-        .map(|estimate| {
-            let method = estimate.method;
-            let place = comparison.methods.iter().position(|of| *of == Some(method));
-            let propagated = place.and_then(|place| comparison.sigmas[place]);
-            (method.name(), estimate.theta(), estimate.sigma().or(propagated))
-        })
-        .collect();
-    if let Some(agreement) = &comparison.agreement {
-        let sigma = agreement.covariance.diagonal().map(|v| v.max(0.0).sqrt());
-        rows.push(("combined", agreement.theta, Some(sigma)));
+    };
+    let of_method = |estimate: &massline_result::Estimate| {
+        (estimate.method.name(), estimate.theta(), estimate.complete_sigma())
+    };
+    let mut rows: Vec<Row> = result.results.iter().map(of_method).collect();
+    if let Some(combined) = &agreement.combined {
+        rows.push(("combined", combined.value.in_order(), Some(combined.sigma.in_order())));
     }
     let tables: String = [0..4, 4..7, 7..10].map(|columns| table_of(&rows, columns)).concat();
-    let distances = distances_from_global_fit(estimates);
-    let tone = tone(comparison, judged);
-    let verdict = tone.mark(verdict(comparison, estimates, layout, judged));
+    let tone = match (agreement.doubt, agreement.outcome.map(|of| of.0)) {
+        (Some(Doubt::Misfit), _) => Tone::Bad,
+        (_, Some(Outcome::Agree)) if result.verdict != Some(Verdict::DoNotUse) => Tone::Good,
+        _ => Tone::Warning,
+    };
     format!(
-        "all methods on the same data, the best first\n{tables}{INERTIA_CONVENTION}\n{verdict}\n{distances}"
+        "all methods on the same data, the best first (± sd)\n{tables}{INERTIA_CONVENTION}\n{}\n",
+        tone.mark(agreement.sentence.clone())
     )
 }
 
-/// How far the other methods are from the global fit where they have been warned of it; empty otherwise.
-fn distances_from_global_fit(estimates: &[Estimate<f64>]) -> String {
-    let distance = |estimate: &Estimate<f64>| {
-        let warned = |d: &&Diagnostic| d.code == Code::FlexibleModeAboveBand;
-        let share = estimate.diagnostics.iter().find(warned)?.value;
-        Some(format!("{} {:.1}", estimate.method.name(), 100.0 * share))
-    };
-    let all: Vec<String> = estimates.iter().filter_map(distance).collect();
-    if all.is_empty() {
-        return String::new();
-    }
-    format!("largest distance from the global fit, % of scale: {}\n", all.join(", "))
-}
-
 /// Name, values and standard deviations.
-type Row = (&'static str, SVector<f64, 10>, Option<SVector<f64, 10>>);
+type Row = (&'static str, [f64; 10], Option<[f64; 10]>);
 
 /// Some of the ten properties of every row, each with its standard deviation below.
 fn table_of(rows: &[Row], columns: Range<usize>) -> String {
@@ -76,8 +51,11 @@ fn table_of(rows: &[Row], columns: Range<usize>) -> String {
         let cells = columns.clone().zip(parameters).map(|(k, parameter)| {
             let factor = parameter.table_factor;
             let exact = sigma.map(|sigma| sigma[k] * factor);
-            let spread = exact.map_or("-".into(), |sigma| as_exact_as(sigma, exact));
-            format!("{}\n± {spread}", as_exact_as(theta[k] * factor, exact))
+            let value = as_exact_as(theta[k] * factor, exact);
+            match exact {
+                Some(sigma) => format!("{value}\n± {}", as_exact_as(sigma, exact)),
+                None => value,
+            }
         });
         all.add_row(std::iter::once((*name).to_owned()).chain(cells));
     }
@@ -88,18 +66,8 @@ fn table_of(rows: &[Row], columns: Range<usize>) -> String {
 /// has one as large.
 const HARDLY: f64 = 3.5;
 
-/// How a verdict sounds.
-fn tone(comparison: &Comparison, judged: Option<Verdict>) -> Tone {
-    match (comparison.doubt, &comparison.agreement) {
-        (None, Some(_)) if judged == Some(Verdict::DoNotUse) => Tone::Bad,
-        (Some(Doubt::Misfit), _) => Tone::Bad,
-        (None, Some(agreement)) if agreement.outcome() == Outcome::Agree => Tone::Good,
-        _ => Tone::Warning,
-    }
-}
-
 /// Whether the methods agree, or which ones are off.
-fn verdict(
+fn sentence(
     comparison: &Comparison,
     estimates: &[Estimate<f64>],
     layout: &HostLayout,
@@ -170,14 +138,14 @@ pub(super) fn difference_text(of: &Difference<f64>, [first, second]: [&str; 2]) 
     )
 }
 
-/// A difference of two methods with these names as JSON.
-pub(super) fn difference_json(
+/// A difference of two methods as part of a result.
+pub(super) fn pair(
     of: &Difference<f64>,
-    methods: [Option<&'static str>; 2],
-) -> document::Pair {
-    document::Pair {
+    methods: [Option<Named<Method>>; 2],
+) -> massline_result::Pair {
+    massline_result::Pair {
         methods,
-        property: INERTIAL_PARAMETERS[of.property].name,
+        property: INERTIAL_PARAMETERS[of.property].symbol.into(),
         difference: of.difference,
         sigma: of.sigma,
         significant: of.significant,
@@ -227,41 +195,41 @@ fn reason(method: Method, layout: &HostLayout) -> String {
     format!("{name} is off when {}", entry.off_when)
 }
 
-/// The comparison as JSON; `None` for fewer than two answers.
-pub fn comparison_json(
+/// What all methods say together, as part of a result; `None` for fewer than two. `judged` is the verdict on the best of them.
+pub fn agreement(
     comparison: &Comparison,
     estimates: &[Estimate<f64>],
     layout: &HostLayout,
     judged: Option<Verdict>,
-) -> Option<document::Agreement> {
+) -> Option<massline_result::Agreement> {
     if comparison.methods.iter().flatten().count() < 2 {
         return None;
     }
-    let name = |place: usize| method_at(comparison, place).map(Method::name);
+    let named = |place: usize| method_at(comparison, place).map(Named);
     let of_ten = |values: &SVector<f64, 10>| Properties::of((*values).into());
     let of_method = |(method, sigma): (&Option<Method>, &Option<SVector<f64, 10>>)| {
         let sigma = sigma.as_ref().map(of_ten);
-        method.map(|method| document::OfMethod { method: method.name(), sigma })
+        method.map(|method| massline_result::OfMethod { method: method.into(), sigma })
     };
     let agreement = comparison.agreement.as_ref();
     let combined = agreement.map(|agreement| {
         let sigma = agreement.covariance.diagonal().map(|v| v.max(0.0).sqrt());
-        document::Combined {
+        massline_result::Combined {
             value: of_ten(&agreement.theta),
             sigma: of_ten(&sigma),
             half_width95: of_ten(&(sigma * HALF_WIDTH_95)),
             between_methods: of_ten(&agreement.between),
         }
     });
-    let pair = |pair: &Difference<f64>| difference_json(pair, pair.methods.map(name));
+    let of_two = |of: &Difference<f64>| pair(of, of.methods.map(named));
     let outliers = agreement.iter().flat_map(|agreement| &agreement.outliers);
-    Some(document::Agreement {
-        outcome: agreement.map(|agreement| agreement.outcome().name()),
-        doubt: comparison.doubt.filter(|_| agreement.is_none()).map(Doubt::name),
-        off: outliers.filter_map(|place| name(*place)).collect(),
-        verdict: verdict(comparison, estimates, layout, judged),
+    Some(massline_result::Agreement {
+        outcome: agreement.map(|agreement| agreement.outcome().into()),
+        doubt: comparison.doubt.filter(|_| agreement.is_none()),
+        off: outliers.filter_map(|place| named(*place)).collect(),
+        sentence: sentence(comparison, estimates, layout, judged),
         methods: comparison.methods.iter().zip(&comparison.sigmas).filter_map(of_method).collect(),
         combined,
-        pairs: agreement.iter().flat_map(|agreement| agreement.pairs.iter().map(pair)).collect(),
+        pairs: agreement.iter().flat_map(|agreement| agreement.pairs.iter().map(of_two)).collect(),
     })
 }

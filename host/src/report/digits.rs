@@ -5,6 +5,11 @@ const MOST_DECIMALS: i32 = 12;
 /// Significant digits of a value whose uncertainty is not known.
 const WITHOUT_SIGMA: i32 = 4;
 
+/// A number, unless it stands for what is not known.
+pub fn known(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
 /// Decimals with which a number has this many significant digits.
 fn decimals(number: f64, digits: i32) -> usize {
     let first = number.abs().log10().floor() as i32;

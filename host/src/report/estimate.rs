@@ -1,16 +1,20 @@
-//! One estimate of the ten properties as JSON.
+//! One estimate of the ten properties as part of a result.
 
 use std::array::from_fn;
 
+use massline_result::{Properties, Spread};
+use massline_shared::diagnosis::Diagnostic;
 use massline_shared::identify::Estimate;
 use nalgebra::Matrix3;
 
-use super::budget::learned_json;
-use super::{diagnostics_json, message};
-use crate::document::{self, Properties, Spread};
+use super::budget::learned_budget;
+use super::{findings, known};
 
 /// An entry of `results`.
-pub fn estimate_json(estimate: &Estimate<f64>) -> document::Estimate {
+pub fn estimate_of(
+    estimate: &Estimate<f64>,
+    message_of: impl Fn(&Diagnostic) -> String,
+) -> massline_result::Estimate {
     let Estimate { body, covariance, .. } = estimate;
     let sigma: Option<[f64; 10]> = estimate.sigma().map(Into::into);
     let principal = body.principal();
@@ -18,8 +22,8 @@ pub fn estimate_json(estimate: &Estimate<f64>) -> document::Estimate {
         let [.., xx, yy, zz, xy, xz, yz] = s;
         [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
     });
-    document::Estimate {
-        method: estimate.method.name(),
+    massline_result::Estimate {
+        method: estimate.method.into(),
         mass_kg: Spread { value: body.mass, sigma: sigma.map(|s| s[0]) },
         center_of_mass_m: Spread {
             value: body.center_of_mass.into(),
@@ -28,20 +32,20 @@ pub fn estimate_json(estimate: &Estimate<f64>) -> document::Estimate {
         inertia_kg_m2: Spread { value: rows(&body.inertia), sigma: sigma_tensor },
         interval95: intervals(estimate),
         covariance: covariance.map(|c| from_fn(|i| from_fn(|j| c[(i, j)]))),
-        principal_moments_kg_m2: document::PrincipalMoments {
+        principal_moments_kg_m2: massline_result::PrincipalMoments {
             value: principal.map(|p| p.moments.into()),
             sigma: estimate.principal_moment_sigmas().map(Into::into),
         },
         principal_axes: principal.map(|p| rows(&p.axes)),
         physically_consistent: body.is_physically_consistent(),
-        condition: estimate.condition,
-        chi_squared: estimate.consistency.map(|c| document::ChiSquared {
+        condition: known(estimate.condition),
+        chi_squared: estimate.consistency.map(|c| massline_result::ChiSquared {
             value: c.chi_squared,
             degrees_of_freedom: c.degrees_of_freedom,
             reduced: c.reduced(),
         }),
-        learned_budget: estimate.learned.as_ref().map(learned_json),
-        diagnostics: diagnostics_json(&estimate.diagnostics, message),
+        learned_budget: estimate.learned.as_ref().map(learned_budget),
+        diagnostics: findings(&estimate.diagnostics, message_of),
     }
 }
 
@@ -59,6 +63,7 @@ fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::message;
     use massline_shared::body::RigidBody;
     use massline_shared::diagnosis::Diagnostics;
     use massline_shared::identify::{HALF_WIDTH_95, Method};
@@ -82,7 +87,7 @@ mod tests {
 
     #[test]
     fn principal_moments_ascend_and_axes_are_columns() {
-        let json: Value = json!(estimate_json(&estimate()));
+        let json: Value = json!(estimate_of(&estimate(), message));
         let moments = &json["principal_moments_kg_m2"];
         for (k, (value, sigma)) in [(2.0, 6.0), (3.0, 5.0), (4.0, 7.0)].into_iter().enumerate() {
             // The tolerance covers the rounding of an eigenvalue problem in double precision.
@@ -96,15 +101,15 @@ mod tests {
 
     #[test]
     fn intervals_are_about_the_value_of_their_name() {
-        let json: Value = json!(estimate_json(&estimate()));
-        let [low, high] = [0, 1].map(|k| json["interval95"]["cz"][k].as_f64().unwrap());
+        let json: Value = json!(estimate_of(&estimate(), message));
+        let [low, high] = [0, 1].map(|k| json["interval95"]["c_z"][k].as_f64().unwrap());
         assert!((low + high + 0.25).abs() < 1e-12, "{json}");
         assert!((high - low - 8.0 * HALF_WIDTH_95).abs() < 1e-12, "{json}");
     }
 
     #[test]
     fn without_covariance_there_is_no_sigma() {
-        let json: Value = json!(estimate_json(&Estimate { covariance: None, ..estimate() }));
+        let json: Value = json!(estimate_of(&Estimate { covariance: None, ..estimate() }, message));
         assert!(json["covariance"].is_null() && json["interval95"].is_null());
         assert!(json["mass_kg"]["sigma"].is_null());
         assert!(json["principal_moments_kg_m2"]["sigma"].is_null());

@@ -1,13 +1,13 @@
-//! What the global fit finds besides the ten properties, as text and JSON.
+//! What the global fit finds besides the ten properties, as part of a result and as text.
 
 use massline_shared::identify::REJECTION_Z;
 use massline_shared::identify::global_fit::GlobalFitSolution;
 use nalgebra::Matrix6;
 
-use crate::document::GlobalFit;
+use massline_result::GlobalFit;
 
 /// How many terms the suspension needed; empty for stiffness and damping alone.
-pub fn global_fit_text(found: &GlobalFitSolution<f64>) -> String {
+pub fn global_fit_text(found: &GlobalFit) -> String {
     let z = found.extra_terms_z.iter().flatten().next().copied().unwrap_or_default();
     let terms = match found.extra_terms {
         0 => return String::new(),
@@ -20,7 +20,7 @@ pub fn global_fit_text(found: &GlobalFitSolution<f64>) -> String {
 }
 
 /// Stiffness and damping about the origin of the body frame, extra terms and noise.
-pub fn global_fit_json(found: &GlobalFitSolution<f64>) -> GlobalFit {
+pub fn global_fit(found: &GlobalFitSolution<f64>) -> GlobalFit {
     GlobalFit {
         stiffness: rows(&found.stiffness),
         damping: found.damping.as_ref().map(rows),

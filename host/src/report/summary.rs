@@ -1,14 +1,11 @@
 //! A result in one line: for lists of results on a rig and of archives.
 
-use massline_protocol::object::MeasurementResult;
-use massline_shared::diagnosis::Diagnostic;
-use serde::Deserialize;
+use massline_result::{Estimate, SolvedBy, Spread, TestResult, Verdict};
+use massline_shared::diagnosis::Severity;
 
-use super::{estimates_of, with_sigma};
-use crate::clock;
-use crate::document::{self, Spread};
-use crate::output::{Output, Tone};
-use crate::verdict::Verdict;
+use super::{as_exact_as, with_sigma};
+use crate::document;
+use crate::output::KEPT;
 
 /// What a list says about a result.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,28 +14,10 @@ pub struct Summary {
     pub title: String,
     /// When the campaign was started, RFC 3339; `None` when the rig was not told the time.
     pub measured: Option<String>,
-    /// The best answer.
-    pub best: Option<BestAnswer>,
+    /// Name of the method of the answer, and the mass by it.
+    pub answer: Option<(&'static str, Spread<f64>)>,
     /// The verdict.
     pub verdict: ResultVerdict,
-}
-
-/// The best answer to a test, as a list shows it.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct BestAnswer {
-    /// Name of the method.
-    pub method: String,
-    /// The mass.
-    pub mass_kg: Spread<f64>,
-}
-
-impl BestAnswer {
-    fn of_rig(result: &MeasurementResult) -> Option<Self> {
-        let best = estimates_of(result).into_iter().next()?;
-        let sigma = best.sigma().map(|sigma| sigma[0]);
-        let mass_kg = Spread { value: best.body.mass, sigma };
-        Some(Self { method: best.method.name().into(), mass_kg })
-    }
 }
 
 /// Whether a result can be used.
@@ -70,49 +49,44 @@ impl ResultVerdict {
             Self::NoAnswer => "no_answer",
         }
     }
-
-    fn tone(self) -> Tone {
-        match self {
-            Self::Answered(Verdict::Good) => Tone::Good,
-            Self::Answered(Verdict::UseWithCare) | Self::Unsolved => Tone::Warning,
-            Self::Answered(Verdict::DoNotUse) | Self::NoAnswer => Tone::Bad,
-        }
-    }
 }
 
 impl Summary {
-    /// The summary of a rig's result with the verdict on its answer.
-    pub fn of(result: &MeasurementResult, verdict: Option<Verdict>) -> Self {
-        let best = BestAnswer::of_rig(result);
-        let has_error = result.diagnostics.iter().any(Diagnostic::is_error);
-        let verdict = match verdict {
-            Some(verdict) => ResultVerdict::Answered(verdict),
-            None if !result.lines.is_empty() && !has_error => ResultVerdict::Unsolved,
-            None => ResultVerdict::NoAnswer,
-        };
-        let title = result.head.title.as_str().to_owned();
-        Self { title, measured: clock::moment(result.head.started_unix_s), best, verdict }
+    /// The summary of a result.
+    pub fn of(result: &TestResult) -> Self {
+        let has_error = result.diagnostics.iter().any(|of| of.severity == Severity::Error);
+        let is_unsolved = result.solved_by == SolvedBy::Rig && !result.lines.is_empty();
+        Self {
+            title: result.title.clone(),
+            measured: result.measured.clone(),
+            answer: result.answer().map(|answer| (answer.method.name(), mass_of(answer))),
+            verdict: match result.verdict {
+                Some(verdict) => ResultVerdict::Answered(verdict),
+                None if is_unsolved && !has_error => ResultVerdict::Unsolved,
+                None => ResultVerdict::NoAnswer,
+            },
+        }
     }
 
     /// The summary as an object.
-    pub fn to_json(&self) -> document::Summary {
+    pub fn document(&self) -> document::Summary {
         document::Summary {
             title: self.title.clone(),
             measured: self.measured.clone(),
-            method: self.best.as_ref().map(|best| best.method.clone()),
-            mass_kg: self.best.as_ref().map(|best| best.mass_kg),
+            method: self.answer.map(|(method, _)| method.to_owned()),
+            mass_kg: self.answer.map(|(_, mass)| mass),
             verdict: self.verdict.name(),
         }
     }
 
     /// The columns title, measured, method, mass and verdict of a table.
-    pub fn columns(&self, output: &Output) -> [String; 5] {
-        let mass = |best: &BestAnswer| {
-            let Spread { value, sigma } = best.mass_kg;
-            match sigma.filter(|sigma| sigma.is_finite()) {
+    pub fn columns(&self) -> [String; 5] {
+        let mass = |Spread { value, sigma }: Spread<f64>| {
+            let mass = match sigma.filter(|sigma| sigma.is_finite()) {
                 Some(sigma) => format!("{} kg", with_sigma(value, sigma)),
-                None => format!("{value:.4} kg"),
-            }
+                None => format!("{} kg", as_exact_as(value, None)),
+            };
+            mass.replace(' ', &KEPT.to_string())
         };
         let or_dash = |text: Option<String>| text.unwrap_or_else(|| "–".into());
         // To the minute: 2026-11-24 08:30.
@@ -120,9 +94,15 @@ impl Summary {
         [
             self.title.clone(),
             or_dash(self.measured.as_ref().map(minute)),
-            or_dash(self.best.as_ref().map(|best| best.method.clone())),
-            or_dash(self.best.as_ref().map(mass)),
-            output.toned(self.verdict.text(), self.verdict.tone()),
+            or_dash(self.answer.map(|(method, _)| method.to_owned())),
+            or_dash(self.answer.map(|(_, of)| mass(of))),
+            self.verdict.text().to_owned(),
         ]
     }
+}
+
+/// The mass with its standard deviation, unless that covers the scatter between hits only.
+fn mass_of(answer: &Estimate) -> Spread<f64> {
+    let sigma = answer.mass_kg.sigma.filter(|_| !answer.covers_scatter_only());
+    Spread { sigma, ..answer.mass_kg }
 }

@@ -1,97 +1,105 @@
 //! The ten properties as a table for people.
 
+use massline_result::Estimate;
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter, scale};
-use massline_shared::identify::Estimate;
-use nalgebra::SVector;
 
-use crate::output;
-
-use super::{as_exact_as, message, sentences, with_sigma};
+use super::{as_exact_as, two_digits, with_sigma};
+use crate::output::{self, Table};
 
 /// What stands under every table of the ten properties. Books differ in the sign of a product of inertia.
 pub const INERTIA_CONVENTION: &str = "J about the centre of mass, body axes; J_xy = −∫xy dm";
 
-/// Expected values to compare an estimate with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Truth {
-    /// The ten properties, each when known.
-    pub properties: [Option<f64>; 10],
-    /// Characteristic length of the layout, m: errors are in % of [m, L, L, L, m L² × 6].
-    pub length: f64,
+/// The values that are 100 % of the ten properties: m, L, L, L and m L² (six times), with the expected mass where one is stated.
+/// `None` where L, m, is not known.
+pub fn scale_of(
+    estimate: &Estimate,
+    expected: &[Option<f64>; 10],
+    length: Option<f64>,
+) -> Option<[f64; 10]> {
+    let mass = expected[0].unwrap_or(estimate.mass_kg.value);
+    length.filter(|length| *length > 0.0).map(|length| scale(mass, length).into())
 }
 
-impl Truth {
-    /// The values that correspond to 100 % of scale; the mass is the expected one, else that of the estimate.
-    fn scale(&self, estimate: &Estimate<f64>) -> [f64; 10] {
-        let [mass, ..] = self.properties;
-        scale(mass.unwrap_or(estimate.body.mass), self.length).into()
-    }
-}
-
-/// The ten properties with units, standard deviations and, beside expected values, errors in % of scale; then
-/// the principal moments and the diagnostics.
-pub fn table(estimate: &Estimate<f64>, truth: Option<&Truth>) -> String {
+/// The ten properties with half the widths of their 95 % intervals, in units and in % of scale, and beside them what is
+/// expected and the error in % of scale. `length` is L, m.
+pub fn table(estimate: &Estimate, expected: &[Option<f64>; 10], length: Option<f64>) -> Table {
+    let scale = scale_of(estimate, expected, length);
+    let has_expected = expected.iter().any(Option::is_some);
+    let half_name = if estimate.covers_scatter_only() { "± scatter" } else { "± 95 %" };
     let mut table = output::table();
-    let mut header = vec!["", "value", "± sd", "± 95 %", "unit"];
-    if truth.is_some() {
-        header.extend(["expected", "error, % of scale"]);
+    let mut header = vec!["", "value", half_name, "unit"];
+    if scale.is_some() {
+        header.insert(3, "%");
     }
+    if has_expected {
+        header.push("expected");
+        header.extend(scale.map(|_| "error, %"));
+    }
+    let columns = header.len();
     table.set_header(header);
-    let sigma = estimate.sigma();
-    for (k, (parameter, value)) in INERTIAL_PARAMETERS.iter().zip(&estimate.theta()).enumerate() {
+    let (theta, sigma, half) = (estimate.theta(), estimate.sigma(), estimate.half_widths());
+    for (k, parameter) in INERTIAL_PARAMETERS.iter().enumerate() {
         let &InertialParameter { symbol, table_unit: unit, table_factor: factor, .. } = parameter;
         let exact = sigma.map(|sigma| sigma[k] * factor);
         let number = |si: f64| as_exact_as(si * factor, exact);
-        let spread = |of_ten: Option<SVector<f64, 10>>| {
-            of_ten.map_or("-".to_owned(), |of_ten| number(of_ten[k]))
-        };
-        let (sd, half) = (spread(sigma), spread(estimate.half_widths()));
-        let mut row = vec![symbol.to_owned(), number(*value), sd, half, unit.into()];
-        if let Some(truth) = truth {
-            match truth.properties[k] {
-                Some(expected) => {
-                    let error = 100.0 * (value - expected) / truth.scale(estimate)[k];
-                    row.extend([number(expected), format!("{error:+.3}")]);
-                }
-                None => row.extend(["-".to_owned(), "-".to_owned()]),
+        let percent = |si: f64| scale.map(|scale| 100.0 * si / scale[k]);
+        let spread = half.map_or("-".to_owned(), |half| number(half[k]));
+        let mut row = vec![symbol.to_owned(), number(theta[k]), spread];
+        if scale.is_some() {
+            let relative = half.and_then(|half| percent(half[k]));
+            row.push(relative.map_or("-".into(), two_digits));
+        }
+        row.push(unit.into());
+        if has_expected {
+            row.push(expected[k].map_or("-".into(), number));
+            if scale.is_some() {
+                let error = expected[k].and_then(|of| percent(theta[k] - of));
+                row.push(error.map_or("-".into(), error_percent));
             }
         }
         table.add_row(row);
     }
-    output::align_right(&mut table, [1, 2, 3, 5, 6]);
-    let mut text = format!("{table}\n{INERTIA_CONVENTION}\n{}", principal_line(estimate));
-    text += &format!("{}, condition {:.3}\n", estimate.method.name(), estimate.condition);
-    if sigma.is_none() {
-        text += "sd: not known from these data\n";
-    }
-    if !estimate.body.is_physically_consistent() {
-        text += "not physically consistent: no real body has these properties\n";
-    }
-    text + &sentences(&estimate.diagnostics, message)
+    let unit = if scale.is_some() { 4 } else { 3 };
+    output::align_right(&mut table, (1..columns).filter(|column| *column != unit));
+    table
 }
 
-fn principal_line(estimate: &Estimate<f64>) -> String {
-    let Some(principal) = estimate.body.principal() else { return String::new() };
-    let sigma = estimate.principal_moment_sigmas();
-    let moments: Vec<String> = (0..3)
-        .map(|k| {
-            let value = principal.moments[k] * 1e3;
-            sigma.map_or_else(|| as_exact_as(value, None), |s| with_sigma(value, s[k] * 1e3))
-        })
-        .collect();
-    format!("principal moments: {} g m²\n", moments.join(", "))
+/// An error in % of scale.
+pub fn error_percent(error: f64) -> String {
+    // Adding zero takes the sign from a negative zero.
+    format!("{:+.2}", (100.0 * error).round() / 100.0 + 0.0)
+}
+
+/// What the per cent of a table are of; `expected` says whether the mass is the expected one.
+pub fn scale_text(length: f64, is_expected: bool) -> String {
+    let mass = if is_expected { "the expected m" } else { "m" };
+    format!("%: of {mass}, L and m L²; L = {:.1} mm, rms distance of the sensors", 1e3 * length)
+}
+
+/// The principal moments with half the widths of their 95 % intervals; empty without real ones.
+pub fn principal_text(estimate: &Estimate) -> String {
+    let Some(moments) = estimate.principal_moments_kg_m2.value else { return String::new() };
+    let half = estimate.principal_half_widths();
+    let moment = |k: usize| {
+        let value = moments[k] * 1e3;
+        half.map_or_else(|| as_exact_as(value, None), |half| with_sigma(value, half[k] * 1e3))
+    };
+    format!("principal moments: {} g m²\n", [0, 1, 2].map(moment).join(", "))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use massline_shared::body::RigidBody;
     use massline_shared::diagnosis::Diagnostics;
-    use massline_shared::identify::Method;
+    use massline_shared::identify::{self, Method};
+    use nalgebra::SVector;
 
-    fn estimate() -> Estimate<f64> {
+    use super::*;
+    use crate::report::{estimate_of, message};
+
+    fn estimate() -> Estimate {
         let theta = [2.0, 0.1, 0.2, 0.3, 0.03, 0.02, 0.04, 0.0, 0.0, 0.001];
-        Estimate {
+        let estimate = identify::Estimate {
             method: Method::InertiaRestraint,
             body: RigidBody::from_theta(&SVector::from(theta)),
             covariance: None,
@@ -99,39 +107,33 @@ mod tests {
             consistency: None,
             learned: None,
             diagnostics: Diagnostics::new(),
-        }
+        };
+        estimate_of(&estimate, message)
+    }
+
+    fn row(text: &str, symbol: &str) -> String {
+        text.lines().find(|line| line.contains(symbol)).unwrap().to_owned()
     }
 
     #[test]
     fn errors_are_in_percent_of_mass_length_and_mass_times_length_squared() {
-        let mut properties = <[f64; 10]>::from(estimate().theta()).map(Some);
+        let mut expected = estimate().theta().map(Some);
         // 1 % of 2 kg; 1 % of 0.5 m; 1 % of 2 kg (0.5 m)².
-        properties[0] = Some(2.0 / 1.01);
-        properties[1] = Some(0.095);
-        properties[9] = None;
-        let text = table(&estimate(), Some(&Truth { properties, length: 0.5 }));
-        let row = |symbol: &str| text.lines().find(|l| l.contains(symbol)).unwrap().to_owned();
-        assert!(row(" m ").contains("+1.000"), "{text}");
-        assert!(row("c_x").contains("+1.000"), "{text}");
-        assert!(row("c_y").contains("0.000"), "{text}");
-        assert!(row("J_yz").trim_end().ends_with('-'), "{text}");
-    }
-
-    #[test]
-    fn the_convention_of_the_inertia_stands_under_the_table() {
-        let text = table(&estimate(), None);
-        let (_, below) = text.split_once("J_yz").unwrap();
-        assert!(
-            below.contains("\nJ about the centre of mass, body axes; J_xy = −∫xy dm\n"),
-            "{text}"
-        );
+        expected[0] = Some(2.0 / 1.01);
+        expected[1] = Some(0.095);
+        expected[9] = None;
+        let text = table(&estimate(), &expected, Some(0.5)).to_string();
+        assert!(row(&text, " m ").contains("+1.00"), "{text}");
+        assert!(row(&text, "c_x").contains("+1.00"), "{text}");
+        assert!(row(&text, "c_y").contains("+0.00"), "{text}");
+        assert!(row(&text, "J_yz").trim_end().ends_with('-'), "{text}");
     }
 
     #[test]
     fn values_are_shown_in_their_units() {
-        let text = table(&estimate(), None);
-        assert!(text.lines().any(|l| l.contains("c_x") && l.contains("100.0 ")), "{text}");
-        assert!(text.lines().any(|l| l.contains("J_xx") && l.contains("30.00 ")), "{text}");
-        assert!(text.contains("sd: not known"), "{text}");
+        let text = table(&estimate(), &[None; 10], None).to_string();
+        assert!(row(&text, "c_x").contains("100.0 "), "{text}");
+        assert!(row(&text, "J_xx").contains("30.00 "), "{text}");
+        assert!(!text.contains('%') || text.contains("± 95 %"), "{text}");
     }
 }

@@ -49,7 +49,7 @@ pub(super) fn better_hit(row: &ModeRow, layout: &HostLayout) -> Option<(f64, Pla
 /// What is said of a mode, counted from 1, that no hit shows well.
 pub(crate) fn hardly_shown(mode: usize, shown: f64, better: &dyn fmt::Display) -> String {
     format!(
-        "mode {mode} hardly shows under any hit ({:.0} % of the largest possible): hit {better}",
+        "mode {mode} hardly shows under any hit ({:.0} % of the largest possible): hit {better} (axes of the body)",
         100.0 * shown
     )
 }
@@ -64,7 +64,10 @@ pub(crate) fn do_not_show(missing: usize) -> String {
 
 /// What is said of modes that do not show.
 pub(crate) fn not_shown(missing: usize, new: &dyn fmt::Display) -> String {
-    format!("{}: hit {new}, a force unlike those of the hits so far", do_not_show(missing))
+    format!(
+        "{}: hit {new} (axes of the body), a force unlike those of the hits so far",
+        do_not_show(missing)
+    )
 }
 
 /// A hit whose force and torque are least like those of all hits so far; `None` when these span all six directions.

@@ -2,10 +2,8 @@
 
 use massline_shared::layout::{Dof, RIG_SENSORS};
 use nalgebra::Complex;
-use serde::Deserialize;
-use serde_json::Value;
 
-use super::{LAYOUT_NEEDED, ResultFile};
+use super::ResultFile;
 use crate::archive::{Archive, ArchivedSpectra};
 use crate::error::{Error, Result};
 use crate::identification::lines_of;
@@ -87,11 +85,10 @@ impl ResultFile {
             let text = format!(
                 "{name}: the layout says which responses are those of the test; give it with --layout"
             );
-            return Err(Error::input(LAYOUT_NEEDED, text));
+            return Err(Error::input("layout_needed", text));
         };
         let measured = responses_of(layout, uff, quantity)?;
-        let bands =
-            layout.hits.iter().map(|hit| self.band_of(hit.dof)).collect::<Result<Vec<_>>>()?;
+        let bands = layout.hits.iter().map(|hit| self.band_of(hit.dof));
         let each = layout.hits.iter().zip(measured.hits).zip(bands).enumerate();
         let responses = each.map(|(place, ((hit, of_hit), band))| DofResponses {
             dof: hit.dof,
@@ -107,19 +104,15 @@ impl ResultFile {
         Ok(())
     }
 
-    /// What the document says about the band of a DOF.
-    fn band_of(&self, dof: Dof) -> Result<Band> {
-        let lines = self.document["mass_lines"].as_array().into_iter().flatten();
-        let of_dof = lines.into_iter().find(|of| of["dof"] == dof.to_string());
-        let numbers = |value: &Value| Vec::<f64>::deserialize(value).ok();
-        let lines = of_dof.and_then(|of| numbers(&of["accelerance_m_per_s2_per_n"]));
-        let ends = <[f64; 2]>::deserialize(&self.document["band_hz"]).ok();
+    /// What the result says about the band of a DOF.
+    fn band_of(&self, dof: Dof) -> Band {
+        let lines = self.result.mass_lines.iter().find(|of| of.dof == dof.to_string());
         let is_band = |ends: &[f64; 2]| 0.0 <= ends[0] && ends[0] < ends[1] && ends[1] <= 1e6;
-        if let Some((ends, lines)) = ends.filter(is_band).zip(lines) {
-            return Ok(Band::MassLines(ends, lines));
+        if let Some((ends, lines)) = self.result.band_hz.filter(is_band).zip(lines) {
+            return Band::MassLines(ends, lines.accelerance_m_per_s2_per_n.clone());
         }
         let expected = || self.layout().map_or([10.0, 120.0], |layout| layout.test.expected_band());
-        Ok(Band::Suspension(self.modes()?.map_or_else(expected, |modes| modes.band_hz)))
+        Band::Suspension(self.result.suspension.as_ref().map_or_else(expected, |of| of.band_hz))
     }
 }
 

@@ -13,10 +13,10 @@ use super::pace::Pace;
 pub use super::pages::AnswerSoFar;
 use super::pages::Pages;
 use crate::client::DofSpectra;
-use crate::document::ModesSoFar;
 use crate::precision::PrecisionReport;
 use crate::readings::Readings;
 use crate::report::HitSaid;
+use massline_result::ModesSoFar;
 
 /// Characters of a title that are kept: more than any terminal shows in a line.
 const TITLE: usize = 300;

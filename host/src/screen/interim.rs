@@ -33,7 +33,7 @@ impl InterimEstimate {
                 .map(|(of, (value, half))| {
                     let [value, half] = [value, half].map(|number| number * of.table_factor);
                     let number = as_exact_as(value, Some(half));
-                    [of.name.into(), number, two_digits(half), of.table_unit.into()]
+                    [of.symbol.into(), number, two_digits(half), of.table_unit.into()]
                 })
                 .collect::<Vec<_>>()
         });

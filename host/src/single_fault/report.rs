@@ -1,31 +1,29 @@
-//! An examination as JSON, as diagnostics and as sentences.
+//! An examination as part of a result, and in sentences.
 
 use massline_shared::diagnosis::{Code, Severity};
 use massline_shared::identify::Consistency;
 use massline_shared::identify::maximum_likelihood::BudgetScales;
 use massline_shared::identify::single_fault::SingleFault;
 use massline_shared::layout::{AXIS_LETTERS, HostLayout};
-use serde_json::{Value, json};
 
 use super::{Examination, FaultSize, Mistake, Outcome, SizedFault, Suspect, words};
-use crate::document::{self, Fault, Finding, Spread};
-use crate::report::{estimate_json, table};
+use massline_result::{Fault, FaultOutcome, Finding, Spread};
+
+use crate::report::{estimate_of, message_in};
 
 /// Largest number of mistakes of a kind that a text names; the JSON names all.
 const MAX_LISTED: usize = 6;
-/// Largest number of suspects whose corrected properties are printed; the JSON has all.
-const MAX_TABLES: usize = 3;
 
 impl Examination {
     /// The suspected mistakes with their χ², the runner-up, and the mistakes that the data would not reveal.
-    pub fn to_json(&self, layout: &HostLayout) -> document::SingleFaults {
-        let suspect = |s: &Suspect| suspect_json(s, layout);
-        document::SingleFaults {
+    pub fn single_faults(&self, layout: &HostLayout) -> massline_result::SingleFaults {
+        let suspect = |s: &Suspect| suspect_in(s, layout);
+        massline_result::SingleFaults {
             outcome: match self.outcome {
-                Outcome::NothingSuspicious => "nothing_suspicious",
-                Outcome::Suspected(_) => "suspected",
-                Outcome::LargerErrors(_) => "larger_errors",
-                Outcome::Unexplained => "unexplained",
+                Outcome::NothingSuspicious => FaultOutcome::NothingSuspicious,
+                Outcome::Suspected(_) => FaultOutcome::Suspected,
+                Outcome::LargerErrors(_) => FaultOutcome::LargerErrors,
+                Outcome::Unexplained => FaultOutcome::Unexplained,
             },
             chi_squared: self.plain.map(|c| c.chi_squared),
             degrees_of_freedom: self.plain.map(|c| c.degrees_of_freedom),
@@ -33,64 +31,29 @@ impl Examination {
             suspects: self.suspects().iter().map(suspect).collect(),
             runner_up: self.runner_up.as_ref().map(suspect),
             errors_over_stated: match &self.outcome {
-                Outcome::LargerErrors(scales) => Some(document::ErrorsOverStated {
+                Outcome::LargerErrors(scales) => Some(massline_result::ErrorsOverStated {
                     hit_position: scales.hit_position,
                     hit_direction: scales.hit_direction,
                     constant: scales.constant,
                 }),
                 _ => None,
             },
-            not_tried: self.untried.iter().map(|fault| fault_json(fault, layout)).collect(),
+            not_tried: self.untried.iter().map(|fault| fault_in(fault, layout)).collect(),
             not_visible: self
                 .hidden
                 .as_ref()
-                .map(|hidden| hidden.iter().map(|fault| fault_json(fault, layout)).collect()),
+                .map(|hidden| hidden.iter().map(|fault| fault_in(fault, layout)).collect()),
         }
     }
 
     /// Entries for the diagnostics of a result.
-    pub fn diagnostics_json(&self, layout: &HostLayout) -> Vec<Finding> {
+    pub fn findings(&self, layout: &HostLayout) -> Vec<Finding> {
         let entry = |(code, severity, message): (Code, Severity, String)| Finding {
-            code: code.name().to_owned(),
-            severity: severity.name(),
+            code: code.into(),
+            severity: severity.into(),
             message,
         };
         self.said(layout).into_iter().map(entry).collect()
-    }
-
-    /// Adds the examination to the object of an error: `single_faults`, and entries in `diagnostics`.
-    pub fn add_to(&self, value: &mut Value, layout: &HostLayout) {
-        value["single_faults"] = json!(self.to_json(layout));
-        let said = self.diagnostics_json(layout).into_iter().map(|found| json!(found));
-        match &mut value["diagnostics"] {
-            Value::Array(diagnostics) => diagnostics.extend(said),
-            other => *other = said.collect(),
-        }
-    }
-
-    /// The examination as text, a line for each finding.
-    pub fn to_text(&self, layout: &HostLayout) -> String {
-        let said = self.said(layout);
-        let mut text = String::new();
-        if self.outcome == Outcome::NothingSuspicious
-            && let Some(plain) = self.plain
-        {
-            text +=
-                &format!("single mistakes: nothing suspicious ({})\n", chi_squared_text(&plain));
-        }
-        for (_, severity, message) in said {
-            text += &format!("{}: {message}\n", severity.name());
-        }
-        for suspect in self.suspects().iter().take(MAX_TABLES) {
-            if let Some(corrected) = &suspect.corrected {
-                text += &format!(
-                    "what the ten properties would be (not the answer of this test) if {}:\n{}",
-                    words::condition(suspect, layout),
-                    table(corrected, None)
-                );
-            }
-        }
-        text
     }
 
     fn said(&self, layout: &HostLayout) -> Vec<(Code, Severity, String)> {
@@ -140,25 +103,30 @@ impl Examination {
         if let Some(next) = &self.runner_up {
             text += &format!("; next best: {}", with_chi_squared(next, layout));
         }
-        // Names of sensors and hits are those of the recorded data, so that a layout with others does not go with them.
-        let is_of_positions = |suspect: &Suspect| match suspect.mistake {
-            // The axes of a layout are right-handed.
-            Mistake::Listed(SingleFault::SensorAxes { reads, .. }) => reads.is_turn(),
-            Mistake::Listed(fault) => matches!(fault, SingleFault::NodesSwapped { .. }),
-            Mistake::Sized(sized) => matches!(
-                sized.fault,
-                SizedFault::NodeCoordinate { .. } | SizedFault::HitDisplaced { .. }
-            ),
-        };
-        text += "; put it right and measure again";
-        if is_of_positions(best) || tied.iter().any(is_of_positions) {
-            text += ", or correct the layout";
-        }
+        text += advice_on(self.suspects());
         text
     }
 
     fn plain_text(&self) -> String {
         self.plain.as_ref().map_or("no fit at all".into(), chi_squared_text)
+    }
+}
+
+/// What to do about one of these mistakes, as a further clause.
+pub(crate) fn advice_on(suspects: &[Suspect]) -> &'static str {
+    // Names of sensors and hits are those of the recorded data, so that a layout with others does not go with them.
+    let is_of_positions = |suspect: &Suspect| match suspect.mistake {
+        // The axes of a layout are right-handed.
+        Mistake::Listed(SingleFault::SensorAxes { reads, .. }) => reads.is_turn(),
+        Mistake::Listed(fault) => matches!(fault, SingleFault::NodesSwapped { .. }),
+        Mistake::Sized(sized) => matches!(
+            sized.fault,
+            SizedFault::NodeCoordinate { .. } | SizedFault::HitDisplaced { .. }
+        ),
+    };
+    match suspects.iter().any(is_of_positions) {
+        true => "; put it right and measure again, or correct the layout",
+        false => "; put it right and measure again",
     }
 }
 
@@ -211,17 +179,17 @@ fn more_than_listed(count: usize) -> String {
     }
 }
 
-fn suspect_json(suspect: &Suspect, layout: &HostLayout) -> document::Suspect {
+fn suspect_in(suspect: &Suspect, layout: &HostLayout) -> massline_result::Suspect {
     let fault = match &suspect.mistake {
-        Mistake::Listed(fault) => fault_json(fault, layout),
-        Mistake::Sized(sized) => sized_json(sized.fault, words::code(&suspect.mistake)),
+        Mistake::Listed(fault) => fault_in(fault, layout),
+        Mistake::Sized(sized) => sized_fault(sized.fault, words::code(&suspect.mistake)),
     };
     let sized = match &suspect.mistake {
         Mistake::Sized(sized) => Some(sized),
         Mistake::Listed(_) => None,
     };
     let size = sized.map(|sized| sized.size);
-    document::Suspect {
+    massline_result::Suspect {
         fault: Fault { message: words::suspect_clause(suspect, layout), ..fault },
         chi_squared: suspect.consistency.chi_squared,
         degrees_of_freedom: suspect.consistency.degrees_of_freedom,
@@ -237,14 +205,17 @@ fn suspect_json(suspect: &Suspect, layout: &HostLayout) -> document::Suspect {
             Some(FaultSize::Displacements(moved)) => Some(moved.map(Spread::from)),
             _ => None,
         },
-        meaning: sized.and_then(|sized| words::meaning(sized, layout)),
-        corrected: suspect.corrected.as_ref().map(estimate_json),
+        meaning: sized.and_then(|sized| words::meaning(sized, layout)).map(str::to_owned),
+        corrected: suspect
+            .corrected
+            .as_ref()
+            .map(|of| estimate_of(of, |found| message_in(found, layout))),
     }
 }
 
-/// A mistake of a size as JSON, without its words.
-fn sized_json(fault: SizedFault, code: Code) -> Fault {
-    let plain = Fault { code: code.name(), ..Fault::default() };
+/// A mistake of a size as part of a result, without its words.
+fn sized_fault(fault: SizedFault, code: Code) -> Fault {
+    let plain = Fault::of(code);
     let letter = |axis: massline_shared::layout::Axis| AXIS_LETTERS[axis.index()];
     match fault {
         SizedFault::ChannelGain { sensor, axis } => {
@@ -261,13 +232,10 @@ fn sized_json(fault: SizedFault, code: Code) -> Fault {
     }
 }
 
-/// A mistake as JSON. Sensors and hits are counted from 1, as in the layout's messages.
-fn fault_json(fault: &SingleFault<f64>, layout: &HostLayout) -> Fault {
-    let plain = Fault {
-        code: words::code_of_listed(fault).name(),
-        message: words::clause(fault, layout),
-        ..Fault::default()
-    };
+/// A mistake as part of a result. Sensors and hits are counted from 1, as in the layout's messages.
+fn fault_in(fault: &SingleFault<f64>, layout: &HostLayout) -> Fault {
+    let plain =
+        Fault { message: words::clause(fault, layout), ..Fault::of(words::code_of_listed(fault)) };
     match fault {
         SingleFault::SensorAxes { sensor, .. } => Fault { sensor: Some(sensor + 1), ..plain },
         SingleFault::CablesSwapped { sensors } => {

@@ -62,17 +62,6 @@ pub(crate) fn suspect_clause(suspect: &Suspect, layout: &HostLayout) -> String {
     }
 }
 
-/// What a corrected answer supposes, as a clause after "if".
-pub(super) fn condition(suspect: &Suspect, layout: &HostLayout) -> String {
-    match suspect.mistake {
-        // Of what can be wrong, the correction leaves [prior] right.
-        Mistake::Sized(SizedMistake { fault: SizedFault::CommonGain, .. }) => {
-            "[prior] is right, and the hammer or the sensors are wrong".into()
-        }
-        _ => suspect_clause(suspect, layout),
-    }
-}
-
 /// What the size of a mistake smells of.
 pub(super) fn meaning(sized: &SizedMistake, layout: &HostLayout) -> Option<&'static str> {
     match (sized.fault, sized.size) {

@@ -61,8 +61,9 @@ pub(super) fn blame_the_responses(
 ) -> Error {
     match error {
         Error::Undetermined { code, message } => {
-            let mistakes = examination.to_text(layout);
-            let mistakes = mistakes.trim_end().replace('\n', "; ");
+            let mistakes: Vec<String> =
+                examination.findings(layout).into_iter().map(|found| found.message).collect();
+            let mistakes = mistakes.join("; ");
             Error::undetermined(
                 code,
                 format!(

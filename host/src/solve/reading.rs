@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 
 use nalgebra::Complex;
 
-use super::plausibility::{Doubt, Suspicion};
 use super::selection::Selection;
-use crate::document::{FrequencyResponsesRead, UnitsRead};
+use crate::plausibility::{Doubt, Suspicion};
 use crate::uff::{Frf, UffFile, Understood, UnitSource};
 use crate::{Error, Result};
+use massline_result::{FrequencyResponsesRead, UnitsRead};
 
 /// Most datasets or frequencies that a sentence lists.
 const LISTED: usize = 5;
@@ -57,9 +57,9 @@ impl Reading {
             None => {
                 self.document.units.push(UnitsRead {
                     functions: 1,
-                    quantity: understood.quantity.frf_name(),
+                    quantity: understood.quantity.frf_name().into(),
                     unit: understood.unit.clone(),
-                    source: understood.source.words(),
+                    source: understood.source.words().into(),
                 });
                 self.understood.push(understood.clone());
             }
@@ -163,28 +163,26 @@ impl Reading {
     }
 }
 
-impl FrequencyResponsesRead {
-    /// What was understood, in one line for people.
-    pub fn to_text(&self) -> String {
-        let [low, high] = self.range_hz.map(number);
-        let unit = |of: &UnitsRead| format!("{} in {} ({})", of.quantity, of.unit, of.source);
-        let units = match &self.units[..] {
-            [one] => unit(one),
-            several => several
-                .iter()
-                .map(|of| format!("{} of {}", of.functions, unit(of)))
-                .collect::<Vec<_>>()
-                .join(", "),
-        };
-        let left_out = match self.left_out.as_slice() {
-            [] => String::new(),
-            list => format!("; left out: {}", list.join(", ")),
-        };
-        format!(
-            "{} frequency responses: {units}; {} bins from {low} to {high} Hz{left_out}",
-            self.functions, self.bins
-        )
-    }
+/// What was understood, in one line for people.
+pub(super) fn reading_text(read: &FrequencyResponsesRead) -> String {
+    let [low, high] = read.range_hz.map(number);
+    let unit = |of: &UnitsRead| format!("{} in {} ({})", of.quantity, of.unit, of.source);
+    let units = match &read.units[..] {
+        [one] => unit(one),
+        several => several
+            .iter()
+            .map(|of| format!("{} of {}", of.functions, unit(of)))
+            .collect::<Vec<_>>()
+            .join(", "),
+    };
+    let left_out = match read.left_out.as_slice() {
+        [] => String::new(),
+        list => format!("; left out: {}", list.join(", ")),
+    };
+    format!(
+        "{} frequency responses: {units}; {} bins from {low} to {high} Hz{left_out}",
+        read.functions, read.bins
+    )
 }
 
 fn not_finite(name: &str, dataset: usize, frequency: f64) -> Error {

@@ -9,7 +9,9 @@ use massline_shared::identify::global_fit::{Damping, GlobalFitSolution};
 use super::alternatives::Unexplained;
 use super::explained::{explains, is_pulled, left, share_left};
 use super::gravity::Tilted;
-use super::{Doubt, GlobalAnswer, HostFit};
+use massline_result::Doubt;
+
+use super::{GlobalAnswer, HostFit};
 
 /// What a global fit leaves, over the noise, from which its cause is looked for although it explains the readings.
 const SUSPICIOUS: f64 = 1.004;

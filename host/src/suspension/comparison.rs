@@ -1,6 +1,6 @@
 //! What all methods say together.
 
-use massline_shared::diagnosis::Code;
+use massline_result::Doubt;
 use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::{Estimate, METHODS, Method};
 use nalgebra::SVector;
@@ -18,30 +18,6 @@ pub struct Comparison {
     pub agreement: Option<Agreement<f64>>,
     /// Why they are known to be off, so that nothing is combined.
     pub doubt: Option<Doubt>,
-}
-
-/// What puts answers off by more than they say.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Doubt {
-    /// A flexible mode above the band, which only the global fit takes into account.
-    FlexibleMode,
-    /// No body on a suspension fits the responses.
-    Misfit,
-}
-
-impl Doubt {
-    /// The code of the finding that it follows from.
-    pub fn code(self) -> Code {
-        match self {
-            Self::FlexibleMode => Code::FlexibleModeAboveBand,
-            Self::Misfit => Code::ModelDoesNotFit,
-        }
-    }
-
-    /// Its name in JSON.
-    pub fn name(self) -> &'static str {
-        self.code().name()
-    }
 }
 
 impl Comparison {

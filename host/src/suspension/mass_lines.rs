@@ -1,12 +1,12 @@
 //! The methods that use mass lines, among the others.
 
-use massline_shared::body::RigidBody;
-use massline_shared::identify::maximum_likelihood::{self, ErrorBudget, Start};
 use massline_shared::identify::{
     DofMassLines, Estimate, Method, Perturbation, inertia_restraint, random_signs,
 };
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 use nalgebra::SVector;
+
+use super::linear_fit::LinearFit;
 
 /// Places of noise of mass lines begin here, so that it is not that of the lines of the suspension band.
 const FIRST_PLACE: usize = 1 << 24;
@@ -16,15 +16,28 @@ const FIRST_PLACE: usize = 1 << 24;
 pub struct MassLineAnswers<'a> {
     /// The layout with the error budget that the best answer has learned.
     pub budget: HostLayout,
-    /// The mass lines.
-    pub lines: &'a [DofMassLines<f64, HOST_SENSORS>],
-    /// How the equations of inertia restraint are weighted.
-    pub settings: inertia_restraint::InertiaRestraintSettings<f64>,
     /// The answers.
     pub estimates: &'a [Estimate<f64>],
+    lines: &'a [DofMassLines<f64, HOST_SENSORS>],
+    /// How the equations of inertia restraint are weighted.
+    settings: inertia_restraint::InertiaRestraintSettings<f64>,
+    /// About the answer by maximum likelihood, where there is one.
+    fit: Option<LinearFit>,
 }
 
-impl MassLineAnswers<'_> {
+impl<'a> MassLineAnswers<'a> {
+    /// Answers to these lines, of which inertia restraint weights its equations as `settings` say.
+    pub fn new(
+        estimates: &'a [Estimate<f64>],
+        lines: &'a [DofMassLines<f64, HOST_SENSORS>],
+        budget: HostLayout,
+        settings: inertia_restraint::InertiaRestraintSettings<f64>,
+    ) -> Self {
+        let fitted = estimates.iter().find(|e| e.method == Method::MaximumLikelihood);
+        let fit = fitted.and_then(|e| LinearFit::about(&e.body, &budget, lines));
+        Self { budget, estimates, lines, settings, fit }
+    }
+
     /// The answer of a method to perturbed data.
     pub(super) fn perturbed(
         &self,
@@ -38,10 +51,7 @@ impl MassLineAnswers<'_> {
                 let found = inertia_restraint::solve(layout, &lines, self.settings).ok()?;
                 Some(found.theta())
             }
-            Method::MaximumLikelihood => {
-                let own = self.estimates.iter().find(|estimate| estimate.method == method)?;
-                refined(layout, &lines, &own.body)
-            }
+            Method::MaximumLikelihood => self.fit.as_ref()?.theta(layout, &lines),
             _ => None,
         }
     }
@@ -60,20 +70,4 @@ impl MassLineAnswers<'_> {
         }
         all
     }
-}
-
-fn refined(
-    layout: &HostLayout,
-    lines: &[DofMassLines<f64, HOST_SENSORS>],
-    start: &RigidBody<f64>,
-) -> Option<SVector<f64, 10>> {
-    let mut memory = vec![0.0; maximum_likelihood::workspace(layout.sensors.len())];
-    let found = maximum_likelihood::solve(
-        layout,
-        lines,
-        Start::At(start),
-        ErrorBudget::Stated,
-        &mut memory,
-    );
-    Some(found.ok()?.estimate.theta())
 }

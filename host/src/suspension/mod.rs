@@ -9,6 +9,7 @@ mod explained;
 mod first_look;
 mod global;
 mod gravity;
+mod linear_fit;
 mod mass_lines;
 mod methods;
 mod modes;
@@ -31,7 +32,7 @@ use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 use massline_shared::modes::{LinesPerSide, Reduction};
 
 use adequacy::{Adequacy, Judged, judge, refuse_misfit, warn_of_misfit};
-pub use comparison::{Comparison, Doubt, compare};
+pub use comparison::{Comparison, compare};
 pub use first_look::{FirstLook, find_modes};
 pub use global::GlobalAnswer;
 pub use mass_lines::MassLineAnswers;

@@ -10,7 +10,8 @@ for (const figure of document.querySelectorAll("figure.scene")) {
   // The size of the canvas in units of the page.
   let width = 1, height = 1;
   const add = (a, b, factor) => a.map((x, k) => x + factor * b[k]);
-  const points = [...scene.sensors.map((s) => s[1]), ...scene.hits.map((h) => h[1])];
+  const nodes = [...scene.sensors, ...scene.nodes].map((node) => node[1]);
+  const points = [...nodes, ...scene.hits.map((h) => h[1])];
   if (scene.center) {
     points.push(scene.center);
     for (const axis of scene.axes ?? []) points.push(add(scene.center, axis, 1), add(scene.center, axis, -1));
@@ -21,8 +22,10 @@ for (const figure of document.querySelectorAll("figure.scene")) {
   });
   const far = (all) => Math.max(1e-3, ...all.map((p) => Math.hypot(...add(p, middle, -1))));
   const arrow = 0.3 * far(points);
-  // All of it fits, however it is turned.
-  const reach = far([...points, [0, 0, 0], ...scene.hits.map((h) => add(h[1], h[2], -arrow))]);
+  // All of it fits, however it is turned: the ellipsoid reaches as far as its longest axis.
+  const longest = Math.max(0, ...(scene.axes ?? []).map((axis) => Math.hypot(...axis)));
+  const ofBody = scene.center ? far([scene.center]) + longest : 0;
+  const reach = Math.max(ofBody, far([...points, [0, 0, 0], ...scene.hits.map((h) => add(h[1], h[2], -arrow))]));
   const color = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
   function at(point) {
@@ -41,6 +44,20 @@ for (const figure of document.querySelectorAll("figure.scene")) {
     pen.lineTo(...at(to));
     pen.stroke();
   }
+  // The corners of the convex hull of the nodes as they are seen (Andrew, 1979).
+  function outline() {
+    const left = ([x, y], [u, v], [p, q]) => (u - x) * (q - y) > (v - y) * (p - x);
+    const half = (places) => {
+      const corners = [];
+      for (const place of places) {
+        while (corners.length > 1 && !left(...corners.slice(-2), place)) corners.pop();
+        corners.push(place);
+      }
+      return corners.slice(0, -1);
+    };
+    const places = nodes.map(at).sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+    return [...half(places), ...half(places.reverse())];
+  }
   function head(tip, from) {
     const [x, y] = at(tip), [u, v] = at(from);
     const turn = Math.atan2(y - v, x - u);
@@ -53,7 +70,7 @@ for (const figure of document.querySelectorAll("figure.scene")) {
   function use(name) {
     pen.strokeStyle = pen.fillStyle = color(name);
   }
-  // The boxes of the labels that are drawn already, and of the sensors.
+  // The boxes of the labels that are drawn already, of the nodes, and of what lies along arrows and axes.
   let taken = [];
   function label(text, point, dx, dy) {
     const [x, y] = at(point), wide = pen.measureText(text).width, tall = 12;
@@ -76,9 +93,23 @@ for (const figure of document.querySelectorAll("figure.scene")) {
   function draw() {
     pen.clearRect(0, 0, width, height);
     pen.font = "14px system-ui, sans-serif";
-    taken = scene.sensors.map((s) => at(s[1])).map(([x, y]) => [x - 7, y - 7, x + 7, y + 7]);
+    taken = nodes.map(at).map(([x, y]) => [x - 7, y - 7, x + 7, y + 7]);
+    const axes = [["x", [1, 0, 0]], ["y", [0, 1, 0]], ["z", [0, 0, 1]]];
+    const lines = [...scene.hits.map(([, tip, along]) => [tip, along, -arrow]), ...axes.map(([, axis]) => [[0, 0, 0], axis, 0.8 * arrow])];
+    for (const [from, along, far] of lines) for (let k = 0; k <= 8; k++) {
+      const [x, y] = at(add(from, along, far * k / 8));
+      taken.push([x - 3, y - 3, x + 3, y + 3]);
+    }
+    pen.beginPath();
+    for (const corner of outline()) pen.lineTo(...corner);
+    pen.closePath();
+    pen.fillStyle = color("--panel");
+    pen.fill();
     use("--faint");
-    for (const [name, axis] of [["x", [1, 0, 0]], ["y", [0, 1, 0]], ["z", [0, 0, 1]]]) {
+    pen.lineWidth = 1;
+    pen.stroke();
+    use("--faint");
+    for (const [name, axis] of axes) {
       const end = add([0, 0, 0], axis, 0.8 * arrow);
       line([0, 0, 0], end, 1.2);
       label(name, end, 3, -3);
@@ -93,6 +124,16 @@ for (const figure of document.querySelectorAll("figure.scene")) {
       pen.beginPath();
       pen.arc(...at(scene.center), 6, 0, 7);
       pen.fill();
+    }
+    pen.lineWidth = 1.5;
+    for (const [name, place] of scene.nodes) {
+      pen.beginPath();
+      pen.arc(...at(place), 4.5, 0, 7);
+      pen.fillStyle = color("--paper");
+      pen.fill();
+      use("--ink");
+      pen.stroke();
+      if (name) label(name, place, -14, 20);
     }
     use("--sensor");
     for (const [name, place] of scene.sensors) {

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use massline::archive::{Archive, Part};
 use massline::client::{self, Client};
-use massline::document::HitVerdict;
+use massline_result::HitVerdict;
 use massline_shared::measurement::campaign::{self, Phase};
 use nix::pty::openpty;
 use nix::sys::signal::{Signal, kill};
@@ -40,8 +40,8 @@ fn an_archive_is_solved_to_the_same_last_digit() {
     for (file, document) in [(&measured_to, &measured), (&fetched_to, &fetched)] {
         let (exit, solved) = answer(&["solve", file]);
         assert_eq!(exit, 0, "{solved}");
-        assert_eq!(solved["results"], document["host"]["results"], "{file}");
-        for key in ["host", "title", "measured", "mass_lines", "layout_hash"] {
+        assert_eq!(solved["results"], document["results"], "{file}");
+        for key in ["verdict", "details", "rig", "title", "measured", "mass_lines", "layout_hash"] {
             assert_eq!(solved[key], document[key], "{key} of {file}");
         }
     }
@@ -63,11 +63,11 @@ fn an_archive_is_solved_to_the_same_last_digit() {
 
     // The layout in a file of its own gives the same answer.
     let (exit, with_layout) = answer(&["solve", &layout, &measured_to]);
-    assert_eq!((exit, &with_layout["host"]), (0, &measured["host"]));
+    assert_eq!((exit, &with_layout["results"]), (0, &measured["results"]));
     // Its name does not matter.
     let renamed = path("renamed.json");
     std::fs::copy(&measured_to, &renamed).unwrap();
-    assert_eq!(answer(&["solve", &renamed]).1["host"], measured["host"]);
+    assert_eq!(answer(&["solve", &renamed]).1["results"], measured["results"]);
 }
 
 #[test]
@@ -227,7 +227,7 @@ fn a_result_of_another_layout_or_calibration_is_archived_without_mixing_them() {
     // The rig keeps its last four layouts.
     let (exit, kept) = rig.run(&["results", "get", "1"]);
     assert_eq!(exit, 0, "{kept}");
-    assert!(kept["host"].is_object(), "{kept}");
+    assert_eq!(kept["solved_by"], "host", "{kept}");
     for hits in [1, 4, 5] {
         assert_eq!(rig.run(&["measure", &rig.layout(hits)]).0, 0);
     }
@@ -251,7 +251,7 @@ fn a_result_of_another_layout_or_calibration_is_archived_without_mixing_them() {
     assert!(fetched.says(warned), "{}", fetched.stderr);
     let archive = Archive::read(file.as_ref()).unwrap();
     assert_eq!(archive.calibration().unwrap(), None);
-    assert_eq!(answer(&["solve", &file]).1["host"], document["host"]);
+    assert_eq!(answer(&["solve", &file]).1["results"], document["results"]);
 }
 
 #[test]
@@ -380,7 +380,6 @@ fn an_archive_of_version_1_gives_the_numbers_of_its_day() {
     let rig = &archive["result"]["estimates"];
     assert_eq!(rig[0]["properties"][0], 1.2543043);
     assert_eq!(rig[1]["properties"][0], 1.2494882);
-    assert_eq!(solved["results"], solved["host"]["results"]);
     // What the host finds is computed. Another order of its operations changes the last digits; a part in a million,
     // far below every standard deviation, is another answer.
     let close = |found: [f64; 10], expected: [f64; 10]| {
@@ -388,7 +387,7 @@ fn an_archive_of_version_1_gives_the_numbers_of_its_day() {
             assert!((found / expected - 1.0).abs() < 1e-6, "{found} instead of {expected}");
         }
     };
-    let host = &solved["host"]["results"];
+    let host = &solved["results"];
     assert_eq!(host[0]["method"], "maximum-likelihood");
     let likely = [
         1.2543038849226078,
@@ -451,7 +450,6 @@ fn options_without_effect_on_an_archive_are_refused_by_name() {
     assert_eq!(refusal(answer(&["solve", VERSION_1, "--method", "dppim"])), usage);
     let (exit, one) = answer(&["solve", VERSION_1, "--method", "irm"]);
     assert_eq!((exit, one["results"].as_array().unwrap().len()), (0, 1));
-    assert_eq!(one["host"]["results"].as_array().unwrap().len(), 1);
     // The wrong order, and a layout alone.
     assert_eq!(refusal(answer(&["solve", VERSION_1, LAYOUT])), usage);
     assert_eq!(refusal(answer(&["solve", LAYOUT])), usage);
@@ -473,18 +471,19 @@ fn an_archive_is_solved_with_a_corrected_layout_but_not_with_that_of_another_tes
     assert_eq!(solved.exit, 0, "{corrected}");
     let (_, as_measured) = answer(&["solve", VERSION_1]);
     // The answer is the one with the corrected layout.
-    assert_eq!(corrected["results"], corrected["host"]["results"]);
-    assert_ne!(corrected["host"]["results"], as_measured["host"]["results"]);
-    // It stands alone: a table for each method, and the rig's answer is compared with it in a line.
+    assert_ne!(corrected["results"], as_measured["results"]);
+    assert_eq!(
+        (&corrected["rig"]["agrees"], &as_measured["rig"]["agrees"]),
+        (&false.into(), &true.into())
+    );
+    // It stands alone, and the rig's answer is compared with it in a line.
     let path = folder.path().join("layout.toml");
     let text_of = run(&["solve", path.to_str().unwrap(), VERSION_1]).stdout;
     let tables = text_of.lines().filter(|line| line.contains("± 95 %")).count();
-    assert_eq!(tables, corrected["results"].as_array().unwrap().len(), "{text_of}");
-    let compared = text_of.matches(": the rig's answer").count();
-    assert!(compared > 0 && compared <= tables, "{text_of}");
+    assert_eq!((tables, text_of.matches("\nrig: its ").count()), (1, 1), "{text_of}");
     // A band has no effect on mass lines, and the program says so.
     let (run, same) = solve("hits_per_dof = 3", "hits_per_dof = 3\nband_hz = [20.0, 100.0]");
-    assert_eq!(same["host"]["results"], as_measured["host"]["results"]);
+    assert_eq!(same["results"], as_measured["results"]);
     assert!(run.says("band_hz and terms of [test] have no effect"), "{}", run.stderr);
 
     let (_, other) = solve("\"4:+X\"", "\"4:+Y\"");
@@ -576,14 +575,27 @@ fn an_archive_that_contradicts_itself_is_neither_solved_nor_exported() {
 }
 
 #[test]
-fn the_export_that_is_proposed_after_a_measurement_can_be_typed() {
+fn the_next_step_that_is_proposed_can_be_typed() {
     let rig = Rig::start(&["--fast"]);
-    let path = rig.folder.path().join("a.massline").display().to_string();
-    let measured = run(&["measure", &rig.layout(2), "-o", &path, "--port", rig.port()]);
-    assert_eq!(measured.exit, 0, "{}", measured.stderr);
-    let said = words(&measured.stderr);
-    let proposed = said.split('`').find(|text| text.starts_with("massline export ")).unwrap();
-    let exported = run(&proposed.split(' ').skip(1).collect::<Vec<_>>());
-    assert_eq!(exported.exit, 0, "{proposed}: {}", exported.stderr);
-    assert!(exported.stdout.contains("mass"), "{}", exported.stdout);
+    let folder = rig.folder.path();
+    let kept = folder.join("my test.massline").display().to_string();
+    let typed = |arguments: &[&str]| {
+        let shown = run(arguments);
+        assert_eq!(shown.exit, 0, "{}", shown.stderr);
+        let said = shown.stdout + &shown.stderr;
+        let (_, next) = said.rsplit_once("next: `").expect("a next step");
+        let line = next.split('`').next().unwrap().to_owned();
+        let program = env!("CARGO_BIN_EXE_massline");
+        let line = line.replacen("massline", program, 1);
+        let mut shell = std::process::Command::new("sh");
+        let ended = shell.args(["-c", &line]).current_dir(folder).output().unwrap();
+        assert!(ended.status.success(), "{line}: {}", String::from_utf8_lossy(&ended.stderr));
+    };
+    typed(&["measure", &rig.layout(2), "--port", rig.port()]);
+    assert!(folder.join("result-1.massline").is_file());
+    typed(&["measure", &rig.layout(2), "-o", &kept, "--port", rig.port()]);
+    // A page that exists is kept.
+    let copy = folder.join("copy.massline").display().to_string();
+    std::fs::copy(&kept, &copy).unwrap();
+    typed(&["solve", &copy]);
 }

@@ -22,6 +22,7 @@ mod layout;
 mod memory;
 #[cfg(target_os = "linux")]
 mod on_terminal;
+mod one_answer;
 mod options;
 mod other_recorders;
 #[cfg(unix)]

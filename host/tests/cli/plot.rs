@@ -74,14 +74,12 @@ fn answers_are_drawn_with_their_combination_and_with_what_their_intervals_cover(
     let folder = tempfile::tempdir().unwrap();
     let archive = text(&data("archive/version-1.massline"));
     let svg = drawn(folder.path(), &[&archive], "estimates");
-    for words in ["combined", "inertia-restraint (interval: scatter between hits only)"] {
+    for words in ["combined", "inertia-restraint (no interval: scatter between hits only)"] {
         assert!(svg.contains(words), "{words}");
     }
     // Of several results the best answers are shown, which no interval of another kind is among.
     let svg = drawn(folder.path(), &[&archive, &archive, &archive], "estimates");
-    for words in ["3 results: difference from", "% of the first one&apos;s scale (L = "] {
-        assert!(svg.contains(words), "{words}");
-    }
+    assert!(svg.contains("3 results: the ten properties"), "{svg:.400}");
     assert!(!svg.contains("combined") && !svg.contains("scatter"), "{svg:.400}");
 }
 
@@ -138,12 +136,13 @@ fn what_cannot_be_drawn_is_named() {
     let solved = folder.path().join("solved.json");
     fs::write(&solved, success(&["solve", &archive]).to_string()).unwrap();
     let [solved, to] = [solved.as_path(), folder.path()].map(text);
-    let alone = run(&["plot", &solved, "--picture", "estimates", "-o", &to]);
-    assert!(alone.exit == 2 && alone.says("--layout"), "{}", alone.stderr);
-    // Its pulls do not need to be told.
-    let others = run(&["plot", &solved, "-o", &to]);
-    assert!(others.exit == 0 && others.says("--layout"), "{}", others.stderr);
-    assert!(others.stdout.contains("solved-pulls.svg"), "{}", others.stdout);
+    let layout = run(&["plot", &solved, "--picture", "layout", "-o", &to]);
+    assert!(layout.exit == 3 && layout.says("--layout"), "{}", layout.stderr);
+    // Its properties and pulls do not need it.
+    let others = success(&["plot", &solved, "-o", &to])["written"].to_string();
+    for picture in ["solved-estimates.svg", "solved-pulls.svg"] {
+        assert!(others.contains(picture), "{others}");
+    }
 }
 
 #[test]

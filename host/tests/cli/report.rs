@@ -93,12 +93,10 @@ fn the_methods_are_compared_in_all_ten_properties_and_with_their_combination() {
 fn a_body_that_cannot_be_is_said_to_have_no_ellipsoid() {
     let folder = tempfile::tempdir().unwrap();
     let mut document = success(&["solve", &archive()]);
-    for list in ["/results", "/host/results"] {
-        for answer in document.pointer_mut(list).and_then(Value::as_array_mut).into_iter().flatten()
-        {
-            answer["inertia_kg_m2"]["value"] =
-                json!([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 9.0]]);
-        }
+    for answer in document["results"].as_array_mut().unwrap() {
+        answer["inertia_kg_m2"]["value"] =
+            json!([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 9.0]]);
+        answer["interval95"] = Value::Null;
     }
     let path = folder.path().join("solved.json").display().to_string();
     fs::write(&path, document.to_string()).unwrap();
@@ -127,6 +125,12 @@ fn of_two_results_in_a_page_one_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let (path, text) = page(folder.path(), &[&archive(), &archive()]);
     assert!(text.contains("side by side"));
+    let links: Vec<&str> =
+        text.split("href=\"#").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+    assert!(links.contains(&"result-2-pictures"), "{links:?}");
+    for to in links {
+        assert_eq!(text.matches(&format!("id=\"{to}\"")).count(), 1, "{to}");
+    }
     let name = path.display().to_string();
     let none = run(&["solve", &name]);
     assert!(none.exit == 2 && none.says("#result-1"), "{}", none.stderr);
@@ -247,7 +251,7 @@ fn a_hostile_log_of_hits_is_text() {
     let folder = tempfile::tempdir().unwrap();
     let mut value = editable_archive();
     let hostile = "<img src=x onerror=alert(1)>`</code><script>alert(2)</script>`";
-    let finding = json!({ "code": hostile, "severity": hostile, "message": hostile });
+    let finding = json!({ "code": "no_plateau", "severity": "warning", "message": hostile });
     let hit = |dof: &str, verdict: &str| {
         json!({
             "dof": dof, "hit": 1, "verdict": verdict, "findings": [finding], "graded": hostile,
@@ -263,8 +267,18 @@ fn a_hostile_log_of_hits_is_text() {
     }
     assert!(text.contains("outlier, removed"));
 
-    value["hit_log"][0]["verdict"] = "excellent".into();
-    fs::write(&path, value.to_string()).unwrap();
-    let refused = run(&["report", &path, "-o", "/nowhere/page.html"]);
-    assert_eq!(refused.exit, 2, "{}", refused.stderr);
+    for (place, hostile) in [
+        ("/hit_log/0/verdict", "excellent"),
+        ("/hit_log/0/findings/0/code", hostile),
+        ("/hit_log/0/findings/0/severity", hostile),
+    ] {
+        let mut value = value.clone();
+        *value.pointer_mut(place).unwrap() = hostile.into();
+        fs::write(&path, value.to_string()).unwrap();
+        let page = folder.path().join("refused.html").display().to_string();
+        let refused = run(&["report", &path, "-o", &page]);
+        assert_eq!(refused.exit, 2, "{}", refused.stderr);
+        let key = place.rsplit('/').next().unwrap();
+        assert!(refused.says("hit_log[0]") && refused.says(key), "{}", refused.stderr);
+    }
 }

@@ -43,7 +43,7 @@ fn many_runs_tell_of_every_method_and_property() {
     for method in value["methods"].as_array().unwrap() {
         let properties = method["properties"].as_array().unwrap();
         let names: Vec<_> = properties.iter().map(|p| p["name"].as_str().unwrap()).collect();
-        assert_eq!(names, massline_shared::body::INERTIAL_PARAMETERS.map(|p| p.name));
+        assert_eq!(names, massline_shared::body::INERTIAL_PARAMETERS.map(|p| p.symbol));
         for p in properties {
             let of = |key: &str| p[key].as_f64().unwrap();
             assert!(of("rms") >= of("bias").abs() && of("bound") > 0.0, "{p}");
@@ -140,13 +140,10 @@ fn a_method_that_does_not_apply_is_said_with_its_reason() {
         assert_eq!(refused.len(), 1, "{refused:?}");
         assert_eq!(refused[0]["method"], "inertia-restraint");
         assert_eq!(refused[0]["code"], "fewer_than_three_sensors");
-        if arguments.is_empty() {
-            assert_eq!(value["host"]["not_applicable"][0]["method"], "inertia-restraint");
-            assert_eq!(value["host"]["results"].as_array().unwrap().len(), 1);
-        }
         assert!(refused[0]["message"].as_str().unwrap().contains("six motions"), "{refused:?}");
-        let text = text_of(layout, arguments);
-        let line = "inertia-restraint: not applicable: fewer_than_three_sensors: fewer than three";
+        let all = if arguments.is_empty() { &["--details"][..] } else { arguments };
+        let text = text_of(layout, all);
+        let line = "inertia-restraint: not applicable: fewer than three";
         assert!(text.contains(line), "{text}");
     }
 }
@@ -157,11 +154,11 @@ fn a_prior_that_contradicts_the_data_is_named() {
     let file = changed(|text| text + prior);
     let layout = file.path().to_str().unwrap();
     // Inertia restraint answers, and the better method contradicts it. 20 kg are 16 times the mass.
-    let text = text_with_exit(3, layout, &[]);
+    let text = text_with_exit(3, layout, &["--details"]);
     let mistake = "Do not use this answer: one mistake explains the data: all accelerances are 16.";
     assert!(text.starts_with(mistake), "{text}");
-    assert!(text.contains("maximum-likelihood: gave no answer: not_converged: "), "{text}");
-    let named = "prior_inconsistent_with_data: the [prior] m = 20 ± 0.0001 kg contradicts the data, \
+    assert!(text.contains("maximum-likelihood: no answer: "), "{text}");
+    let named = "the [prior] m = 20 ± 0.0001 kg contradicts the data, \
                  which say 1.2";
     assert!(text.contains(named), "{text}");
     let (_, value) = simulate_layout(layout, &[]);
@@ -185,10 +182,6 @@ fn a_prior_that_is_hardly_wrong_enough_is_named_in_place_of_a_sensor() {
     let said = value["diagnostics"].as_array().unwrap();
     let named = said.iter().find(|d| d["code"] == "prior_inconsistent_with_data").unwrap();
     assert!(named["message"].as_str().unwrap().contains("[prior] m = 1.54 ± 0.0001 kg"), "{named}");
-    // The rig does not check for this: the host finds it when it solves the rig's mass lines again.
-    assert_eq!(named["found_by"], "host");
-    let said = value["host"]["diagnostics"].as_array().unwrap();
-    assert!(said.iter().any(|d| d["code"] == "prior_inconsistent_with_data"), "{said:?}");
 }
 
 #[test]

@@ -51,9 +51,14 @@ fn every_text_fits_terminals_of_forty_eighty_and_two_hundred_columns() {
             let lines = text.lines().map(|line| line.trim_end().rsplit('\r').next().unwrap());
             for line in lines {
                 let wide = textwrap::core::display_width(line);
-                // One word that is too long stays whole, and clap breaks no line of usage.
-                let word = !line.trim().contains(' ') || line.starts_with("Usage: ");
-                assert!(wide <= usize::from(columns) || word, "{arguments:?}, {columns}: {line}");
+                // One word that is too long stays whole, and so does a command; clap breaks no line of usage.
+                let words = line.trim();
+                let is_command = words.starts_with('`') && words.ends_with('`');
+                let is_whole = !words.contains(' ') || is_command || line.starts_with("Usage: ");
+                assert!(
+                    wide <= usize::from(columns) || is_whole,
+                    "{arguments:?}, {columns}: {line}"
+                );
             }
         }
     }
@@ -89,7 +94,7 @@ fn help_and_errors_have_colours_where_they_are_wanted() {
 #[test]
 fn a_verdict_has_the_colour_of_what_it_says() {
     let archive = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/archive/version-1.massline");
-    let said = |color| run(&["solve", archive, "--color", color]).stdout;
+    let said = |color| run(&["solve", archive, "--details", "--color", color]).stdout;
     assert!(said("always").contains("\x1b[32mthe methods agree"), "{}", said("always"));
     let plain_text = said("never");
     assert!(plain_text.contains("the methods agree") && !plain_text.contains('\x1b'));
@@ -161,4 +166,50 @@ fn a_silent_rig_is_told_of_above_the_progress_bar() {
     measure.type_keys("\x03");
     let (exit, text) = measure.end();
     assert_eq!(exit, 130, "{text}");
+}
+
+/// Lines of an answer on a terminal of so many columns: from the verdict to the end, without those of the measurement.
+#[track_caller]
+fn lines_of_answer(columns: u16, exit: i32, arguments: &[&str]) -> usize {
+    let (found, text) = start(columns, "dumb", arguments).end();
+    assert_eq!(found, exit, "{arguments:?}: {text}");
+    let text = plain(&text);
+    let verdicts = ["Good: ", "Use with care", "Do not use", "test 1: "];
+    let is_verdict = |line: &&str| verdicts.iter().any(|verdict| line.starts_with(verdict));
+    let lines: Vec<&str> = text.lines().map(|line| line.trim_end_matches('\r')).collect();
+    let first = lines.iter().position(is_verdict).unwrap_or_else(|| panic!("{text}"));
+    println!("{arguments:?}, {columns} columns: {} lines", lines.len() - first);
+    lines.len() - first
+}
+
+#[test]
+fn an_answer_takes_at_most_forty_lines_and_twelve_more_with_corrected_values() {
+    let [wheel, contradicted] =
+        ["wheel.toml", "three-bar-test-1.toml"].map(|name| format!("examples/{name}"));
+    let archive = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/archive/version-1.massline");
+    let folder = tempfile::tempdir().unwrap();
+    let layout = layout_with_hits(folder.path(), 3);
+    let tape = folder.path().join("all.npy").display().to_string();
+    let rig = VirtualProcess::start(&[]);
+    let mut commands: Vec<(usize, i32, Vec<&str>)> = vec![
+        (40, 0, vec!["solve", archive]),
+        (40, 0, vec!["demo"]),
+        (40, 0, vec!["demo", "wheel"]),
+        (40, 0, vec!["measure", &layout, "--port", &rig.port]),
+        (40, 0, vec!["results", "get", "1", "--port", &rig.port]),
+        (40, 0, vec!["simulate", &layout, "--tape", &tape, "--force"]),
+        (40, 0, vec!["replay", &tape, "--layout", &layout]),
+        (40, 0, vec!["simulate", &wheel, "--bench", "wheel"]),
+        (52, 3, vec!["simulate", &contradicted, "--bench", "default", "--fault", "flip:2y"]),
+        // Two mistakes that the data cannot tell apart.
+        (52, 3, vec!["simulate", &contradicted, "--bench", "default", "--fault", "hit:1:4"]),
+    ];
+    let tests = ["1", "2", "3", "4"].map(|number| format!("examples/three-bar-test-{number}.toml"));
+    commands.extend(tests.iter().map(|test| (40, 0, vec!["simulate", test])));
+    for (most, exit, arguments) in &commands {
+        for columns in [80, 120] {
+            let lines = lines_of_answer(columns, *exit, arguments);
+            assert!(lines <= *most, "{arguments:?}: {lines} lines at {columns} columns");
+        }
+    }
 }

@@ -206,7 +206,7 @@ impl DofResult {
 pub struct StoredEstimate {
     /// [`Method::number`].
     pub method: u8,
-    /// [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz]; kg, m, kg m²; inertia about the centre of
+    /// [m, c_x, c_y, c_z, J_xx, J_yy, J_zz, J_xy, J_xz, J_yz]; kg, m, kg m²; inertia about the centre of
     /// mass, body axes, tensor elements.
     pub properties: [f32; 10],
     /// Covariance of the properties, lower triangle row by row; empty when it cannot be determined.

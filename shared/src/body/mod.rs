@@ -2,7 +2,7 @@
 //!
 //! Two vectors hold the same ten numbers:
 //!
-//! * `theta` = [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz] is reported to the user: the inertia is about
+//! * `theta` = [m, c_x, c_y, c_z, J_xx, J_yy, J_zz, J_xy, J_xz, J_yz] is reported to the user: the inertia is about
 //!   the **centre of mass**;
 //! * `phi` = [m, m cx, m cy, m cz, and the inertia about the **origin** in the same order]: the equations of
 //!   motion are linear in it.

@@ -1,4 +1,4 @@
-//! The ten inertial parameters of a rigid body: names, units, and the scales for their errors.
+//! The ten inertial parameters of a rigid body: symbols, units, and the scales for their errors.
 
 use nalgebra::SVector;
 
@@ -7,9 +7,7 @@ use crate::Real;
 /// One of the ten inertial parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InertialParameter {
-    /// Name in results and files.
-    pub name: &'static str,
-    /// Symbol in tables.
+    /// Its one name: in tables, pictures, results and files.
     pub symbol: &'static str,
     /// SI unit.
     pub unit: &'static str,
@@ -21,30 +19,24 @@ pub struct InertialParameter {
 
 /// The ten inertial parameters, in the order of [`RigidBody::theta`](super::RigidBody::theta).
 pub const INERTIAL_PARAMETERS: [InertialParameter; 10] = [
-    InertialParameter {
-        name: "mass",
-        symbol: "m",
-        unit: "kg",
-        table_unit: "kg",
-        table_factor: 1.0,
-    },
-    center_of_mass("cx", "c_x"),
-    center_of_mass("cy", "c_y"),
-    center_of_mass("cz", "c_z"),
-    inertia("Jxx", "J_xx"),
-    inertia("Jyy", "J_yy"),
-    inertia("Jzz", "J_zz"),
-    inertia("Jxy", "J_xy"),
-    inertia("Jxz", "J_xz"),
-    inertia("Jyz", "J_yz"),
+    InertialParameter { symbol: "m", unit: "kg", table_unit: "kg", table_factor: 1.0 },
+    center_of_mass("c_x"),
+    center_of_mass("c_y"),
+    center_of_mass("c_z"),
+    inertia("J_xx"),
+    inertia("J_yy"),
+    inertia("J_zz"),
+    inertia("J_xy"),
+    inertia("J_xz"),
+    inertia("J_yz"),
 ];
 
-const fn center_of_mass(name: &'static str, symbol: &'static str) -> InertialParameter {
-    InertialParameter { name, symbol, unit: "m", table_unit: "mm", table_factor: 1e3 }
+const fn center_of_mass(symbol: &'static str) -> InertialParameter {
+    InertialParameter { symbol, unit: "m", table_unit: "mm", table_factor: 1e3 }
 }
 
-const fn inertia(name: &'static str, symbol: &'static str) -> InertialParameter {
-    InertialParameter { name, symbol, unit: "kg m²", table_unit: "g m²", table_factor: 1e3 }
+const fn inertia(symbol: &'static str) -> InertialParameter {
+    InertialParameter { symbol, unit: "kg m²", table_unit: "g m²", table_factor: 1e3 }
 }
 
 /// [m, L, L, L, m L² × 6]: scales for the errors of the inertial parameters of a body of mass m (kg) and size
@@ -55,8 +47,8 @@ const fn inertia(name: &'static str, symbol: &'static str) -> InertialParameter 
 /// # use massline_shared::body::{INERTIAL_PARAMETERS, scale};
 /// let scale = scale(1.23, 0.14);
 /// let [mass, .., yz] = INERTIAL_PARAMETERS;
-/// assert_eq!((mass.name, scale[0]), ("mass", 1.23));
-/// assert_eq!((yz.name, scale[9]), ("Jyz", 1.23 * 0.14 * 0.14));
+/// assert_eq!((mass.symbol, scale[0]), ("m", 1.23));
+/// assert_eq!((yz.symbol, scale[9]), ("J_yz", 1.23 * 0.14 * 0.14));
 /// ```
 pub fn scale<R: Real>(mass: R, length: R) -> SVector<R, 10> {
     SVector::from_fn(|k, _| match k {

@@ -262,15 +262,15 @@ codes! {
     /// Subject: the channel. Value: the constant, (m/s²)/N.
     HammerInResponse = 83, "hammer_in_response", Channel, Accelerance;
         "Contains the hammer:\nslow multiplexer, or\nwires too close?";
-        "{subject} contains {value} of the hammer's signal; let the converter sample longer, buffer its inputs, and \
-         keep the hammer's cable away from the sensors'";
+        "{subject} contains {value} of the hammer's signal; keep the hammer's cable away from the sensors', and let a \
+         converter that multiplexes its inputs sample longer";
 
     /// Every channel keeps a part of the voltage of the channel that is converted before it. Value: the part.
     MultiplexerKeepsVoltage = 86, "multiplexer_keeps_voltage", Whole, Share(1);
         "Channels mix: the\nmultiplexer is too\nfast for its inputs.";
         "every channel seems to keep about {value} of the voltage of the channel converted before it, as through a \
-         multiplexer that does not settle: let the converter sample longer, or buffer its inputs (`massline \
-         calibrate tumble` measures the hammer's part); where that is none, the tip may push sideways or turn";
+         multiplexer that does not settle: let the converter sample longer, or buffer its inputs; where there is no \
+         multiplexer, the tip may push sideways or turn";
 
     /// The campaign was finished when the target was reached. Value: the number of hits that this has saved.
     StoppedAtTarget = 62, "stopped_at_target", Whole, Count;

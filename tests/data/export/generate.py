@@ -6,7 +6,7 @@ Only the standard library is needed: python3 tests/data/export/generate.py
 import json
 from pathlib import Path
 
-NAMES = ["mass", "cx", "cy", "cz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz"]
+NAMES = ["m", "c_x", "c_y", "c_z", "J_xx", "J_yy", "J_zz", "J_xy", "J_xz", "J_yz"]
 # The three-bar frame, rounded: no product of inertia is zero.
 THETA = [1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706]
 SIGMA = [1e-2, 6e-4, 8e-4, 7e-4, 1.4e-4, 7e-5, 1.3e-4, 6e-5, 4e-5, 5e-5]

@@ -70,8 +70,8 @@ pub fn fuzz_deframer(bytes: &[u8]) {
             lines.for_each(|line| assert!(line.re.is_finite() && line.im.is_finite()));
         }
         if let Ok(result) = postcard::from_bytes::<MeasurementResult>(&body) {
-            let _ = massline::report::measurement_json(&result);
-            let _ = massline::report::measurement_text(&result, &Default::default());
+            let of_rig = massline::judgement::result_of_rig(&result);
+            let _ = massline::report::result_text(&of_rig, massline::report::Extent::Details);
         }
     }
 }
@@ -154,8 +154,10 @@ pub fn fuzz_archive(bytes: &[u8]) {
     let again = archive.to_bytes("fuzz.massline").unwrap();
     assert!(Archive::parse(&again, "fuzz.massline").unwrap() == archive);
     let _ = archive.frfs().unwrap();
-    let _ = massline::report::Summary::of(&archive.result, archive.verdict()).to_json();
-    let _ = massline::report::measurement_text(&archive.result, &Default::default());
+    let of_rig = massline::judgement::result_of_rig(&archive.result);
+    let answers = archive.answers().unwrap_or(&of_rig);
+    let _ = massline::report::Summary::of(answers).document();
+    let _ = massline::report::result_text(answers, massline::report::Extent::Details);
     let _ = archive.layout.nominal();
 }
 
@@ -181,7 +183,7 @@ pub fn fuzz_layout(bytes: &[u8]) {
             }
         }
     }
-    let (body, _) = massline::solve::body_for_checks(&file);
+    let (body, _) = massline::design::body_for_checks(&file);
     let report = LayoutReport::new(&file.layout, Some(&body));
     for diagnostic in &report.diagnostics {
         let _ = massline::report::message_in(diagnostic, &file.layout);

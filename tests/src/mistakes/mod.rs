@@ -17,6 +17,7 @@ use massline::monte_carlo::MonteCarlo;
 use massline::monte_carlo::measurement::{SimulatedTest, TestLayout};
 use massline::single_fault::{Examination, Mistake, examine};
 use massline::suspension::{MassLineAnswers, compare, reciprocity_of_mass_lines};
+use massline_shared::diagnosis::Code;
 use massline_shared::identify::{DofMassLines, IdentifySettings, Observations};
 use massline_shared::layout::{HOST_SENSORS, HostLayout};
 use massline_virtual::bench::Bench;
@@ -52,12 +53,9 @@ impl MeasuredTest {
         let identification = identify(&observed, Selection::All, &settings);
         let judgement = identification.estimates.first().map(|answer| {
             let examination = examine(&layout, &self.nodes, &lines);
-            let answers = MassLineAnswers {
-                budget: layout.clone(),
-                lines: &lines,
-                settings: settings.inertia_restraint,
-                estimates: &identification.estimates,
-            };
+            let estimates = &identification.estimates;
+            let settings = settings.inertia_restraint;
+            let answers = MassLineAnswers::new(estimates, &lines, layout.clone(), settings);
             let comparison = compare(&answers, |_, _| ());
             let reciprocity = reciprocity_of_mass_lines(&layout, &lines).to_vec();
             let evidence = Evidence {
@@ -103,7 +101,7 @@ pub enum Culprit {
     /// Errors of the stated kinds that are larger than stated.
     LargerErrors,
     /// A finding with this code.
-    Code(&'static str),
+    Code(Code),
     /// Nothing: the mistake is on no list of the program.
     OnNoList,
 }

@@ -1,5 +1,6 @@
 //! Mistakes on the bench, made before a test is measured.
 
+use massline_shared::diagnosis::Code;
 use massline_shared::layout::Axis;
 use massline_virtual::bench::Bench;
 use massline_virtual::bench::faults::Fault;
@@ -47,25 +48,25 @@ fn stiff_suspension(bench: &mut Bench, random: &mut ChaCha8Rng) -> Culprit {
     let lowest = random.random_range(6.0..12.0);
     let hz = std::array::from_fn(|mode| lowest * (1.0 + 0.05 * mode as f64));
     bench.suspension = Suspension::Frequencies { hz, damping_ratio: 0.02 };
-    Culprit::Code("suspension_in_band")
+    Culprit::Code(Code::SuspensionInBand)
 }
 
 fn cable(bench: &mut Bench, random: &mut ChaCha8Rng) -> Culprit {
     let stiffness_n_per_m = random.random_range(200.0..1000.0);
     bench.faults.push(Fault::Cable { node: random.random_range(1..=4), stiffness_n_per_m });
-    Culprit::Code("suspension_in_band")
+    Culprit::Code(Code::SuspensionInBand)
 }
 
 fn elastic_mode(bench: &mut Bench, random: &mut ChaCha8Rng) -> Culprit {
     bench.elastic[0].frequency_hz = random.random_range(130.0..200.0);
     bench.elastic[0].damping_ratio = 0.01;
-    Culprit::Code("no_plateau")
+    Culprit::Code(Code::NoPlateau)
 }
 
 fn hum(bench: &mut Bench, random: &mut ChaCha8Rng) -> Culprit {
     bench.mains.amplitude_v = random.random_range(0.003..0.008);
     bench.mains.frequency_hz = random.random_range(49.8..50.2);
-    Culprit::Code("hum_of_50_hz")
+    Culprit::Code(Code::HumOf50Hz)
 }
 
 fn rail(bench: &mut Bench, random: &mut ChaCha8Rng) -> Culprit {

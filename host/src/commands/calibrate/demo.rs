@@ -18,10 +18,12 @@ use crate::commands::measure::ScreenArgs;
 use crate::commands::simulated::narrow;
 use crate::document::{BeforeAndAfter, CalibratedTest, CalibrationDemo, CalibrationErrors};
 use crate::error::{Error, Result};
+use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{self, Output, Tone};
-use crate::report::estimates_of;
 use crate::rig::RigKind;
+use crate::rig_solution::solve_test;
+use crate::single_fault::NominalTest;
 
 /// Arguments of `massline calibrate demo`.
 #[derive(Debug, clap::Args)]
@@ -56,7 +58,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         rows.push((name, before?, after?));
     }
     let test = |&(name, data_sheet, calibrated): &(&'static str, f64, f64)| CalibratedTest {
-        name,
+        name: name.into(),
         rms_error_percent_of_scale: BeforeAndAfter { data_sheet, calibrated },
     };
     let value = CalibrationDemo {
@@ -185,15 +187,11 @@ pub fn error_of_scale(
         rig: RigKind::Virtual,
         firmware: None,
     };
-    let result = test.run_with(calibration, output, |source| source)?.result;
-    let comparison = Comparison {
-        name: name.into(),
-        seed,
-        truth: test.truth(),
-        answer: estimates_of(&result).into_iter().next(),
-        length: layout.characteristic_length(),
-        result,
-    };
+    let measured = test.run_with(calibration, output, |source| source)?;
+    let nominal = NominalTest::of_layout(layout.clone());
+    let result = solve_test(measured.test(), &nominal, Selection::All).result();
+    let length = layout.characteristic_length();
+    let comparison = Comparison::new(name, seed, test.truth(), length, result);
     let errors = comparison.errors_percent()?;
     Ok((errors.iter().map(|e| e * e).sum::<f64>() / 10.0).sqrt())
 }

@@ -15,7 +15,7 @@ use crate::calibration::day::Day;
 use crate::calibration_file::short;
 use crate::error::{Error, Result};
 use crate::output::{Output, counted};
-use crate::verdict::Verdict;
+use massline_result::Verdict;
 
 /// Arguments of `massline calibrate`.
 #[derive(Debug, clap::Args)]

@@ -13,12 +13,13 @@ use crate::calibration::cutoffs::{CutoffError, FoundCutoff, RcCutoff};
 use crate::calibration::electronics::Memory;
 use crate::calibration::verify::{Drift, DriftVerdict, by_sensor};
 use crate::document::{
-    self, AxisDrift, Calibration, CalibrationCheck, Finding, HammerCalibration, HammerRatio,
+    self, AxisDrift, Calibration, CalibrationCheck, HammerCalibration, HammerRatio,
     SensorCalibration, SensorCheck, TumbledSensor,
 };
 use crate::output::{self, Tone};
-use crate::report::{diagnostics_json, message, with_sigma};
-use crate::verdict::Verdict;
+use crate::report::{findings, message, with_sigma};
+use massline_result::Finding;
+use massline_result::Verdict;
 
 use super::Warnings;
 
@@ -36,7 +37,7 @@ pub(super) fn record_json(record: &CalibrationRecord) -> Calibration {
         }
     };
     Calibration {
-        method: record.method.name(),
+        method: record.method.name().into(),
         date: record.date.as_str().to_owned(),
         temperature_c: record.temperature.map(f64::from),
         sigma: record.sigma.into(),
@@ -144,7 +145,7 @@ pub(super) fn block_json(found: &Block) -> document::Block {
 
 /// The rig's warnings about the hits.
 fn warnings_json(found: &Block) -> Vec<Finding> {
-    diagnostics_json(&found.warnings, message)
+    findings(&found.warnings, message)
 }
 
 fn cutoff_json(cutoff: &RcCutoff) -> document::RcCutoff {
@@ -155,8 +156,8 @@ fn cutoff_json(cutoff: &RcCutoff) -> document::RcCutoff {
         cutoff_hz: found.map(|found| found.cutoff_hz),
         sigma_hz: found.map(|found| found.sigma_hz),
         before_hz: cutoff.before_hz,
-        verdict: cutoff.verdict(),
-        reason: cutoff.found.err().map(CutoffError::name),
+        verdict: cutoff.verdict().into(),
+        reason: cutoff.found.err().map(|error| error.name().into()),
     }
 }
 
@@ -221,11 +222,11 @@ pub(super) fn drifts_json(
         axis: AXIS_LETTERS[d.axis],
         drift: d.drift,
         sigma: d.sigma,
-        verdict: d.verdict.name(),
+        verdict: d.verdict.name().into(),
     });
     let sensors = by_sensor(all).into_iter().map(|of| SensorCheck {
         sensor: of.sensor + 1,
-        outcome: of.verdict.outcome(),
+        outcome: of.verdict.outcome().into(),
         largest_drift: of.largest,
         limit: tolerance,
     });

@@ -174,7 +174,7 @@ impl PositionHum {
 
     fn to_json(self) -> Hum {
         Hum {
-            position: self.position.name(),
+            position: self.position.name().into(),
             frequency_hz: self.hum.frequency,
             loudest: channel_name(self.hum.loudest()),
             amplitude_v: self.hum.amplitude,

@@ -4,17 +4,21 @@ mod wheel;
 
 use std::num::NonZeroU8;
 
+use massline_result::{FilePath, TestResult};
+
 use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
-use super::compare::{Comparison, SIGMA_NOTE, summary};
+use super::compare::{Comparison, side_by_side};
 use super::files::ReplaceArgs;
+use super::show::{self, DetailsArgs, Next};
 use super::simulated::{ReportArgs, RigArgs, results_of};
-use crate::document::{Demo, FilePath};
+use crate::document::Demo;
 use crate::error::Result;
-use crate::host_solution::HostSolution;
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
+use crate::report::{Extent, INERTIA_CONVENTION, heading_text, limits_text, result_text};
 use crate::rig_lines::{RigLines, StoredTest};
+use crate::rig_solution::solve_test;
 use crate::single_fault::NominalTest;
 
 /// The paper's four tests: sensors 1, 2, 3 or 1, 2, 4; hits 1Y, 2Z, 4X or 1X, 2Z, 2Y.
@@ -54,6 +58,8 @@ pub struct Args {
     report: ReportArgs,
     #[command(flatten)]
     replace: ReplaceArgs,
+    #[command(flatten)]
+    details: DetailsArgs,
 }
 
 /// Other demonstrations.
@@ -75,7 +81,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     args.report.check(existing)?;
     let bench = args.bench.open()?;
     let firmware = args.rig.image()?;
-    let (mut comparisons, mut tests, mut archives) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut comparisons, mut archives) = (Vec::new(), Vec::new());
+    let extent = args.details.extent();
     for (name, text) in LAYOUTS {
         let file = layout_file(name, text, args.hits)?;
         let layout = &file.layout;
@@ -100,33 +107,36 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         };
         let (lines, nominal) = (RigLines::default(), NominalTest::of_file(&file));
         let stored = StoredTest { result: &result, lines: &lines };
-        let again = HostSolution::new(stored, &nominal, Selection::All).without_details();
-        let comparison = Comparison {
-            name: name.into(),
-            seed: args.bench.seed,
-            truth: test.truth(),
-            length: layout.characteristic_length(),
-            answer: again.best(),
-            result: result.clone(),
-        };
-        if output.json() {
-            tests.push(comparison.to_json(|document| again.add_to(document))?);
-        } else {
-            let verdict = again.verdict();
-            let verdict = verdict.map(|(verdict, line)| output.verdict_line(verdict, &line) + "\n");
-            let (verdict, missing) = (verdict.unwrap_or_default(), again.missing_text());
-            output.text(format!("{heading}\n{verdict}{}{missing}", comparison.table()?))?;
+        let solution = solve_test(stored, &nominal, Selection::All);
+        let result = TestResult { details: None, ..solution.result() };
+        if solution.no_answer.is_some() {
+            return show::print(&solution, &result, (extent, &Next::Details), output);
         }
-        comparisons.push(comparison);
+        let length = layout.characteristic_length();
+        let seed = args.bench.seed;
+        comparisons.push(Comparison::new(name, seed, test.truth(), length, result));
     }
     let report = args.report.write(|| results_of(archives), existing);
     let written = report.as_ref().ok().and_then(|path| path.as_ref()).map(FilePath::from);
-    let summary = summary(&comparisons)?;
+    let table = side_by_side(&comparisons)?;
+    let tests = comparisons.iter().map(Comparison::document).collect::<Result<_>>()?;
+    let verdicts = comparisons.iter().filter_map(|comparison| comparison.result.verdict);
+    output.conclude(verdicts.max());
     output.answer(&Demo { tests, report: written }, |output| {
-        let heading = output.toned("summary", Tone::Strong);
+        let mut text = String::new();
+        for (number, comparison) in (1..).zip(&comparisons) {
+            let name = output.toned(&format!("test {number}"), Tone::Strong);
+            text += &match extent {
+                Extent::Brief => {
+                    let result = &comparison.result;
+                    format!("{name}: {}{}", heading_text(result), limits_text(result))
+                }
+                Extent::Details => format!("{name}: {}", result_text(&comparison.result, extent)),
+            };
+        }
         format!(
-            "{heading}\n{summary}\nscale: m, L, L, L, m L² × 6, L = rms distance of the sensors from their \
-             centroid\n{SIGMA_NOTE}"
+            "{text}{table}\n± 95 %; {INERTIA_CONVENTION}; J_1, J_2, J_3: principal moments\n%: of m, L and m L²; L = rms distance of the sensors of a test from \
+             their centroid"
         )
     })?;
     // The answer does not need the report.

@@ -7,23 +7,26 @@ mod study;
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
-use massline_shared::body::INERTIAL_PARAMETERS;
+use massline_result::FilePath;
 use massline_shared::identify::Method;
 use massline_shared::layout::TestSettings;
 
+use crate::commands::compare::Comparison;
 use crate::commands::files::ReplaceArgs;
 use crate::commands::number::seed;
+use crate::commands::show::DetailsArgs;
 use crate::commands::simulated::ReportArgs;
-use crate::document::{DemoWheel, DemoWheelFiles, FilePath};
+use crate::document::{DemoWheel, DemoWheelFiles};
 use crate::error::{Error, Result};
 use crate::file::{self, Existing};
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
-use crate::output::{Output, Tone, align_right, table};
-use crate::report::{message_in, modes_text};
+use crate::output::{Output, Tone, align_right, counted, table};
+use crate::report::{Extent, message_in, result_text};
 use crate::result_file::ResultFile;
 use crate::rig::RigKind;
-use crate::solve::{FrfSolution, Options, SUSPENSION_BAND_HZ, solve};
+use crate::solution::Solution;
+use crate::solve::{Options, solve};
 use crate::uff::UffFile;
 use study::{Row, SET_NAMES, Study, Wheel};
 
@@ -78,6 +81,8 @@ pub struct Args {
     report: ReportArgs,
     #[command(flatten)]
     replace: ReplaceArgs,
+    #[command(flatten)]
+    details: DetailsArgs,
 }
 
 /// Fewest runs whose coverage says something.
@@ -120,35 +125,48 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         studies.push(study);
     }
     let mass_lines = mass_lines(args)?;
-    let report = args.report.write(|| of_all_forces(&wheel, args), existing);
+    let (file, uff) = first_run(&wheel, args)?;
+    let solution = solve(&file, &uff, &Options::default(), |_, _| ())?;
+    let answer =
+        Comparison::new("all forces", args.seed, wheel.truth(), wheel.length(), solution.result());
+    let page = || {
+        let name = file.title.clone();
+        let mut source = ResultFile::of_result(answer.result.clone(), Some(&file), name)?;
+        source.add_responses(&uff, None)?;
+        Ok(vec![source])
+    };
+    let report = args.report.write(page, existing);
     let written = report.as_ref().ok().and_then(|path| path.as_ref()).map(FilePath::from);
     let value = DemoWheel {
         noise_m_per_s2_per_n: args.noise,
         spacing_hz: args.spacing,
         tyre: args.tyre,
         seed: args.seed,
+        answer: answer.document()?,
         sets: studies.iter().map(Study::to_json).collect(),
         mass_lines: mass_lines.clone(),
         report: written,
     };
+    output.conclude(answer.result.verdict);
     output.answer(&value, |output| {
-        format!("{}mass lines of responses up to 120 Hz: {mass_lines}\n", text(&studies, output))
+        let extent = args.details.extent();
+        let mut text = result_text(&answer.result, extent) + &methods_text(&studies);
+        if extent == Extent::Details {
+            text += &details_text(&studies, output);
+        }
+        format!("{text}mass lines of responses up to 120 Hz: {mass_lines}")
     })?;
     // The answer does not need the report.
     args.report.offer(report?, output);
     Ok(())
 }
 
-/// The responses of the first run to all forces, as `massline solve` solves the files of `--write`.
-fn of_all_forces(wheel: &Wheel, args: &Args) -> Result<Vec<ResultFile>> {
+/// The layout, and the responses of the first run to all forces, as `--write` writes them.
+fn first_run(wheel: &Wheel, args: &Args) -> Result<(LayoutFile, UffFile)> {
     let mut file = LayoutFile::parse(LAYOUT, "wheel.toml")?;
     let name = if args.tyre { "simulated wheel with a tyre" } else { "simulated wheel" };
     file.title = name.into();
-    let uff = UffFile::parse(&wheel.universal_file(args.seed))?;
-    let solution = solve(&file, &uff, &Options::default(), |_, _| ())?;
-    let mut source = ResultFile::of_solution(&solution.document(), &file, name.into())?;
-    source.add_responses(&uff, None)?;
-    Ok(vec![source])
+    Ok((file, UffFile::parse(&wheel.universal_file(args.seed))?))
 }
 
 /// A band between the suspension modes and the modes of the tyre, Hz, where there is no mass line.
@@ -170,7 +188,7 @@ fn mass_lines(args: &Args) -> Result<String> {
 }
 
 /// The mass of an answer and the first of its warnings.
-fn warnings_of(answer: &FrfSolution, file: &LayoutFile) -> String {
+fn warnings_of(answer: &Solution, file: &LayoutFile) -> String {
     let mass = answer.answer().map_or(f64::NAN, |estimate| estimate.body.mass);
     let [low, high] = BELOW_TYRE;
     let mut text = format!("from {low:.0} to {high:.0} Hz they give a mass of {mass:.1} kg");
@@ -207,28 +225,42 @@ fn write_files(
         .answer(&value, |_| format!("try: massline solve {} {}", layout.display(), path.display()))
 }
 
-fn text(studies: &[Study], output: &Output) -> String {
-    let mut text = String::new();
-    if let Some((study, modes)) =
-        studies.iter().find_map(|study| Some((study, study.modes.as_ref()?)))
-    {
-        text += &modes_text(modes, SUSPENSION_BAND_HZ, &study.layout);
+/// The error of each method under each set of forces, in one table.
+fn methods_text(studies: &[Study]) -> String {
+    let Some(first) = studies.first() else { return String::new() };
+    let mut all = table();
+    let sets = studies.iter().map(|study| match study.set.as_str() {
+        "all" => "all forces".to_owned(),
+        set => format!("set {set}"),
+    });
+    all.set_header(std::iter::once("rms error, %".to_owned()).chain(sets));
+    align_right(&mut all, 1..=studies.len());
+    for (k, row) in first.rows.iter().enumerate() {
+        let cells = studies.iter().map(|study| {
+            let error = study.rows.get(k).and_then(|row| row.error);
+            error.map_or("-".into(), |error| format!("{error:.4}"))
+        });
+        all.add_row(std::iter::once(row.name.clone()).chain(cells));
     }
-    text += &truth_text();
+    let flexible = studies.iter().any(|study| study.flexible > 0);
+    let warning = if flexible {
+        "a flexible mode above the band shows: only the global fit takes it into account, and the other methods are off\n"
+    } else {
+        ""
+    };
+    format!("{all}\n{warning}")
+}
+
+/// What one set of forces after the other says.
+fn details_text(studies: &[Study], output: &Output) -> String {
+    let mut text = String::new();
     for study in studies {
-        let runs = if study.runs == 1 { "one run".into() } else { format!("{} runs", study.runs) };
+        let runs = counted(study.runs, "run");
         let heading = format!("set {}: {}; {runs}", study.set, study.forces.join(", "));
         text += &format!("\n{}\n{}", output.toned(&heading, Tone::Strong), table_of(study));
         if study.flexible > 0 {
-            let which = if study.flexible == study.runs {
-                "every run".into()
-            } else {
-                format!("{} of {} runs", study.flexible, study.runs)
-            };
-            text += &format!(
-                "a flexible mode above the band shows in {which}: only the global fit takes it into account, and the \
-                 other methods are off\n"
-            );
+            text +=
+                &format!("a flexible mode above the band shows in {} of {runs}\n", study.flexible);
         }
     }
     text += "\n";
@@ -237,16 +269,6 @@ fn text(studies: &[Study], output: &Output) -> String {
     }
     text + "error: root mean square of the ten properties, relative to m, L, L, L and m L² (six times); over the bound: \
             of Cramér and Rao; coverage: part of the 95 % intervals that contain the truth\n"
-}
-
-/// The wheel's properties.
-fn truth_text() -> String {
-    let values = Wheel::truth();
-    let all = INERTIAL_PARAMETERS.iter().zip(&values).map(|(parameter, value)| {
-        let value = value * parameter.table_factor;
-        format!("{} {value:.4} {}", parameter.symbol, parameter.table_unit)
-    });
-    format!("the truth: {}\n", all.collect::<Vec<_>>().join(", "))
 }
 
 fn table_of(study: &Study) -> String {

@@ -48,9 +48,9 @@ impl Report<'_> {
         let findings = self.findings().into_iter();
         DeviceStats {
             firmware: identity.firmware.as_str().to_owned(),
-            boot_reason: BootReason::from(identity.boot_reason).name(),
+            boot_reason: BootReason::from(identity.boot_reason).name().into(),
             last_panic: identity.last_panic.as_str().to_owned(),
-            clock: Clock::from(hardware.clock).name(),
+            clock: Clock::from(hardware.clock).name().into(),
             brown_out_mv: hardware.brown_out_mv,
             supply_is_low: hardware.supply_is_low,
             battery: battery
@@ -80,7 +80,12 @@ impl Report<'_> {
             stack_high_water: self.of_stack(stats.stack_high_water),
             stack_size: self.of_stack(stats.stack_size),
             stack_free: self.of_stack(self.stack_free()),
-            findings: findings.map(|(counter, text)| CounterFinding { counter, text }).collect(),
+            findings: findings
+                .map(|(counter, text)| CounterFinding {
+                    counter: counter.into(),
+                    text: text.into(),
+                })
+                .collect(),
         }
     }
 

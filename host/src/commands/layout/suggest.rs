@@ -11,12 +11,13 @@ use super::super::show;
 use super::check::{AssumptionArgs, forecast_of};
 use crate::commands::files::{self, ReplaceArgs};
 use crate::design::{Options, Wanted, report, suggest};
-use crate::document::{FilePath, LayoutSuggestion};
+use crate::document::LayoutSuggestion;
 use crate::error::{Error, Result};
 use crate::file::{self, Existing};
 use crate::layout_file::{LayoutFile, MAX_BYTES};
 use crate::output::Output;
 use crate::report::message_in;
+use massline_result::FilePath;
 
 /// Arguments of `massline layout suggest`.
 #[derive(Debug, clap::Args)]

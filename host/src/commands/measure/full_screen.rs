@@ -12,13 +12,13 @@ use massline_shared::measurement::campaign::Phase;
 use super::presenter::Presenter;
 use crate::client::{Client, ClientError};
 use crate::commands::keyboard::{Keyboard, no_terminal};
-use crate::document::ModesSoFar;
 use crate::error::Result;
 use crate::output::{Output, harmless};
 use crate::precision::PrecisionReport;
 use crate::readings::Chain;
 use crate::screen::guide::{Guide, HitReadings, Wanted};
 use crate::screen::{Screen, View};
+use massline_result::ModesSoFar;
 
 /// Time between two requests for the levels.
 const LEVELS: Duration = Duration::from_millis(200);

@@ -8,8 +8,10 @@ use massline_shared::measurement::campaign::Command;
 use crate::campaign::explain_refusal;
 use crate::client::Client;
 use crate::commands::progress::Progress;
-use crate::document::ModesSoFar;
+use massline_result::ModesSoFar;
+
 use crate::error::Result;
+use crate::modes_so_far;
 use crate::precision::PrecisionReport;
 
 /// Shows a campaign to a person.
@@ -78,7 +80,7 @@ impl Presenter for Progress<'_> {
     }
 
     fn modes(&mut self, report: &ModesSoFar) {
-        Progress::line(self, &report.to_text());
+        Progress::line(self, &modes_so_far::text(report));
     }
 
     fn ringing(&mut self, left_s: Option<u64>) {

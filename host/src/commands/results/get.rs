@@ -5,18 +5,21 @@ use std::path::PathBuf;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::layout::HostLayout;
 
-use crate::archive::{Archive, ArchivedLayout};
+use crate::archive::{Archive, ArchivedLayout, EXTENSION};
 use crate::client::Client;
 use crate::commands::archive::ArchiveArgs;
 use crate::commands::connect::PortArgs;
-use crate::commands::{files, show};
-use crate::document::FilePath;
+use crate::commands::files;
+use crate::commands::show::{self, DetailsArgs, Next};
 use crate::error::{Error, Result};
 use crate::identification::Selection;
+use crate::judgement::result_of_rig;
 use crate::layout_file::LayoutFile;
-use crate::output::Output;
+use crate::output::{Output, shell_path};
 use crate::report::hash_text;
 use crate::rig_lines::{RigLines, StoredTest};
+use crate::rig_solution::solve_test;
+use massline_result::{FilePath, TestResult};
 
 /// Arguments of `massline results get`.
 #[derive(Debug, clap::Args)]
@@ -40,6 +43,8 @@ pub struct Args {
     #[command(flatten)]
     archive: ArchiveArgs,
     #[command(flatten)]
+    details: DetailsArgs,
+    #[command(flatten)]
     port: PortArgs,
 }
 
@@ -57,18 +62,40 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if args.archive.path().is_some() && layout.is_none() {
         return Err(no_layout(&result));
     }
-    let nominal = layout.as_ref().map(ArchivedLayout::nominal);
     let test = StoredTest { result: &result, lines: &lines };
-    let mut shown = show::document(test, nominal.as_ref(), Selection::All, output);
-    if let Ok(shown) = &mut shown {
-        shown.value.archive = args.archive.path().map(FilePath::from);
-    }
-    let answers = serde_json::json!(shown.as_ref().ok().map(|shown| &shown.value));
-    let printed = shown.and_then(|shown| shown.print(output));
+    let next = match (args.archive.path(), &layout) {
+        // Said once the file is there.
+        (Some(_), _) => Next::Other(String::new()),
+        (None, Some(_)) => {
+            let layout = args.layout.as_deref().map(shell_path);
+            let layout = layout.map(|path| format!(" --layout {path}")).unwrap_or_default();
+            Next::Other(format!(
+                "next: `massline results get {} -o result-{0}.{EXTENSION}{layout}{}` keeps it in a file",
+                args.number,
+                args.port.as_typed()
+            ))
+        }
+        (None, None) => Next::Other(
+            "next: with the layout of the test (--layout FILE) the program solves it itself".into(),
+        ),
+    };
+    let next = (args.details.extent(), &next);
+    let (answers, printed) = match &layout {
+        Some(layout) => {
+            let solution = solve_test(test, &layout.nominal(), Selection::All);
+            let archive = args.archive.path().map(FilePath::from);
+            let answers = TestResult { archive, ..solution.result() };
+            let printed = show::print(&solution, &answers, next, output);
+            (Some(answers), printed)
+        }
+        None => {
+            let of_rig = show::require_answer(&result).map(|()| result_of_rig(&result));
+            (None, of_rig.and_then(|of_rig| show::print_result(&of_rig, next, output)))
+        }
+    };
     if args.archive.path().is_some() {
         let layout = layout.ok_or_else(|| no_layout(&result))?;
-        let mut archive =
-            Archive::new(&identity, layout, &client.calibration()?, result, &answers)?;
+        let mut archive = Archive::new(&identity, layout, &client.calibration()?, result, answers);
         archive.lines = lines.into_dofs();
         if archive.calibration()?.is_none() {
             output.warn(
@@ -76,6 +103,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             );
         }
         args.archive.write(&archive, output)?;
+        args.archive.propose_report(output);
     }
     printed
 }

@@ -5,7 +5,7 @@ use massline_protocol::object::MeasurementResult;
 use crate::commands::connect::PortArgs;
 use crate::document::{KeptResult, ResultsList};
 use crate::error::Result;
-use crate::judgement::verdict_on_rig;
+use crate::judgement::result_of_rig;
 use crate::output::{self, Output, Table};
 use crate::report::{Summary, hash_text};
 
@@ -36,13 +36,13 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if results.is_empty() {
         return output.answer(&document, |_| "the rig keeps no results".into());
     }
-    let table = table(&results, output);
+    let table = table(&results);
     output.answer_table(&document, &table)
 }
 
 fn entry(result: &MeasurementResult, bytes: u32) -> KeptResult {
     KeptResult {
-        summary: summary(result).to_json(),
+        summary: summary(result).document(),
         number: result.head.number,
         layout_hash: hash_text(result.head.layout_hash),
         bytes,
@@ -50,15 +50,15 @@ fn entry(result: &MeasurementResult, bytes: u32) -> KeptResult {
 }
 
 fn summary(result: &MeasurementResult) -> Summary {
-    Summary::of(result, verdict_on_rig(result).map(|(verdict, _)| verdict))
+    Summary::of(&result_of_rig(result))
 }
 
-fn table(results: &[(MeasurementResult, u32)], output: &Output) -> Table {
+fn table(results: &[(MeasurementResult, u32)]) -> Table {
     let mut table = output::table();
     table.set_header(["number", "title", "measured", "method", "mass", "verdict"]);
     for (result, _) in results {
         let mut row = vec![result.head.number.to_string()];
-        row.extend(summary(result).columns(output));
+        row.extend(summary(result).columns());
         table.add_row(row);
     }
     table

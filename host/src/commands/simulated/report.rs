@@ -6,7 +6,7 @@ use crate::archive::Archive;
 use crate::error::Result;
 use crate::file::{self, Existing};
 use crate::html_report::html;
-use crate::output::Output;
+use crate::output::{Output, this_command_with};
 use crate::result_file::ResultFile;
 
 /// The option for a report.
@@ -54,7 +54,10 @@ impl ReportArgs {
                  `massline export`",
                 path.display()
             ),
-            None => "to see it as a page with pictures, repeat the command with --report FILE.html".into(),
+            None => format!(
+                "next: `{}` makes a page with pictures",
+                this_command_with("--report page.html")
+            ),
         });
     }
 }

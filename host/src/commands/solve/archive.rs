@@ -6,15 +6,18 @@ use massline_shared::identify::{Method, Observable};
 use massline_shared::layout::{HostLayout, TestProfile};
 
 use crate::archive::Archive;
-use crate::commands::{files, show};
+use crate::commands::files;
+use crate::commands::show::{self, Next};
 use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::output::Output;
+use crate::report::Extent;
 use crate::rig_lines::{RigLines, StoredTest};
+use crate::rig_solution::solve_test;
 use crate::single_fault::NominalTest;
 
-/// Prints the answer that the archive holds and what this program finds from its mass lines, or from its lines about the
-/// suspension modes, with the archive's layout or the one of a file.
+/// Prints what this program finds from the mass lines of an archive, or from its lines about the suspension modes, with the
+/// archive's layout or the one of a file.
 ///
 /// # Errors
 /// When a file is bad, the layout is that of another test, or the data cannot determine the answer.
@@ -22,6 +25,7 @@ pub(super) fn solve(
     path: &Path,
     layout: Option<&Path>,
     selection: Selection,
+    extent: Extent,
     output: &mut Output,
 ) -> Result<()> {
     let archive = Archive::read(path)?;
@@ -34,7 +38,14 @@ pub(super) fn solve(
     }
     let lines = RigLines::of_archive(&archive);
     let test = StoredTest { result: &archive.result, lines: &lines };
-    show::solved_again(test, &nominal, selection, output)
+    let solution = solve_test(test, &nominal, selection);
+    // A page shows the answer by all methods with the archive's own layout.
+    let next = match (layout, selection) {
+        (None, Selection::All) => Next::Page(path),
+        _ => Next::Details,
+    };
+    output.conclude(solution.verdict());
+    show::print(&solution, &solution.result(), (extent, &next), output)
 }
 
 /// The test with the layout of a file; settings with which the archive was measured stay.

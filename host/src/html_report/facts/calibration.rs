@@ -9,6 +9,7 @@ use crate::calibration::day::Day;
 use crate::error::Result;
 use crate::report::hash_text;
 use crate::result_file::ResultFile;
+use crate::typography::with_minus_signs;
 
 /// A calibration that was made longer ago than this is old, days.
 const OLD: i32 = 365;
@@ -33,7 +34,7 @@ pub(super) fn group(source: &ResultFile) -> Result<Group> {
             }
             hash_text(archive.result.head.calibration)
         }
-        None => source.document()["calibration"].as_str().map(str::to_owned),
+        None => source.result().calibration.clone(),
     };
     if source.archive().is_some() || checksum.is_some() {
         let used = match source.gains() {
@@ -95,7 +96,8 @@ fn channels(of: &CalibrationRecord) -> Folded {
             hertz => format!("{hertz:.1}"),
         };
         let zero = format!("{:.4}", channel.zero.0);
-        vec![name, zero, format!("{:.4} {unit}", 1e3 * channel.sensitivity), cutoff]
+        let sensitivity = format!("{:.4} {unit}", 1e3 * channel.sensitivity);
+        vec![name, with_minus_signs(&zero), with_minus_signs(&sensitivity), cutoff]
     };
     let [hammer, responses @ ..] = &of.calibration.channels;
     let mut rows = vec![row("hammer".into(), hammer, "mV/N")];

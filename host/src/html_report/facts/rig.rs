@@ -14,7 +14,7 @@ const SIMULATED: [&str; 2] = ["virtual", "mps2-an386"];
 pub(in super::super) fn board(source: &ResultFile) -> String {
     match source.archive() {
         Some(archive) => archive.rig.board.clone(),
-        None if source.truth().is_some() => "simulated".into(),
+        None if is_of_simulated_rig(source) => "simulated".into(),
         None => String::new(),
     }
 }
@@ -23,12 +23,22 @@ pub(in super::super) fn board(source: &ResultFile) -> String {
 pub(in super::super) fn simulated(source: &ResultFile) -> String {
     let board = source.archive().map(|archive| archive.rig.board.as_str());
     match board.filter(|board| SIMULATED.contains(board)) {
-        Some(board) => format!("Simulated: the rig {board} has measured a simulated object."),
-        None if source.truth().is_some() => {
+        Some(board) => {
+            format!("Simulated: a simulated rig ({board}) has measured a simulated object.")
+        }
+        None if is_of_simulated_rig(source) => {
             "Simulated: a simulated rig has measured a simulated object.".into()
+        }
+        None if source.result().truth.is_some() => {
+            "Simulated: these are the responses of a simulated object.".into()
         }
         None => String::new(),
     }
+}
+
+/// Whether a simulated rig has measured it.
+fn is_of_simulated_rig(source: &ResultFile) -> bool {
+    source.result().truth.is_some() && source.result().firmware.is_some()
 }
 
 /// Board, firmware and sampling.
@@ -70,14 +80,14 @@ fn long_record(adc: &AdcProperties) -> String {
 
 /// What a document says, which has no more than this.
 fn of_document(source: &ResultFile) -> Vec<Fact> {
-    let document = source.document();
+    let result = source.result();
     let mut rows = Vec::new();
-    if let Some(firmware) = document["firmware"].as_str() {
+    if let Some(firmware) = &result.firmware {
         let board = board(source);
         rows.extend((!board.is_empty()).then(|| fact("board", board)));
         rows.push(fact("firmware", firmware));
     }
-    if let (Some(seed), Some(_)) = (document["seed"].as_u64(), source.truth()) {
+    if let (Some(seed), Some(_)) = (result.seed, result.truth) {
         rows.push(fact("seed of the simulation", seed.to_string()));
     }
     rows

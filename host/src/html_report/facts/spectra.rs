@@ -1,16 +1,18 @@
 //! What the frequency responses reach, and how far the hammer drives them.
 
+use massline_result::MeasuredDof;
+
 use super::{Fact, Group, fact};
 use crate::archive::{Archive, ArchivedSpectra};
-use crate::result_file::{ResultFile, ShownDof};
+use crate::result_file::ResultFile;
 
 /// Resolution, highest frequency, and the force at the upper end of the band.
-pub(super) fn group(source: &ResultFile, measured: &[ShownDof]) -> Group {
+pub(super) fn group(source: &ResultFile, measured: &[MeasuredDof]) -> Group {
     let rows = source.archive().map_or(Vec::new(), |archive| rows(archive, measured));
     Group::new("Spectra", rows)
 }
 
-fn rows(archive: &Archive, measured: &[ShownDof]) -> Vec<Fact> {
+fn rows(archive: &Archive, measured: &[MeasuredDof]) -> Vec<Fact> {
     let Some(spectra) = archive.spectra.first() else { return Vec::new() };
     let highest = spectra.resolution_hz * spectra.force_auto.len().saturating_sub(1) as f64;
     let mut rows = vec![

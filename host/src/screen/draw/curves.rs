@@ -13,6 +13,11 @@ use crate::screen::Theme;
 
 /// Fewest rows of a plot: its frame, the axis with its numbers, and two rows of curves.
 const LOWEST: u16 = 6;
+/// From this width on a plot shows a curve well, and from this height on.
+const WIDE: u16 = 50;
+const TALL: u16 = 12;
+/// Columns and rows for each number beside an axis.
+const APART: [u16; 2] = [20, 5];
 
 /// Curves over one axis.
 pub(super) struct Curves<'a> {
@@ -25,9 +30,12 @@ pub(super) struct Curves<'a> {
     pub y: Option<[f64; 2]>,
 }
 
-/// Places of two plots, one above the other, the upper with this share of the rows in percent. Where there is room for
-/// one only, the lower is empty.
-pub(super) fn stacked(area: Rect, upper: u16) -> [Rect; 2] {
+/// Places of two plots: beside each other in an area that is wide and low, else one above the other, the upper with
+/// this share of the rows in percent. Where there is room for one only, the second is empty.
+pub(super) fn pair(area: Rect, upper: u16) -> [Rect; 2] {
+    if area.width >= 2 * WIDE && area.height < 2 * TALL {
+        return Layout::horizontal([Constraint::Fill(1); 2]).areas(area);
+    }
     if area.height < 2 * LOWEST {
         return [area, Rect { height: 0, ..area }];
     }
@@ -55,14 +63,16 @@ pub(super) fn plot(curves: &Curves<'_>, frame: &mut Frame<'_>, area: Rect, theme
         let set = Dataset::default().marker(marker).graph_type(kind);
         set.style(theme.curve(place)).data(points)
     });
-    let axis = |limits: [f64; 2]| {
-        Axis::default().style(theme.faint()).bounds(limits).labels(limits.map(label))
+    let axis = |limits: [f64; 2], numbers: u16| {
+        Axis::default().style(theme.faint()).bounds(limits).labels(labels(limits, numbers))
     };
+    let [across, up] = [area.width / APART[0], area.height / APART[1]];
     let mut block = framed(curves.title, theme);
     if curves.points.len() > 1 {
         block = block.title_bottom(legend(&curves.names, theme));
     }
-    let chart = Chart::new(sets.collect()).block(block).x_axis(axis(curves.x)).y_axis(axis(y));
+    let chart =
+        Chart::new(sets.collect()).block(block).x_axis(axis(curves.x, across)).y_axis(axis(y, up));
     frame.render_widget(chart.legend_position(None), area);
 }
 
@@ -99,7 +109,13 @@ fn thinned(
     wanted.filter_map(|x| points.get(points.partition_point(|(at, _)| *at < x)).copied()).collect()
 }
 
-/// A number at the end of an axis.
+/// So many numbers along an axis, at least those at its ends.
+fn labels([from, to]: [f64; 2], numbers: u16) -> Vec<String> {
+    let last = f64::from(numbers.max(2) - 1);
+    (0..numbers.max(2)).map(|k| label(from + (to - from) * f64::from(k) / last)).collect()
+}
+
+/// A number beside an axis.
 fn label(value: f64) -> String {
     match value.abs() {
         size if size >= 100.0 => format!("{value:.0}"),

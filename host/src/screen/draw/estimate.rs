@@ -13,8 +13,6 @@ use crate::screen::Theme;
 use crate::screen::guide::Guide;
 use crate::screen::interim::InterimEstimate;
 
-/// Estimates of which the widths are shown.
-const SHOWN: usize = 6;
 /// Width of a property with its interval, and of the name of a width.
 const PROPERTY: usize = 22;
 const NAME: usize = 8;
@@ -52,7 +50,6 @@ fn property([name, value, half, unit]: &[String; 4]) -> String {
 /// The widths after each of the last DOFs, as many as fit.
 fn trend(estimates: &[InterimEstimate], room: usize, theme: Theme) -> Vec<Line<'static>> {
     let known: Vec<Widths<f64>> = estimates.iter().filter_map(|estimate| estimate.widths).collect();
-    let known = &known[known.len().saturating_sub(SHOWN)..];
     let row = |name: &'static str, unit: &'static str, of: fn(&Widths<f64>) -> f64| {
         let widths: Vec<String> = known.iter().map(|widths| two_digits(of(widths))).collect();
         let since = |first: usize| format!("±{} {unit}", widths[first..].join(" → "));

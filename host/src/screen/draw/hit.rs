@@ -6,7 +6,7 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
-use super::curves::{Curves, plot, stacked};
+use super::curves::{Curves, pair, plot};
 use super::framed;
 use crate::output::Tone;
 use crate::report::swing_words;
@@ -61,7 +61,7 @@ pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: 
         let text = text.wrap(Wrap { trim: true }).style(theme.faint());
         return frame.render_widget(text, area);
     };
-    let [force, responses] = stacked(area, 50);
+    let [force, responses] = pair(area, 50);
     let is_last = guide.hit.as_ref().is_none_or(|hit| hit.number == of.number);
     let which = if is_last { "" } else { "last hit that was read: " };
     let title = format!(" {which}force, N, over ms ");

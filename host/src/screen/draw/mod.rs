@@ -33,6 +33,8 @@ const SMALLEST: [u16; 2] = [60, 18];
 /// From this height on, all pages are shown one above the other, and from this width on beside each other.
 const TALL: u16 = 40;
 const WIDE: u16 = 150;
+/// Rows of a page of words.
+const WORDS: u16 = 20;
 
 impl View for Guide {
     fn draw(&self, frame: &mut Frame<'_>, theme: Theme) {
@@ -80,7 +82,8 @@ fn guide(guide: &Guide, frame: &mut Frame<'_>, theme: Theme) {
     if guide.pages.help {
         return keys::help(frame, middle, theme);
     }
-    let left = (area.width * 2 / 5).clamp(28, 56);
+    // The sketch is as large as its height allows; a cell is twice as high as wide.
+    let left = (area.width * 2 / 5).min(2 * area.height).max(28);
     let [left, right] =
         Layout::horizontal([Constraint::Length(left), Constraint::Min(0)]).areas(middle);
     left_side(guide, frame, left, theme);
@@ -95,13 +98,11 @@ fn message(guide: &Guide, theme: Theme) -> Option<(&str, Style)> {
 
 /// Where to hit.
 fn left_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    let has_room = area.height >= place::LARGE + sketch::LOWEST + levels::HEIGHT;
+    let bars = levels::height(guide, frame.area().height >= TALL);
+    let has_room = area.height >= place::LARGE + sketch::LOWEST + bars;
     let name = if has_room { place::LARGE } else { place::WORDS };
-    let rows = [
-        Constraint::Length(name),
-        Constraint::Min(sketch::LOWEST),
-        Constraint::Length(levels::HEIGHT),
-    ];
+    let rows =
+        [Constraint::Length(name), Constraint::Min(sketch::LOWEST), Constraint::Length(bars)];
     let [name, body, bars] = Layout::vertical(rows).areas(area);
     place::name(guide, frame, name, theme);
     sketch::body(guide, frame, body, theme);
@@ -119,12 +120,20 @@ fn right_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
             Layout::horizontal(pages.iter().map(|_| Constraint::Fill(1))).split(area)
         }
         () if frame.area().height >= TALL => {
-            Layout::vertical(pages.iter().map(|_| Constraint::Fill(1))).split(area)
+            Layout::vertical(pages.iter().map(|page| page_rows(*page, area.height))).split(area)
         }
         () => return page(guide.pages.current, guide, frame, area, theme),
     };
     for (of, place) in pages.iter().zip(places.iter()) {
         page(*of, guide, frame, *place, theme);
+    }
+}
+
+/// The rows of a page among three below each other: words need no more than they have, charts share the rest.
+fn page_rows(page: Page, height: u16) -> Constraint {
+    match page {
+        Page::Hit | Page::Spectra => Constraint::Fill(1),
+        Page::Estimate | Page::Modes => Constraint::Length(WORDS.min(height / 3)),
     }
 }
 

@@ -6,6 +6,7 @@ use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 
 use super::framed;
+use crate::modes_so_far;
 use crate::screen::Theme;
 use crate::screen::guide::Guide;
 
@@ -15,14 +16,14 @@ pub(super) fn modes(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: The
         let text = Paragraph::new("available after the first DOF").block(framed(" modes ", theme));
         return frame.render_widget(text.style(theme.faint()), area);
     };
-    let title = format!(" modes after {}, best hit, Norm Indicator ", seen.progress());
+    let title = format!(" modes after {}, best hit, Norm Indicator ", modes_so_far::progress(seen));
     let block = framed(&title, theme);
-    let advice = seen.advice();
+    let advice = modes_so_far::advice(seen);
     let width = usize::from(block.inner(area).width).max(1);
     // The advice comes first: it is what to do, and there may be no room for all.
     let advice = textwrap::wrap(&advice, width).into_iter();
     let mut lines: Vec<_> =
         advice.map(|line| Line::styled(line.into_owned(), theme.accent())).collect();
-    lines.extend(seen.rows().into_iter().map(Line::raw));
+    lines.extend(modes_so_far::rows(seen).into_iter().map(Line::raw));
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }

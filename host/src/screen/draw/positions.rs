@@ -7,6 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
 use massline_shared::calibration::tumble::Position;
+use massline_shared::layout::AXIS_LETTERS;
 
 use super::small::SmallView;
 use super::{framed, keys, large};
@@ -16,6 +17,10 @@ use crate::screen::positions::{Lying, Positions, briefly, in_words};
 
 /// From this size on, everything is shown.
 const FULL: [u16; 2] = [64, 23];
+/// From this height on, the readings are bars as well.
+const TALL: u16 = 32;
+/// Width of the name and the number of a reading.
+const NUMBER: u16 = 9;
 /// The keys, the most important first.
 const KEYS: [&str; 3] = ["Enter read", "p pause", "(positions already read are kept)"];
 
@@ -25,7 +30,9 @@ pub(super) fn all(view: &Positions, frame: &mut Frame<'_>, theme: Theme) {
     if area.width < FULL[0] || area.height < FULL[1] {
         return small(view, frame, theme);
     }
-    let rows = [1, 4, 2, 8, 6].map(Constraint::Length);
+    let of_sensor = if area.height < TALL { 1 } else { 4 };
+    let sensors = 2 + of_sensor * view.lies.len().max(3) as u16;
+    let rows = [1, 4, 2, 8, sensors].map(Constraint::Length);
     let [title, name, words, table, sensors, note, keys] =
         Layout::vertical(rows.into_iter().chain([Constraint::Min(1), Constraint::Length(1)]))
             .areas(area);
@@ -84,14 +91,35 @@ fn positions(view: &Positions, frame: &mut Frame<'_>, area: Rect, theme: Theme) 
 
 /// What the sensors read, and their orientation.
 fn orientations(view: &Positions, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    let lines = view.lies.iter().zip(1..).map(|(lying, number)| {
-        let [x, y, z] = [lying.reads.x, lying.reads.y, lying.reads.z];
-        let numbers = format!("sensor {number}: x {x:+.2}  y {y:+.2}  z {z:+.2} g  ");
+    let block = framed(" current orientation ", theme);
+    let room = block.inner(area).width.saturating_sub(NUMBER);
+    let are_bars = frame.area().height >= TALL;
+    let mut lines = Vec::new();
+    for (lying, number) in view.lies.iter().zip(1..) {
+        let axes = AXIS_LETTERS.iter().zip(lying.reads.iter().copied());
         let (word, style) = orientation(view, lying, theme);
-        Line::from(vec![Span::raw(numbers), Span::styled(word, style)])
-    });
-    let text = Paragraph::new(lines.collect::<Vec<_>>());
-    frame.render_widget(text.block(framed(" current orientation ", theme)), area);
+        let word = Span::styled(word, style);
+        if are_bars {
+            lines.push(Line::from(vec![Span::raw(format!("sensor {number}, g: ")), word]));
+            lines.extend(axes.map(|(letter, reads)| {
+                let number = Span::raw(format!("  {letter} {reads:+.2} "));
+                Line::from(vec![number, Span::styled(bar(reads, room), theme.accent())])
+            }));
+        } else {
+            let axes = axes.map(|(letter, reads)| format!("{letter} {reads:+.2}"));
+            let numbers = format!("sensor {number}: {} g  ", axes.collect::<Vec<_>>().join("  "));
+            lines.push(Line::from(vec![Span::raw(numbers), word]));
+        }
+    }
+    frame.render_widget(Paragraph::new(lines).block(block), area);
+}
+
+/// A reading as a bar from the middle of this room: to its ends for 1 g either way.
+fn bar(reads: f64, room: u16) -> String {
+    let half = usize::from(room.saturating_sub(1) / 2);
+    let full = (reads.abs().min(1.0) * half as f64).round() as usize;
+    let (bar, rest, none) = ("█".repeat(full), "·".repeat(half - full), "·".repeat(half));
+    if reads < 0.0 { format!("{rest}{bar}│{none}") } else { format!("{none}│{bar}{rest}") }
 }
 
 /// The orientation of a sensor in a few words.

@@ -4,7 +4,7 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::widgets::Paragraph;
 
-use super::curves::{Curves, plot, stacked};
+use super::curves::{Curves, pair, plot};
 use super::framed;
 use super::hit::SLOW;
 use crate::client::DofSpectra;
@@ -25,7 +25,7 @@ pub(super) fn spectra(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
     let band = guide.layout.test.expected_band().map(f64::from);
     let x = [0.0, 1.5 * band[1]];
     let shown = strongest(spectra, 3 * guide.layout.sensors.len(), band);
-    let [upper, lower] = stacked(area, 60);
+    let [upper, lower] = pair(area, 60);
     let names: Vec<String> = shown.iter().map(|(k, _)| guide.response(*k)).collect();
     let hits = if spectra.hits == 1 { "1 hit".into() } else { format!("{} hits", spectra.hits) };
     let title = format!(" {hits}: log (m/s²)/N over Hz ");

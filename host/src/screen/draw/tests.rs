@@ -1,3 +1,5 @@
+use std::ops::RangeInclusive;
+
 use crossterm::event::KeyCode;
 use massline_protocol::event::HitEvent;
 use massline_shared::calibration::tumble::Position;
@@ -11,6 +13,8 @@ use ratatui::backend::TestBackend;
 use super::curves::{Curves, plot};
 use super::*;
 use crate::output::harmless;
+use crate::readings::Readings;
+use crate::screen::guide::HitReadings;
 use crate::screen::guide::tests::{ALL, guide, layout, status};
 use crate::screen::positions::Lying;
 
@@ -104,6 +108,41 @@ fn the_full_view_fits_at_its_smallest_size() {
         assert!(screen.contains(word), "{word}: {screen}");
     }
     assert!(screen.matches('█').count() >= 10, "a bar for each channel: {screen}");
+}
+
+/// Rows and columns of a large terminal go to the charts.
+#[test]
+fn charts_grow_with_the_terminal() {
+    let mut guide = guide();
+    guide.status(&status(0, &[2, 0, 0]), std::time::Duration::ZERO);
+    guide.levels([12; 10]);
+    let wave = |k: usize| 40.0 * (k as f64 / 20.0).sin();
+    let readings =
+        Readings { force: (0..600).map(wave).collect(), responses: vec![vec![1.0; 600]; 9] };
+    let (scan_interval_s, pre_trigger_s) = (5e-5, 4e-3);
+    guide.readings = Some(HitReadings { number: 2, readings, scan_interval_s, pre_trigger_s });
+    let [small, large] = [[80, 24], [200, 60]].map(|size| shown(&guide, size));
+    let count = |screen: &str, signs: RangeInclusive<char>| {
+        screen.chars().filter(|sign| signs.contains(sign)).count()
+    };
+    let [before, after] = [&small, &large].map(|screen| count(screen, '⠁'..='⣿'));
+    assert!(after > 2 * before, "curves: {before} and {after}\n{large}");
+    let [before, after] = [&small, &large].map(|screen| count(screen, '█'..='█'));
+    assert!(after > 6 * before, "levels: {before} and {after}\n{large}");
+    // Between the numbers at the ends of an axis, -4.0 and 26.0.
+    assert!(large.contains("11.0") && !small.contains("11.0"), "{large}");
+}
+
+#[test]
+fn a_tall_terminal_draws_the_orientation_of_sensors_as_bars() {
+    let mut view = Positions::new(&Position::ALL, true);
+    view.ask(Position::ALL[0]);
+    view.lies(vec![Lying { reads: Vector3::new(-1.0, 0.5, 0.0), moves: false }; 3]);
+    let screen = shown(&view, [80, 40]);
+    for (bar, axis) in [("█│·", "x -1.00"), ("│█", "y +0.50"), ("·│·", "z +0.00")] {
+        let line = screen.lines().find(|line| line.contains(axis)).unwrap_or_default();
+        assert!(line.contains(bar), "{axis}: {screen}");
+    }
 }
 
 #[test]

@@ -25,17 +25,17 @@ fn every_method_that_applies_answers_and_they_agree() {
     }
     let agreement = solution.comparison.agreement.as_ref().unwrap();
     assert_eq!(agreement.outcome(), Outcome::Agree);
-    let json = json!(solution.document());
+    let json = json!(solution.result());
     assert_eq!(json["agreement"]["outcome"], json!("agree"));
     assert_eq!(json["suspension"]["modes"].as_array().unwrap().len(), 6);
-    let text = solution.to_text();
+    let text = text_of(&solution);
     for said in
         ["the methods agree", "begins at 23 Hz", "no answer from mass lines", "Norm Indicator"]
     {
         assert!(text.contains(said), "{said}: {text}");
     }
     // The lines do not reach into the band of mass lines.
-    assert!(solution.mass_lines.is_empty() && solution.band_hz.is_none());
+    assert!(solution.measured.mass_lines.is_empty() && solution.measured.band_hz.is_none());
 }
 
 #[test]
@@ -101,7 +101,7 @@ fn a_single_hit_is_enough_and_the_modes_that_it_hardly_shows_are_named() {
     let global = solution.answer().unwrap();
     assert_eq!(global.method, Method::GlobalFit);
     assert_near_truth(global, &truth);
-    let text = solution.to_text();
+    let text = text_of(&solution);
     for said in ["mode 2 hardly shows under any hit", "mode 6 hardly shows under any hit"] {
         assert!(text.contains(said), "{said}: {text}");
     }
@@ -188,7 +188,7 @@ fn a_method_that_is_asked_for_by_name_is_warned_of_a_tyre_as_well() {
     let tyre = SprungPart { share: 0.52, frequency_hz: 50.0, damping_ratio: 0.03 };
     let uff = unchanged(&lines(), tyre);
     for method in [Method::ContiBretl, Method::ToivolaNuutila, Method::Dppim] {
-        let text = solved(&noise_alone(), &uff, &named(method)).unwrap().to_text();
+        let text = text_of(&solved(&noise_alone(), &uff, &named(method)).unwrap());
         assert!(text.contains("a flexible mode above the band moves the apparent mass"), "{text}");
         assert!(!text.contains("a mass line begins"), "{text}");
     }

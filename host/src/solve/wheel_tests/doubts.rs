@@ -6,12 +6,12 @@ use nalgebra::Vector3;
 
 use super::*;
 
-fn found(solution: &FrfSolution, code: Code) -> Option<&Diagnostic> {
+fn found(solution: &Solution, code: Code) -> Option<&Diagnostic> {
     solution.diagnostics.iter().find(|d| d.code == code)
 }
 
 /// The estimate of a method.
-fn of(solution: &FrfSolution, method: Method) -> &Estimate<f64> {
+fn of(solution: &Solution, method: Method) -> &Estimate<f64> {
     let mut all = solution.identification.estimates.iter();
     all.find(|estimate| estimate.method == method).expect("an answer")
 }
@@ -173,7 +173,7 @@ fn a_wrong_gain_of_one_hit_is_no_flexible_mode_and_the_hit_is_named() {
             assert!(!has(estimate, Code::FlexibleModeAboveBand));
         }
         assert!(solution.global_fit.is_none());
-        let json = json!(solution.document());
+        let json = json!(solution.result());
         assert!(json["agreement"]["combined"].is_null(), "{}", json["agreement"]);
         let verdict = json["agreement"]["verdict"].as_str().unwrap();
         assert!(verdict.starts_with("no body on a suspension fits"), "{verdict}");
@@ -203,7 +203,7 @@ fn hum_at_one_line_is_left_out_of_the_global_fit_and_all_agree() {
     let global = of(&solution, Method::GlobalFit);
     assert_near_truth(global, &Bench::named("wheel").unwrap().truth());
     let agreement = solution.comparison.agreement.as_ref().unwrap();
-    assert_eq!(agreement.outcome(), Outcome::Agree, "{}", json!(solution.document())["agreement"]);
+    assert_eq!(agreement.outcome(), Outcome::Agree, "{}", json!(solution.result())["agreement"]);
 }
 
 #[test]
@@ -258,7 +258,7 @@ fn complex_shapes_put_the_methods_off_that_use_shapes_and_the_verdict_names_both
     let truth = Bench::named("wheel").unwrap().truth();
     assert_near_truth(of(&solution, Method::GlobalFit), &truth);
     assert_near_truth(of(&solution, Method::Dppim), &truth);
-    let json = json!(solution.document());
+    let json = json!(solution.result());
     let off: Vec<_> = json["agreement"]["off"].as_array().unwrap().to_vec();
     for method in with_shapes {
         assert!(off.contains(&json!(method.name())), "{}", json["agreement"]);
@@ -266,8 +266,8 @@ fn complex_shapes_put_the_methods_off_that_use_shapes_and_the_verdict_names_both
     let verdict = json["agreement"]["verdict"].as_str().unwrap();
     assert!(verdict.contains("are off") && verdict.contains("has a complex shape"), "{verdict}");
     let combined = &json["agreement"]["combined"];
-    let sigma = combined["sigma"]["mass"].as_f64().unwrap();
-    let error = combined["value"]["mass"].as_f64().unwrap() - truth.mass;
+    let sigma = combined["sigma"]["m"].as_f64().unwrap();
+    let error = combined["value"]["m"].as_f64().unwrap() - truth.mass;
     assert!(error.abs() < 4.0 * sigma, "{combined}");
 }
 

@@ -17,6 +17,7 @@ use nalgebra::Complex;
 use serde_json::json;
 
 use super::*;
+use crate::report::{Extent, result_text};
 use crate::uff::{Encoding, Frf, NodeDirection, write};
 
 const LAYOUT: &str = include_str!("../../../examples/wheel.toml");
@@ -84,7 +85,11 @@ fn unchanged(frequencies: &[f64], besides: impl Into<Besides>) -> UffFile {
     file(frequencies, besides, |_, _, _, h| h)
 }
 
-fn solved(text: &str, uff: &UffFile, options: &Options) -> Result<FrfSolution> {
+fn text_of(solution: &Solution) -> String {
+    result_text(&solution.result(), Extent::Details)
+}
+
+fn solved(text: &str, uff: &UffFile, options: &Options) -> Result<Solution> {
     solve(&LayoutFile::parse(text, "wheel.toml").unwrap(), uff, options, |_, _| ())
 }
 

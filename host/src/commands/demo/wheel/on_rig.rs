@@ -30,5 +30,5 @@ pub(super) fn run(args: &Args, rig: RigKind, output: &mut Output) -> Result<()> 
     let description = &describe(&bench, &format!(", bench {name}"));
     let shown = ShownTest { test, file: &file, report: &args.report, existing, description };
     let measured = shown.measure(&nominal_calibration(&bench).into(), output, |source| source)?;
-    shown.print(measured, None, output)
+    shown.print(measured, None, args.details.extent(), output)
 }

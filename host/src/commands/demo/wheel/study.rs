@@ -16,7 +16,7 @@ use crate::interrupt::Interrupt;
 use crate::parallel::pieces;
 use crate::solve::SUSPENSION_BAND_HZ;
 use crate::suspension::{
-    Answered, Asked, GlobalAnswer, HostFit, ModeChoice, Survey, SuspensionModes, Variant, answered,
+    Answered, Asked, GlobalAnswer, HostFit, ModeChoice, Survey, Variant, answered,
 };
 use crate::uff::{Encoding, functions_of, write};
 
@@ -67,14 +67,10 @@ pub(super) struct Study {
     pub(super) set: String,
     /// Hit DOFs.
     pub(super) forces: Vec<String>,
-    /// The layout with these hits.
-    pub(super) layout: HostLayout,
     pub(super) runs: u64,
     pub(super) rows: Vec<Row>,
     /// Runs in which the global fit found a flexible mode above the band.
     pub(super) flexible: u64,
-    /// The modes of the first run.
-    pub(super) modes: Option<SuspensionModes>,
 }
 
 /// Errors of one run: for each row the squared error over scale, summed over the ten, and the number of intervals that hold.
@@ -87,8 +83,6 @@ struct Run {
     bound: Option<f64>,
     /// The global fit found a flexible mode above the band.
     flexible: bool,
-    /// The modes, in the first run.
-    modes: Option<SuspensionModes>,
 }
 
 impl Wheel {
@@ -127,10 +121,13 @@ impl Wheel {
     }
 
     /// The ten properties, in the order of `theta`, SI.
-    pub(super) fn truth() -> Vec<f64> {
-        Bench::named("wheel")
-            .map(|bench| bench.truth().theta().iter().copied().collect())
-            .unwrap_or_default()
+    pub(super) fn truth(&self) -> [f64; 10] {
+        self.truth.theta().into()
+    }
+
+    /// The characteristic length of the sensors, m.
+    pub(super) fn length(&self) -> f64 {
+        self.layout.characteristic_length()
     }
 
     /// The layout with only these hits.
@@ -164,20 +161,19 @@ impl Wheel {
         let memory = || Box::new(Reduction::new());
         let one = |memory: &mut Box<Reduction<f64>>, run: u64| self.run(forces, seed, run, memory);
         let made = pieces(runs, interrupt, progress, memory, one);
-        let modes = made.first().and_then(|run| run.modes.clone());
         let rows = rows(&made);
         let layout = self.with_forces(forces);
         let forces = layout.hits.iter().map(|hit| hit.dof.to_string()).collect();
         let flexible = made.iter().filter(|run| run.flexible).count() as u64;
         let runs = made.len() as u64;
-        Ok(Study { set: set.into(), forces, layout, runs, rows, flexible, modes })
+        Ok(Study { set: set.into(), forces, runs, rows, flexible })
     }
 
     fn run(&self, forces: &[usize], seed: u64, run: u64, memory: &mut Reduction<f64>) -> Run {
         let variants = variants();
         let [of_global, combined] = [variants.len(), variants.len() + 1];
         let unanswered = || vec![None; variants.len() + 2];
-        let nothing = || Run { errors: unanswered(), bound: None, flexible: false, modes: None };
+        let nothing = || Run { errors: unanswered(), bound: None, flexible: false };
         let mut noisy = self.exact.clone();
         add_noise(&mut noisy, self.noise, seed, run);
         let all = self.layout.hits.len();
@@ -225,9 +221,8 @@ impl Wheel {
             let sigma = agreement.covariance.diagonal().map(f64::sqrt);
             errors[combined] = Some(self.error(&agreement.theta, Some(sigma)));
         }
-        let modes = (run == 0).then(|| SuspensionModes::new(&fit, &survey, Vec::new()));
         let bound = global.as_ref().and_then(|global| self.bound(&global.solution));
-        Run { errors, bound, flexible, modes }
+        Run { errors, bound, flexible }
     }
 
     /// The squared Cramér-Rao bound over scale, summed over the ten: the covariance of the global fit under the true noise.
@@ -258,7 +253,7 @@ impl Wheel {
 fn rows(runs: &[Run]) -> Vec<Row> {
     let bounds: Vec<f64> = runs.iter().filter_map(|run| run.bound).collect();
     let bound = bounds.iter().sum::<f64>() / bounds.len() as f64;
-    let others = [Method::GlobalFit.entry().title.into(), "combined".into()];
+    let others = [Method::GlobalFit.name().into(), "combined".into()];
     let row = |(place, name): (usize, String)| {
         let answered: Vec<_> = runs.iter().filter_map(|run| run.errors[place]).collect();
         let count = answered.len() as f64;
@@ -279,11 +274,11 @@ fn rows(runs: &[Run]) -> Vec<Row> {
 
 /// The name of a row.
 fn name_of(variant: &Variant) -> String {
-    let title = variant.method.entry().title;
+    let name = variant.method.name();
     match variant.choice {
-        ModeChoice::All => title.into(),
-        ModeChoice::Five => format!("{title}, five modes"),
-        ModeChoice::BestForce => format!("{title}, best force"),
+        ModeChoice::All => name.into(),
+        ModeChoice::Five => format!("{name}, five modes"),
+        ModeChoice::BestForce => format!("{name}, best force"),
     }
 }
 

@@ -1,0 +1,72 @@
+//! Findings, refusals and what a test cannot see.
+
+use massline_shared::diagnosis::Severity;
+use massline_shared::identify::Method;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::{FindingCode, Named, Verdict};
+
+/// A note, a warning or an error about a test.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "finding")]
+pub struct Finding {
+    /// What was found.
+    pub code: FindingCode,
+    /// `note`, `warning` or `error`.
+    pub severity: Named<Severity>,
+    /// A sentence for people.
+    pub message: String,
+}
+
+impl Finding {
+    /// Whether it puts the answer in doubt.
+    pub fn is_grave(&self) -> bool {
+        self.severity.0 > Severity::Note
+    }
+}
+
+/// Something that puts an answer in doubt.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "verdict_reason")]
+pub struct VerdictReason {
+    /// What it is.
+    pub code: FindingCode,
+    /// What it makes of the result.
+    pub verdict: Verdict,
+    /// A sentence or a clause for people.
+    pub message: String,
+    /// Its first clause, for a heading; `null` where the message is no more than that.
+    pub clause: Option<String>,
+}
+
+impl VerdictReason {
+    /// The reason in a heading.
+    pub fn in_brief(&self) -> &str {
+        self.clause.as_deref().unwrap_or(&self.message)
+    }
+}
+
+/// A method without an answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "refusal")]
+pub struct Refusal {
+    /// The method.
+    pub method: Named<Method>,
+    /// Stable name of the first reason.
+    pub code: String,
+    /// All reasons as sentences.
+    pub message: String,
+    /// Stable names of all reasons.
+    pub codes: Vec<String>,
+}
+
+/// An error that the test cannot see.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "unseen")]
+pub struct Unseen {
+    /// Stable name.
+    pub source: String,
+    /// What it is and how far it is covered.
+    pub message: String,
+}

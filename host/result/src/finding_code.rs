@@ -1,0 +1,158 @@
+//! Stable names of what is found about a test.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::str::FromStr;
+
+use massline_shared::diagnosis::Code;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{self, Deserialize, Deserializer};
+use serde::{Serialize, Serializer};
+
+/// How the name of a code begins that this program does not know; its number follows.
+const UNKNOWN_PREFIX: &str = "code_";
+
+macro_rules! finding_codes {
+    ($($(#[$doc:meta])* $variant:ident = $name:literal;)*) => {
+        /// What a finding is about: a code of the table that rigs and program share, or a fact that only the program
+        /// knows. Written as its stable name.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum FindingCode {
+            /// A code of the table.
+            Diagnosed(Code),
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl FindingCode {
+            /// The facts that only the program knows.
+            const OF_PROGRAM: &[(Self, &str)] = &[$((Self::$variant, $name)),*];
+        }
+    };
+}
+
+finding_codes! {
+    /// A better method has no answer from the same data.
+    PreferredMethodFailed = "preferred_method_failed";
+    /// The data contradict the layout and its error budget.
+    Contradicted = "contradicted";
+    /// One mistake explains the data.
+    SingleMistake = "single_mistake";
+    /// Methods differ by more than their uncertainties.
+    MethodsDiffer = "methods_differ";
+    /// One method differs from the others.
+    MethodOff = "method_off";
+    /// The uncertainty is not known.
+    UncertaintyUnknown = "uncertainty_unknown";
+    /// Responses of the file do not have the lines of the mass lines.
+    LinesMissing = "lines_missing";
+    /// The gain of the hammer limits the answer.
+    HammerGainLimits = "hammer_gain_limits";
+    /// The file states no unit; SI is assumed.
+    UnitAssumed = "unit_assumed";
+    /// The file states the unit of some responses only; SI is assumed for the others.
+    UnitOfSomeResponses = "unit_of_some_responses";
+    /// Two statements of the file about its units contradict each other.
+    UnitContradicted = "unit_contradicted";
+    /// The responses differ from what is expected by the factor between two units.
+    UnitOfResponses = "unit_of_responses_suspected";
+    /// Lengths, masses or inertias of the layout do not fit each other.
+    UnitOfLayout = "unit_of_layout_suspected";
+    /// Products of inertia are expected with the opposite signs.
+    SignsOfProducts = "signs_of_products_suspected";
+}
+
+impl From<Code> for FindingCode {
+    fn from(code: Code) -> Self {
+        Self::Diagnosed(code)
+    }
+}
+
+impl PartialEq<Code> for FindingCode {
+    fn eq(&self, code: &Code) -> bool {
+        *self == Self::Diagnosed(*code)
+    }
+}
+
+impl fmt::Display for FindingCode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Diagnosed(code) => code.fmt(f),
+            other => {
+                let named = Self::OF_PROGRAM.iter().find(|(code, _)| code == other);
+                f.pad(named.map_or("", |(_, name)| name))
+            }
+        }
+    }
+}
+
+impl FromStr for FindingCode {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let of_table = || Code::ALL.iter().find(|code| code.name() == name).copied();
+        let of_program =
+            || Self::OF_PROGRAM.iter().find(|(_, of)| *of == name).map(|(code, _)| *code);
+        let unknown = || {
+            let number = name.strip_prefix(UNKNOWN_PREFIX)?.parse().ok()?;
+            matches!(Code::from_number(number), Code::Unknown(_)).then_some(Code::Unknown(number))
+        };
+        of_table()
+            .or_else(unknown)
+            .map(Self::Diagnosed)
+            .or_else(of_program)
+            .ok_or_else(|| format!("\"{name}\" is no code of a finding that this program knows"))
+    }
+}
+
+impl Serialize for FindingCode {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for FindingCode {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Cow::<str>::deserialize(deserializer)?.parse().map_err(de::Error::custom)
+    }
+}
+
+impl JsonSchema for FindingCode {
+    fn schema_name() -> Cow<'static, str> {
+        "finding_code".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let names = Code::ALL.iter().map(|code| code.name());
+        let names: Vec<&str> =
+            names.chain(Self::OF_PROGRAM.iter().map(|(_, name)| *name)).collect();
+        json_schema!({ "anyOf": [
+            { "type": "string", "enum": names },
+            {
+                "type": "string",
+                "pattern": format!("^{UNKNOWN_PREFIX}[0-9]+$"),
+                "examples": [Code::Unknown(999).to_string()],
+            },
+        ] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_is_read_back_as_its_code() {
+        let of_table = Code::ALL.iter().chain(&[Code::Unknown(999)]).map(|code| (*code).into());
+        let of_program = FindingCode::OF_PROGRAM.iter().map(|(code, _)| *code);
+        for code in of_table.chain(of_program) {
+            assert_eq!(code.to_string().parse(), Ok(code), "{code}");
+        }
+    }
+
+    #[test]
+    fn a_name_that_is_none_is_refused() {
+        for name in ["", "code_", "code_70000", "code_1", "Contradicted"] {
+            assert!(name.parse::<FindingCode>().is_err(), "{name}");
+        }
+    }
+}

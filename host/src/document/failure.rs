@@ -1,0 +1,24 @@
+//! The document of a command that has failed.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The document of a command that has failed. Some commands add keys of their own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "failure")]
+pub struct Failure {
+    /// The error.
+    pub error: Cause,
+}
+
+/// Why a command has failed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "cause")]
+pub struct Cause {
+    /// Stable name.
+    pub code: String,
+    /// A sentence for people.
+    pub message: String,
+    /// The exit code of the command.
+    pub exit: u8,
+}
