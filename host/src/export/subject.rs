@@ -89,7 +89,10 @@ impl Exported {
 
     /// Lower and upper ends of the 95 % intervals.
     pub fn interval(&self) -> Option<[Vector10; 2]> {
-        if let Some(stated) = self.estimate.interval95.filter(|_| self.is_as_answered()) {
+        // Another origin moves the values, and their intervals with them.
+        let is_unmoved =
+            self.is_as_answered() && self.theta() == Vector10::from(self.estimate.theta());
+        if let Some(stated) = self.estimate.interval95.filter(|_| is_unmoved) {
             let ends = stated.in_order();
             return Some([0, 1].map(|end| Vector10::from_fn(|k, _| ends[k][end])));
         }
@@ -102,7 +105,7 @@ impl Exported {
         self.estimate.covers_scatter_only()
     }
 
-    /// Whether frame and units are those of the answer itself.
+    /// Whether axes and units are those of the answer itself.
     fn is_as_answered(&self) -> bool {
         self.map == Matrix10::identity()
     }

@@ -145,6 +145,26 @@ mod tests {
     }
 
     #[test]
+    fn every_interval_is_about_its_value_in_every_frame_and_unit() {
+        let given = exported();
+        let nodes = [Frame::Node(2), Frame::Node(4)];
+        let frames = [Frame::Body, Frame::CenterOfMass, Frame::Principal].into_iter().chain(nodes);
+        for frame in frames {
+            for units in [UnitSystem::Si, UnitSystem::TMm] {
+                let moved = given.clone().in_frame(frame).unwrap().in_units(units);
+                let (theta, half) = (moved.theta(), moved.half_widths().unwrap());
+                let [low, high] = moved.interval().unwrap();
+                for k in 0..10 {
+                    // Rounding of a few sums and products in double precision.
+                    let rounding = 1e-12 * half[k];
+                    assert!((high[k] - low[k] - 2.0 * half[k]).abs() < rounding, "{frame:?} {k}");
+                    assert!((high[k] + low[k] - 2.0 * theta[k]).abs() < rounding, "{frame:?} {k}");
+                }
+            }
+        }
+    }
+
+    #[test]
     fn along_principal_axes_the_products_are_zero_with_their_standard_deviations() {
         let given = exported();
         let principal = given.body.principal().unwrap();
