@@ -55,7 +55,7 @@ def _abaqus(data, name):
 
 
 def _csv(data, name):
-    return _at(data.decode(), rf"\n{name},({_NUMBER}),").encode()
+    return _at(data.decode(), rf"\n{name[0]}_{name[1:]},({_NUMBER}),").encode()
 
 
 def _json(data, name):
