@@ -28,7 +28,8 @@ type Checked = Result<(), Contradiction>;
 
 /// Difference of two elements that are the same by symmetry, relative to their size: the rounding of a rig's numbers.
 const SYMMETRY: f64 = 1e-6;
-/// Difference of two statements of one number, relative: the rounding of numbers that somebody has copied with three digits.
+/// Difference of two statements of one number, relative: the rounding of numbers that somebody has copied with three
+/// digits.
 const ROUNDING: f64 = 5e-3;
 
 impl TestResult {
@@ -92,7 +93,8 @@ impl TestResult {
 }
 
 impl Estimate {
-    /// Checks that matrices are symmetric, standard deviations the roots of the variances, and intervals about their values.
+    /// Checks that matrices are symmetric, that standard deviations are the roots of the variances, and that intervals contain
+    /// their values.
     ///
     /// # Errors
     /// The first contradiction.

@@ -102,7 +102,7 @@ impl Estimate {
 
     /// Whether the intervals cover the scatter between hits only, which holds the truth in 64 of 100 tests.
     pub fn covers_scatter_only(&self) -> bool {
-        self.diagnostics.iter().any(|of| of.code == Code::SigmaCoversScatterOnly)
+        self.diagnostics.iter().any(|finding| finding.code == Code::SigmaCoversScatterOnly)
     }
 }
 

@@ -84,9 +84,9 @@ impl<T: HasNames> Serialize for Named<T> {
 impl<'de, T: HasNames> Deserialize<'de> for Named<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let name = Cow::<str>::deserialize(deserializer)?;
-        let found = T::ALL.iter().find(|of| of.name_of() == name);
+        let found = T::ALL.iter().find(|value| value.name_of() == name);
         found.copied().map(Self).ok_or_else(|| {
-            let names: Vec<&str> = T::ALL.iter().map(|of| of.name_of()).collect();
+            let names: Vec<&str> = T::ALL.iter().map(|value| value.name_of()).collect();
             de::Error::custom(format_args!("\"{name}\" is not one of {}", names.join(", ")))
         })
     }
@@ -98,7 +98,7 @@ impl<T: HasNames> JsonSchema for Named<T> {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let names: Vec<&str> = T::ALL.iter().map(|of| of.name_of()).collect();
+        let names: Vec<&str> = T::ALL.iter().map(|value| value.name_of()).collect();
         json_schema!({ "type": "string", "enum": names })
     }
 }

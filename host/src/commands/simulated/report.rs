@@ -48,6 +48,10 @@ impl ReportArgs {
 
     /// Says on stderr what can be done with the report that was written, or how to get one.
     pub fn offer(&self, written: Option<PathBuf>, output: &mut Output) {
+        // Whoever reads documents has no next step.
+        if written.is_none() && output.json() {
+            return;
+        }
         output.note(match written {
             Some(path) => format!(
                 "report written to {}: open it in a browser; it holds the results as well, for `massline plot` and \
