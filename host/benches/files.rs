@@ -5,6 +5,7 @@ use divan::Bencher;
 use massline::layout_file::LayoutFile;
 use massline::solve::{Options, solve};
 use massline::uff::{Encoding, UffFile, functions_of, write};
+use massline_result::Verdict;
 use massline_shared::FrequencyResponses;
 use massline_virtual::bench::Bench;
 use massline_virtual::bench::responses::add_noise;
@@ -44,9 +45,9 @@ fn test(encoding: Encoding) -> (LayoutFile, Vec<u8>) {
         (0..hits).map(|hit| file.layout.accelerance(&body, hit).expect("a rigid body")).collect();
     let frequencies: Vec<f64> =
         (0..LINES).map(|line| FIRST_HZ + SPACING_HZ * line as f64).collect();
-    let mut accelerance = vec![Complex::default(); LINES * channels * hits];
-    let each = (0..LINES).flat_map(|_| of_hits.iter()).flat_map(|of| of.iter().take(channels));
-    accelerance.iter_mut().zip(each).for_each(|(to, value)| *to = Complex::new(*value, 0.0));
+    let of_line = (0..channels).flat_map(|channel| of_hits.iter().map(move |of| of[channel]));
+    let of_line: Vec<_> = of_line.map(|value| Complex::new(value, 0.0)).collect();
+    let mut accelerance = of_line.repeat(LINES);
     add_noise(&mut accelerance, NOISE, 1, 0);
     let readings = FrequencyResponses::new(&frequencies, &accelerance, channels, hits);
     let functions = functions_of(&file.layout, &readings.expect("as many responses as there are"));
@@ -55,10 +56,14 @@ fn test(encoding: Encoding) -> (LayoutFile, Vec<u8>) {
 
 fn solved(bencher: Bencher, encoding: Encoding) {
     let (layout, bytes) = test(encoding);
-    bencher.bench_local(|| {
+    let solved = || {
         let uff = UffFile::parse(&bytes).expect("a universal file");
         solve(&layout, &uff, &Options::default(), |_, _| ()).expect("an answer")
-    });
+    };
+    // Contradicted data would be searched for a mistake, which takes longer than the answer.
+    let judgement = solved().judgement().expect("an answer");
+    assert_eq!(judgement.verdict(), Verdict::Good, "{judgement:?}");
+    bencher.bench_local(solved);
 }
 
 #[divan::bench(sample_count = 5, sample_size = 1)]

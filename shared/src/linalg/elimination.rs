@@ -1,8 +1,8 @@
-//! Elimination of some unknowns from equations that arrive one by one, in lent memory.
+//! Elimination of some unknowns from equations that arrive a few at a time, in lent memory.
 
 use crate::Real;
 
-/// Eliminates the first unknowns of equations whose rows arrive one by one: what is left of a row is an equation of the
+/// Eliminates the first unknowns of equations whose rows arrive a few at a time: what is left of a row is an equation of the
 /// other columns. As [`LeastSquares`](super::LeastSquares), for sizes that are known at run time and for several right
 /// sides, which are the last columns. Givens rotations (Golub & Van Loan, Matrix Computations, section 5.2).
 pub(crate) struct Elimination<'m, R> {
@@ -24,16 +24,17 @@ impl<'m, R: Real> Elimination<'m, R> {
         Some(Self { factor, pivots, columns })
     }
 
-    /// Adds `M` rows of all columns, column by column. Then the columns after the eliminated ones are what these leave of the
-    /// rows. Several rows at once take half as long as one by one, with the same operations.
-    pub(crate) fn push<const M: usize>(&mut self, rows: &mut [[R; M]]) {
+    /// Adds `M` rows, of which the first numbers are the columns. Then the columns after the eliminated ones are what these leave
+    /// of the rows. Several rows at once take half as long as one by one, with the same operations; the columns are the inner
+    /// loop, whose turns are independent of each other.
+    pub(crate) fn push<const M: usize, const N: usize>(&mut self, rows: &mut [[R; N]; M]) {
         let mut factor = &mut *self.factor;
-        for k in 0..self.pivots {
+        for k in 0..self.pivots.min(N) {
             let (pivot, rest) = factor.split_at_mut(self.columns - k);
             factor = rest;
             let Some((diagonal, pivot)) = pivot.split_first_mut() else { return };
-            let turns = rows[k].map(|b| {
-                let a = *diagonal;
+            let turns = rows.each_ref().map(|row| {
+                let (a, b) = (*diagonal, row[k]);
                 let h = (a * a + b * b).sqrt();
                 // Zeros, and numbers whose square underflows: there is nothing to rotate.
                 if b == R::zero() || h == R::zero() {
@@ -45,12 +46,16 @@ impl<'m, R: Real> Elimination<'m, R> {
             if turns.iter().all(|(_, s)| *s == R::zero()) {
                 continue;
             }
-            for (p, column) in pivot.iter_mut().zip(&mut rows[k + 1..]) {
+            let mut others = rows.each_mut().map(|row| &mut row[k + 1..]);
+            let columns = others.iter().fold(pivot.len(), |least, row| least.min(row.len()));
+            let pivot = &mut pivot[..columns];
+            others = others.map(|row| &mut row[..columns]);
+            for (column, p) in pivot.iter_mut().enumerate() {
                 let mut sum = *p;
-                for (r, (c, s)) in column.iter_mut().zip(&turns) {
-                    let old = sum;
-                    sum = *c * old + *s * *r;
-                    *r = *c * *r - *s * old;
+                for (row, (c, s)) in others.iter_mut().zip(&turns) {
+                    let (old, r) = (sum, row[column]);
+                    sum = *c * old + *s * r;
+                    row[column] = *c * r - *s * old;
                 }
                 *p = sum;
             }
@@ -83,24 +88,24 @@ mod tests {
 
     #[test]
     fn equations_are_solved_as_by_least_squares() {
-        let number = |k: usize| (1.3 * k as f64).sin();
+        let number = |k: usize| (1.3 * (k * k) as f64).sin();
         let mut memory = [0.0; Elimination::<f64>::memory(3, 5)];
         let mut lent = Elimination::of(&mut memory, 3, 5).unwrap();
         let mut one = [LeastSquares::<f64, 3>::new(), LeastSquares::new()];
         let mut left = [0.0; 2];
         for line in 0..7 {
-            let mut rows: [[f64; 2]; 5] =
-                core::array::from_fn(|k| [0, 1].map(|row| number(10 * line + 5 * row + k)));
-            for row in 0..2 {
-                let at = |k: usize| rows[k][row];
+            let mut rows = [0, 1]
+                .map(|row| core::array::from_fn::<_, 5, _>(|k| number(10 * line + 5 * row + k)));
+            for row in &rows {
+                let at = |k: usize| row[k];
                 for (side, equations) in one.iter_mut().enumerate() {
                     equations.push([at(0), at(1), at(2)], at(3 + side));
                 }
             }
             lent.push(&mut rows);
-            for row in 0..2 {
-                left[0] += rows[3][row] * rows[3][row];
-                left[1] += rows[4][row] * rows[4][row];
+            for row in &rows {
+                left[0] += row[3] * row[3];
+                left[1] += row[4] * row[4];
             }
         }
         for (side, equations) in one.iter().enumerate() {
@@ -118,7 +123,7 @@ mod tests {
         assert!(Elimination::<f64>::of(&mut memory, 2, 3).is_none());
         let mut memory = [0.0; Elimination::<f64>::memory(2, 3)];
         let mut equations = Elimination::of(&mut memory, 2, 3).unwrap();
-        equations.push(&mut [[1.0], [0.0], [2.0]]);
+        equations.push(&mut [[1.0, 0.0, 2.0]]);
         assert!(!equations.solve(2, &mut [0.0; 2]));
     }
 }

@@ -143,11 +143,17 @@ pub fn reduce_line<R: Real, const S: usize, const H: usize>(
     line: usize,
     motions: &mut [Vector6<Complex<R>>],
 ) -> Option<[R; 6]> {
-    let reading = |channel: usize, force: usize| responses.at(line, channel, force);
     let mut sigma = None;
     for (chunk, motions) in motions.chunks_mut(MOST_FORCES).enumerate() {
-        let of_chunk = |channel: usize, force: usize| reading(channel, chunk * MOST_FORCES + force);
-        sigma = Some(reduce(layout, responses.s(line), reference, of_chunk, motions)?);
+        let reading =
+            |channel: usize, force: usize| responses.at(line, channel, chunk * MOST_FORCES + force);
+        let forces = motions.len();
+        let equations = equations_of_line(layout, responses.s(line), reference, reading, forces);
+        // The matrix is that of the sensors, whatever the forces.
+        if sigma.is_none() {
+            sigma = Some(deviations(&equations)?);
+        }
+        solve_motions(layout, &equations, motions)?;
     }
     sigma
 }
@@ -162,15 +168,28 @@ fn reduce<R: Real, const S: usize, const H: usize>(
     motions: &mut [Vector6<Complex<R>>],
 ) -> Option<[R; 6]> {
     let equations = equations_of_line(layout, s, reference, reading, motions.len());
+    let sigma = deviations(&equations)?;
+    solve_motions(layout, &equations, motions)?;
+    Some(sigma)
+}
+
+/// The standard deviations of [`OriginResponses::sigma`]; `None` when the sensors do not determine the motion.
+fn deviations<R: Real>(equations: &ComplexLeastSquares<R, 6, MOST_FORCES>) -> Option<[R; 6]> {
     let determined = equations.spectrum::<12>().is_some_and(|spectrum| spectrum.rank == 6);
-    if !determined {
-        return None;
-    }
+    determined.then(|| equations.variances())?.map(|of_all| of_all.map(|variance| variance.sqrt()))
+}
+
+/// The motions that solve the equations, one for each right side.
+fn solve_motions<R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    equations: &ComplexLeastSquares<R, 6, MOST_FORCES>,
+    motions: &mut [Vector6<Complex<R>>],
+) -> Option<()> {
     let solved = equations.solve()?;
     for (motion, column) in motions.iter_mut().zip(solved.column_iter()) {
         *motion = balanced_force(&column.into_owned(), layout.characteristic_length());
     }
-    Some(equations.variances()?.map(|variance| variance.sqrt()))
+    Some(())
 }
 
 /// The readings of all channels under some forces as equations for the motions in balanced variables.

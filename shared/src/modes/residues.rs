@@ -82,18 +82,21 @@ pub fn fit_residues<'a, R: Real>(
         for line in 0..responses.s.len() {
             let basis = Basis::at(responses.s[line], poles, top).0;
             let factor = responses.factor(line, component);
-            // Real and imaginary part of the equation, column by column.
-            let mut rows = [[R::zero(); 2]; MOST_OWN + MOST_FORCES];
-            for (to, z) in rows.iter_mut().zip(&basis).take(own) {
-                *to = [z.re * factor, z.im * factor];
-            }
-            for (force, to) in rows[own..].iter_mut().enumerate().take(forces) {
+            // Real and imaginary part of the equation.
+            let mut rows = [[R::zero(); MOST_OWN + MOST_FORCES]; 2];
+            let mut set = |column: usize, value: Complex<R>, factor: R| {
+                rows[0][column] = value.re * factor;
+                rows[1][column] = value.im * factor;
+            };
+            (0..own).for_each(|k| set(k, basis[k], factor));
+            for force in 0..forces {
                 let (value, factor) = responses.weighted(line, force, component);
-                *to = [value.re * factor, value.im * factor];
+                set(own + force, value, factor);
             }
-            equations.push(&mut rows[..own + forces]);
-            for (sum, [re, im]) in left.iter_mut().zip(&rows[own..own + forces]) {
-                *sum += *re * *re + *im * *im;
+            equations.push(&mut rows);
+            for (force, sum) in left.iter_mut().enumerate().take(forces) {
+                let [re, im] = rows.map(|row| row[own + force]);
+                *sum += re * re + im * im;
             }
         }
         for force in 0..forces {

@@ -109,7 +109,7 @@ pub fn relocate_once<R: Real>(
     let weight = weight.sqrt();
     mean.iter_mut().for_each(|v| *v *= weight);
     mean[shared] = weight;
-    sigma.push(&mut mean.map(|v| [v])[..=shared]);
+    sigma.push(&mut [mean]);
     let mut solved = [R::zero(); MOST_SHARED];
     if !sigma.solve(shared, &mut solved) {
         return None;
@@ -133,13 +133,13 @@ fn eliminate<R: Real>(
     let mut eliminated = Elimination::of(memory, own, columns)?;
     let top = top(responses);
     for start in (0..responses.s.len()).step_by(TOGETHER) {
-        // Real and imaginary part of the equations of some lines, column by column.
-        let mut rows = [[R::zero(); 2 * TOGETHER]; MOST_COLUMNS];
+        // Real and imaginary part of the equations of some lines.
+        let mut rows = [[R::zero(); MOST_COLUMNS]; 2 * TOGETHER];
         for (place, line) in (start..responses.s.len()).take(TOGETHER).enumerate() {
             let basis = Basis::at(responses.s[line], poles, top);
             let mut set = |column: usize, value: Complex<R>| {
-                rows[column][2 * place] = value.re;
-                rows[column][2 * place + 1] = value.im;
+                rows[2 * place][column] = value.re;
+                rows[2 * place + 1][column] = value.im;
             };
             let factor = responses.factor(line, component);
             for k in 0..own {
@@ -155,11 +155,13 @@ fn eliminate<R: Real>(
                 }
             }
         }
-        eliminated.push(&mut rows[..columns]);
-        for of_force in rows[own..columns].chunks_exact(shared) {
-            let mut left = [[R::zero(); 2 * TOGETHER]; MOST_SHARED + 1];
-            left[..shared].copy_from_slice(of_force);
-            sigma.push(&mut left[..=shared]);
+        eliminated.push(&mut rows);
+        for start in (own..columns).step_by(shared) {
+            let mut left = [[R::zero(); MOST_SHARED + 1]; 2 * TOGETHER];
+            for (left, row) in left.iter_mut().zip(&rows) {
+                left[..shared].copy_from_slice(&row[start..start + shared]);
+            }
+            sigma.push(&mut left);
         }
     }
     Some(weight)
