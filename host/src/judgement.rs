@@ -143,7 +143,7 @@ impl<'a> Evidence<'a> {
         concerns.extend(contradiction);
         concerns.extend(self.contradiction());
         concerns.extend(self.comparison.and_then(|comparison| self.disagreement(comparison)));
-        if self.answer.covariance.is_none() {
+        if !self.answer.has_complete_uncertainty() {
             concerns.push(Concern::UncertaintyUnknown);
         }
         let stated = self.stated.iter().cloned();
@@ -211,6 +211,7 @@ impl<'a> Evidence<'a> {
                 && !self.is_explained(diagnostic.code)
                 && !self.is_said_of_the_body(diagnostic.code)
                 && !self.is_relied_on(diagnostic.code)
+                && !self.is_said_of_the_layout(diagnostic.code)
                 && !is_reason(diagnostic)
         })
         .copied()
@@ -219,6 +220,11 @@ impl<'a> Evidence<'a> {
     /// True for a warning that says of the answer what [`Concern::Unphysical`] says.
     fn is_said_of_the_body(&self, code: Code) -> bool {
         code == Code::NotPhysicallyConsistent && !self.answer.body.is_physically_consistent()
+    }
+
+    /// True for a warning that says of the data what [`Concern::Contradicted`] says.
+    fn is_said_of_the_layout(&self, code: Code) -> bool {
+        code == Code::DataInconsistentWithBudget && self.contradiction().is_some()
     }
 
     /// True for what the fit takes for a part of the hammer's signal where a mistake explains the data.

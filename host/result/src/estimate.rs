@@ -54,22 +54,19 @@ impl Estimate {
         Some(ten(self.mass_kg.sigma?, self.center_of_mass_m.sigma?, self.inertia_kg_m2.sigma?))
     }
 
-    /// Half the widths of their 95 % intervals; `None` where they are not known.
+    /// Half the widths of their 95 % intervals; `None` where they are not known, also of standard deviations that cover the
+    /// scatter between hits only.
     pub fn half_widths(&self) -> Option<[f64; 10]> {
-        match &self.interval95 {
-            Some(intervals) => Some(intervals.in_order().map(|[low, high]| (high - low) / 2.0)),
-            None => Some(self.sigma()?.map(|sigma| HALF_WIDTH_95 * sigma)),
-        }
+        let sigma = self.complete_sigma()?;
+        Some(match &self.interval95 {
+            Some(intervals) => intervals.in_order().map(|[low, high]| (high - low) / 2.0),
+            None => sigma.map(|sigma| HALF_WIDTH_95 * sigma),
+        })
     }
 
     /// The standard deviations where they cover all that they should: not the scatter between hits only.
     pub fn complete_sigma(&self) -> Option<[f64; 10]> {
         self.sigma().filter(|_| !self.covers_scatter_only())
-    }
-
-    /// Half the widths of the intervals where these cover all that they should.
-    pub fn complete_half_widths(&self) -> Option<[f64; 10]> {
-        self.half_widths().filter(|_| !self.covers_scatter_only())
     }
 
     /// Half the widths of the 95 % intervals of the principal moments; `None` where they are not known.
@@ -100,7 +97,7 @@ impl Estimate {
         }
     }
 
-    /// Whether the intervals cover the scatter between hits only, which holds the truth in 64 of 100 tests.
+    /// Whether the standard deviations cover the scatter between hits only: 1.96 of them hold the truth in 64 of 100 tests.
     pub fn covers_scatter_only(&self) -> bool {
         self.diagnostics.iter().any(|finding| finding.code == Code::SigmaCoversScatterOnly)
     }

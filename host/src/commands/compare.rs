@@ -103,7 +103,7 @@ pub fn side_by_side(comparisons: &[Comparison]) -> Result<String> {
         for comparison in comparisons {
             let answer = comparison.answer()?;
             let sigma = answer.complete_sigma().map(|sigma| sigma[k] * factor);
-            let half = answer.complete_half_widths();
+            let half = answer.half_widths();
             cells.push(measured(
                 answer.theta()[k] * factor,
                 sigma,
@@ -119,7 +119,7 @@ pub fn side_by_side(comparisons: &[Comparison]) -> Result<String> {
         for comparison in comparisons {
             let answer = comparison.answer()?;
             let PrincipalMoments { value, sigma } = answer.principal_moments_kg_m2;
-            let half = answer.principal_half_widths().filter(|_| !answer.covers_scatter_only());
+            let half = answer.principal_half_widths();
             let [sigma, half] = [sigma, half].map(|of| of.map(|of| of[k] * 1e3));
             cells.push(value.map_or_else(String::new, |of| measured(of[k] * 1e3, sigma, half)));
         }

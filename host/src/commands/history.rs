@@ -13,7 +13,7 @@ use crate::report::Summary;
 /// Arguments of `massline history`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Of each archive (*.massline): title, when it was measured, the best method, mass ± standard deviation,
+Of each archive (*.massline): title, when it was measured, the best method, mass ± 95 %,
 and the verdict when it was written. Files that cannot be read are named, and the others are listed.
 
 Examples:
@@ -110,7 +110,7 @@ fn nothing_in(folder: &Path) -> String {
 
 fn table(tests: &[(PathBuf, Test)]) -> Table {
     let mut table = output::table();
-    table.set_header(["file", "title", "measured", "method", "mass", "verdict"]);
+    table.set_header(["file", "title", "measured", "method", "mass ± 95 %", "verdict"]);
     for (path, test) in tests {
         let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         let mut row = vec![name];

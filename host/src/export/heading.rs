@@ -74,8 +74,8 @@ pub(super) fn lines(exported: &Exported, own: &str) -> Vec<String> {
     });
     if exported.covers_scatter_only() {
         sentences.push(
-            "standard deviations and intervals cover the scatter between hits only: the truth lies within such a 95 % interval \
-             in 64 of 100 tests"
+            "standard deviations cover the scatter between hits only: 1.96 of them hold the truth in 64 of 100 tests, so no \
+             interval is given"
                 .into(),
         );
     }

@@ -58,7 +58,7 @@ impl Row {
     /// The ten rows of an answer.
     pub fn all(source: &ResultFile, answer: &Estimate, limits: &Limits) -> Vec<Self> {
         let (theta, sigma) = (answer.theta(), answer.complete_sigma());
-        let half = answer.complete_half_widths();
+        let half = answer.half_widths();
         let expected = source.expected();
         // The scale of all commands that print errors.
         let scale = scale_of(answer, &expected, source.characteristic_length());
@@ -116,7 +116,7 @@ pub(super) fn principal(answer: &Estimate) -> Vec<String> {
     else {
         return Vec::new();
     };
-    let half = answer.principal_half_widths().filter(|_| !answer.covers_scatter_only());
+    let half = answer.principal_half_widths();
     let line = |k: usize| {
         let moment = moments[k] * 1e3;
         let moment = half
@@ -139,7 +139,11 @@ impl Verdict {
             Verdict::UseWithCare => "warning",
             Verdict::DoNotUse => "bad",
         };
-        Self { tone, headline: headline(verdict, &result.verdict_reasons), reasons }
+        Self {
+            tone,
+            headline: with_minus_signs(&headline(verdict, &result.verdict_reasons)),
+            reasons,
+        }
     }
 
     /// Every reason once: what is said of a method is not repeated as a finding.

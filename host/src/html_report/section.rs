@@ -19,6 +19,7 @@ use crate::error::Result;
 use crate::picture::{DrawnFile, ImageFormat, Picture, ellipsoid};
 use crate::report::suspected_text;
 use crate::result_file::{ResultFile, shortened};
+use crate::typography::with_minus_signs;
 
 /// Longest heading, characters.
 const MOST_IN_HEADING: usize = 160;
@@ -144,7 +145,10 @@ fn method_text(answer: &Estimate) -> String {
 fn corrected(faults: &SingleFaults) -> Option<PropertyTable> {
     let row = |suspect: &Suspect| {
         let corrected = suspect.corrected.as_ref()?;
-        Some(PropertyRow::of(format!("if {}", suspected_text(suspect)), corrected))
+        Some(PropertyRow::of(
+            with_minus_signs(&format!("if {}", suspected_text(suspect))),
+            corrected,
+        ))
     };
     let rows: Vec<_> = faults.suspects.iter().filter_map(row).collect();
     let caption = "Not the answer of this test: the properties without a mistake, ± 95\u{a0}%";

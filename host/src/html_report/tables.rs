@@ -87,7 +87,7 @@ impl Cell {
     /// Those of an answer.
     pub fn all(answer: &Estimate) -> Vec<Self> {
         let (theta, sigma) = (answer.theta(), answer.complete_sigma());
-        let half = answer.complete_half_widths();
+        let half = answer.half_widths();
         let cell = |k: usize| Self::of(k, theta[k], sigma.map(|of| of[k]), half.map(|of| of[k]));
         (0..10).map(cell).collect()
     }

@@ -163,7 +163,7 @@ impl Series {
             name,
             theta: answer.theta(),
             sigma: answer.complete_sigma(),
-            half_widths: answer.complete_half_widths(),
+            half_widths: answer.half_widths(),
         }
     }
 

@@ -1,5 +1,7 @@
 //! Numbers with as many digits as their uncertainty allows.
 
+use massline_shared::identify::HALF_WIDTH_95;
+
 /// Most decimals that are printed.
 const MOST_DECIMALS: i32 = 12;
 /// Significant digits of a value whose uncertainty is not known.
@@ -57,7 +59,12 @@ pub fn with_sigma(value: f64, sigma: f64) -> String {
     if sigma.is_finite() { format!("{number} ± {}", two_digits(sigma)) } else { number }
 }
 
-/// The same for a deviation, whose sign is always written: `+0.31 ± 0.12`.
+/// The same with half the width of the 95 % interval in place of the standard deviation.
+pub fn with_interval(value: f64, sigma: f64) -> String {
+    with_sigma(value, HALF_WIDTH_95 * sigma)
+}
+
+/// As [`with_sigma`] for a deviation, whose sign is always written: `+0.31 ± 0.12`.
 pub fn deviation(value: f64, sigma: f64) -> String {
     signed(with_sigma(value, sigma))
 }

@@ -49,9 +49,10 @@ pub fn estimate_of(
     }
 }
 
-/// The bounds of the 95 % interval of each of the ten properties.
+/// The bounds of the 95 % interval of each of the ten properties; `None` where the scatter between hits is all that is known.
 fn intervals(estimate: &Estimate<f64>) -> Option<Properties<[f64; 2]>> {
-    let (values, widths) = (estimate.theta(), estimate.half_widths()?);
+    let widths = estimate.half_widths().filter(|_| estimate.has_complete_uncertainty())?;
+    let values = estimate.theta();
     Some(Properties::of(from_fn(|k| [values[k] - widths[k], values[k] + widths[k]])))
 }
 

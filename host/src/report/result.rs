@@ -117,8 +117,7 @@ fn answer_text(result: &TestResult, answer: &Estimate) -> String {
         &length.map_or_else(String::new, |length| scale_text(length, expected[0].is_some()) + "\n");
     text += &principal_text(answer);
     if answer.covers_scatter_only() {
-        text +=
-            "± covers the scatter between hits only: the truth lies within it in 64 of 100 tests\n";
+        text += "± is not known from these data: the scatter between hits covers the truth in 64 of 100 tests only\n";
     } else if answer.sigma().is_none() {
         text += "± is not known from these data\n";
     }

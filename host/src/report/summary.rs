@@ -16,6 +16,8 @@ pub struct Summary {
     pub measured: Option<String>,
     /// Name of the method of the answer, and the mass by it.
     pub answer: Option<(&'static str, Spread<f64>)>,
+    /// Half the width of the 95 % interval of that mass, kg; `None` where it is not known.
+    pub half_width_kg: Option<f64>,
     /// The verdict.
     pub verdict: ResultVerdict,
 }
@@ -60,6 +62,7 @@ impl Summary {
             title: result.title.clone(),
             measured: result.measured.clone(),
             answer: result.answer().map(|answer| (answer.method.name(), mass_of(answer))),
+            half_width_kg: result.answer().and_then(|answer| Some(answer.half_widths()?[0])),
             verdict: match result.verdict {
                 Some(verdict) => ResultVerdict::Answered(verdict),
                 None if is_unsolved && !has_error => ResultVerdict::Unsolved,
@@ -79,11 +82,11 @@ impl Summary {
         }
     }
 
-    /// The columns title, measured, method, mass and verdict of a table.
+    /// The columns title, measured, method, mass ± 95 % and verdict of a table.
     pub fn columns(&self) -> [String; 5] {
-        let mass = |Spread { value, sigma }: Spread<f64>| {
-            let mass = match sigma.filter(|sigma| sigma.is_finite()) {
-                Some(sigma) => format!("{} kg", with_sigma(value, sigma)),
+        let mass = |Spread { value, .. }: Spread<f64>| {
+            let mass = match self.half_width_kg.filter(|half| half.is_finite()) {
+                Some(half) => format!("{} kg", with_sigma(value, half)),
                 None => format!("{} kg", as_exact_as(value, None)),
             };
             mass.replace(' ', &KEPT.to_string())

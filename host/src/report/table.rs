@@ -25,9 +25,8 @@ pub fn scale_of(
 pub fn table(estimate: &Estimate, expected: &[Option<f64>; 10], length: Option<f64>) -> Table {
     let scale = scale_of(estimate, expected, length);
     let has_expected = expected.iter().any(Option::is_some);
-    let half_name = if estimate.covers_scatter_only() { "± scatter" } else { "± 95 %" };
     let mut table = output::table();
-    let mut header = vec!["", "value", half_name, "unit"];
+    let mut header = vec!["", "value", "± 95 %", "unit"];
     if scale.is_some() {
         header.insert(3, "%");
     }

@@ -1,11 +1,12 @@
 //! Mistakes described in the terms of a layout.
 
 use massline_shared::diagnosis::Code;
+use massline_shared::identify::HALF_WIDTH_95;
 use massline_shared::identify::single_fault::{AxisMap, SingleFault};
 use massline_shared::layout::{AXIS_LETTERS, Axis, HostLayout, Sign};
 
 use super::{FaultSize, Mistake, SizedFault, SizedMistake, Suspect, meaning};
-use crate::report::{deviation, with_sigma};
+use crate::report::{deviation, with_interval};
 
 /// The stable name of a kind of mistake.
 pub(super) fn code(mistake: &Mistake) -> Code {
@@ -88,7 +89,7 @@ fn sized_clause(sized: &SizedMistake, layout: &HostLayout) -> String {
             let written = written_coordinate(node, axis, layout).unwrap_or_default();
             format!(
                 "{letter} of node {node} is {} mm, not {:.1} mm{meaning}",
-                with_sigma(1e3 * (written + moved.value), 1e3 * moved.sigma),
+                with_interval(1e3 * (written + moved.value), 1e3 * moved.sigma),
                 1e3 * written,
             )
         }
@@ -98,14 +99,17 @@ fn sized_clause(sized: &SizedMistake, layout: &HostLayout) -> String {
                 .zip(AXIS_LETTERS)
                 .filter(|(part, _)| part.sigma > 0.0)
                 .map(|(part, letter)| {
-                    format!("{letter} {} mm", deviation(1e3 * part.value, 1e3 * part.sigma))
+                    format!(
+                        "{letter} {} mm",
+                        deviation(1e3 * part.value, HALF_WIDTH_95 * 1e3 * part.sigma)
+                    )
                 })
                 .collect();
             format!("{} landed beside its node: {}", hit_name(hit, layout), parts.join(", "))
         }
         (SizedFault::CommonGain, FaultSize::Gain(gain)) => format!(
             "all accelerances are {} times what [prior] expects{meaning}: the hammer, the sensors or [prior] is wrong",
-            with_sigma(gain.value, gain.sigma)
+            with_interval(gain.value, gain.sigma)
         ),
         (fault, FaultSize::Gain(gain)) => {
             let subject = match fault {
@@ -119,7 +123,7 @@ fn sized_clause(sized: &SizedMistake, layout: &HostLayout) -> String {
                 | SizedFault::NodeCoordinate { .. }
                 | SizedFault::HitDisplaced { .. } => String::new(),
             };
-            let value = with_sigma(gain.value, gain.sigma);
+            let value = with_interval(gain.value, gain.sigma);
             format!("{subject} reads {value} times what it should{meaning}")
         }
         // A coordinate and a point have no other size.

@@ -69,7 +69,7 @@ impl Verdict {
             |finding: &Diagnostic| finding.severity > Severity::Note && !is_reason(finding);
         if !answer.body.is_physically_consistent() || is_contradicted || preferred_failed {
             Self::DoNotUse
-        } else if answer.covariance.is_none()
+        } else if !answer.has_complete_uncertainty()
             || answer.diagnostics.iter().chain(campaign).any(puts_in_doubt)
         {
             Self::UseWithCare
@@ -87,6 +87,12 @@ impl<R: Real> Consistency<R> {
 }
 
 impl<R: Real> Estimate<R> {
+    /// True when the standard deviations cover all that they should: not the scatter between hits only.
+    pub fn has_complete_uncertainty(&self) -> bool {
+        let is_scatter = |finding: &Diagnostic| finding.code == Code::SigmaCoversScatterOnly;
+        self.covariance.is_some() && !self.diagnostics.iter().any(is_scatter)
+    }
+
     /// χ² of the stated budget. An answer that has learned its budget keeps it in a finding, of its own or of the campaign.
     pub fn stated_consistency(&self, campaign: &[Diagnostic]) -> Option<Consistency<R>> {
         let mut all = self.diagnostics.iter().chain(campaign);

@@ -55,7 +55,7 @@ fn summary(result: &MeasurementResult) -> Summary {
 
 fn table(results: &[(MeasurementResult, u32)]) -> Table {
     let mut table = output::table();
-    table.set_header(["number", "title", "measured", "method", "mass", "verdict"]);
+    table.set_header(["number", "title", "measured", "method", "mass ± 95 %", "verdict"]);
     for (result, _) in results {
         let mut row = vec![result.head.number.to_string()];
         row.extend(summary(result).columns());
