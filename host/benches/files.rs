@@ -45,9 +45,9 @@ fn test(encoding: Encoding) -> (LayoutFile, Vec<u8>) {
         (0..hits).map(|hit| file.layout.accelerance(&body, hit).expect("a rigid body")).collect();
     let frequencies: Vec<f64> =
         (0..LINES).map(|line| FIRST_HZ + SPACING_HZ * line as f64).collect();
-    let of_line = (0..channels).flat_map(|channel| of_hits.iter().map(move |of| of[channel]));
-    let of_line: Vec<_> = of_line.map(|value| Complex::new(value, 0.0)).collect();
-    let mut accelerance = of_line.repeat(LINES);
+    let values = (0..channels).flat_map(|channel| of_hits.iter().map(move |hit| hit[channel]));
+    let accelerance_of_line: Vec<_> = values.map(|value| Complex::new(value, 0.0)).collect();
+    let mut accelerance = accelerance_of_line.repeat(LINES);
     add_noise(&mut accelerance, NOISE, 1, 0);
     let readings = FrequencyResponses::new(&frequencies, &accelerance, channels, hits);
     let functions = functions_of(&file.layout, &readings.expect("as many responses as there are"));

@@ -92,7 +92,9 @@ impl Exported {
         // Another origin moves the values, and their intervals with them.
         let is_unmoved =
             self.is_as_answered() && self.theta() == Vector10::from(self.estimate.theta());
-        if let Some(stated) = self.estimate.interval95.filter(|_| is_unmoved) {
+        if let Some(stated) =
+            self.estimate.interval95.filter(|_| is_unmoved && !self.covers_scatter_only())
+        {
             let ends = stated.in_order();
             return Some([0, 1].map(|end| Vector10::from_fn(|k, _| ends[k][end])));
         }
@@ -100,7 +102,7 @@ impl Exported {
         Some([theta - half, theta + half])
     }
 
-    /// Whether the intervals cover the scatter between hits only.
+    /// Whether the standard deviations cover the scatter between hits only.
     pub fn covers_scatter_only(&self) -> bool {
         self.estimate.covers_scatter_only()
     }
