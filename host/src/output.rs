@@ -145,12 +145,7 @@ impl Output {
 
     /// The first line of a result in the colour of its verdict.
     pub fn verdict_line(&self, verdict: Verdict, line: &str) -> String {
-        let tone = match verdict {
-            Verdict::Good => Tone::Good,
-            Verdict::UseWithCare => Tone::Warning,
-            Verdict::DoNotUse => Tone::Bad,
-        };
-        self.toned(line, tone)
+        self.toned(line, verdict.into())
     }
 
     /// The record of whether the user has pressed Ctrl-C.

@@ -27,7 +27,9 @@ pub use budget::{budget_text, error_budget};
 pub use cannot_see::{cannot_see, cannot_see_text, glued, has_undeclared_mass};
 pub use comparison::{agreement, agreement_text};
 pub use details::{details_text, fit_details};
-pub use digits::{as_exact_as, deviation, known, two_digits, with_interval, with_sigma};
+pub use digits::{
+    as_exact_as, deviation, known, two_digits, with_half_width, with_interval, with_sigma,
+};
 pub use estimate::estimate_of;
 pub use global_fit::{global_fit, global_fit_text};
 pub use hammer::{calibrate_hammer, hammer_text};

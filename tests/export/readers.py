@@ -131,7 +131,7 @@ def _numeric(of, expected):
     assert np.array_equal(np.ravel(of["value"]), found.ten()), "value differs from the properties"
     compare_covariance(of["covariance"], expected.covariance)
     sd = np.sqrt(np.diag(expected.covariance))
-    assert np.allclose(np.ravel(of["sd"]), sd, rtol=1e-13, atol=0), "sd"
+    assert np.allclose(np.ravel(of["sigma"]), sd, rtol=1e-13, atol=0), "sigma"
     low, high = np.ravel(of["low95"]), np.ravel(of["high95"])
     if expected is TRUTH:
         assert np.allclose(np.array([low, high]).T, INTERVALS, rtol=1e-13, atol=0), "intervals"
@@ -183,7 +183,7 @@ def python_csv(path, expected):
     worst = compare(Body(ten[0], ten[1:4], tensor(ten[4:])), expected, DOUBLE)
     compare_covariance([[float(row[f"cov_{name}"]) for name in ORDER] for row in rows], expected.covariance)
     sd = np.sqrt(np.diag(expected.covariance))
-    assert np.allclose([float(row["sd"]) for row in rows], sd, rtol=1e-13, atol=0), "sd"
+    assert np.allclose([float(row["sigma"]) for row in rows], sd, rtol=1e-13, atol=0), "sigma"
     for row in rows:
         assert float(row["low95"]) < float(row["value"]) < float(row["high95"])
     return worst

@@ -34,17 +34,8 @@ pub struct VerdictReason {
     pub code: FindingCode,
     /// What it makes of the result.
     pub verdict: Verdict,
-    /// A sentence or a clause for people.
+    /// A sentence for people.
     pub message: String,
-    /// Its first clause, for a heading; `null` where the message is no more than that.
-    pub clause: Option<String>,
-}
-
-impl VerdictReason {
-    /// The reason in a heading.
-    pub fn in_brief(&self) -> &str {
-        self.clause.as_deref().unwrap_or(&self.message)
-    }
 }
 
 /// A method without an answer.

@@ -43,7 +43,10 @@ pub(super) fn head(bytes: &[u8], file: &str) -> Result<Option<u32>> {
         checksum: Option<&'a RawValue>,
     }
     if bytes.is_empty() {
-        return Err(Error::input("not_an_archive", format!("{file}: this file is empty")));
+        return Err(Error::input(
+            "not_an_archive",
+            format!("{file}: this file is empty; write it again, or give another one"),
+        ));
     }
     let head = match serde_json::from_slice::<Head>(bytes) {
         Err(e) if e.is_data() => Head { format: None, schema_version: None, checksum: None },

@@ -86,7 +86,8 @@ impl Test {
 /// The archives in a folder, by their extension.
 fn archives(folder: &Path) -> Result<Vec<PathBuf>> {
     let failed = |e: std::io::Error| {
-        let message = format!("{}: the folder cannot be read: {e}", folder.display());
+        let message =
+            format!("{}: the folder cannot be read: {e}; check the path", folder.display());
         Error::input("folder_not_readable", message)
     };
     let mut found = Vec::new();

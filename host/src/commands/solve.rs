@@ -177,6 +177,13 @@ fn alone(path: &Path) -> Error {
             ),
         };
     }
+    if path.is_dir() {
+        let message = format!(
+            "{name}: this is a folder; give an archive (`massline solve FILE.{EXTENSION}`), or a layout and a file with \
+             frequency responses (`massline solve LAYOUT.toml FRFS.uff`)"
+        );
+        return Error::input("usage", message);
+    }
     let message = format!(
         "{name}: only an archive (FILE.{EXTENSION}) is solved alone; after a layout, give the file with the frequency \
          responses or an archive: `massline solve {name} FRFS.uff`"

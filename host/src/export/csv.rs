@@ -14,7 +14,7 @@ pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
     let mut writer = ::csv::Writer::from_writer(bytes);
     let names = heading::order();
     let mut header: Vec<String> =
-        ["name", "value", "sd", "low95", "high95", "unit"].map(String::from).into();
+        ["name", "value", "sigma", "low95", "high95", "unit"].map(String::from).into();
     header.extend(names.map(|name| format!("cov_{name}")));
     let failed = |e: &dyn std::fmt::Display| {
         Error::internal("csv", format!("the table is not written: {e}"))

@@ -53,7 +53,7 @@ fn object(exported: &Exported) -> Value {
         "inertia": matrix(3, &|i, j| body.inertia[(i, j)]),
         "order": heading::order(),
         "value": list(exported.theta()),
-        "sd": exported.sigma().map(list),
+        "sigma": exported.sigma().map(list),
         "low95": low.map(list),
         "high95": high.map(list),
         "covariance": exported.covariance().map(|c| matrix(10, &|i, j| c[(i, j)])),

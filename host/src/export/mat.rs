@@ -38,7 +38,7 @@ pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
     let column = [10, 1];
     for (name, size, values) in [
         ("value", column, ten(Some(exported.theta()))),
-        ("sd", column, ten(exported.sigma())),
+        ("sigma", column, ten(exported.sigma())),
         ("low95", column, ten(low)),
         ("high95", column, ten(high)),
         ("covariance", [10, 10], covariance.unwrap_or(vec![f64::NAN; 100])),

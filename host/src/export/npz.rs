@@ -25,7 +25,7 @@ fn archive(exported: &Exported) -> io::Result<Vec<u8>> {
         None => vec![f64::NAN; 10],
     };
     archive.numbers("value", &[10], &ten(Some(exported.theta())))?;
-    archive.numbers("sd", &[10], &ten(exported.sigma()))?;
+    archive.numbers("sigma", &[10], &ten(exported.sigma()))?;
     let [low, high] = exported.interval().map_or([None; 2], |ends| ends.map(Some));
     archive.numbers("low95", &[10], &ten(low))?;
     archive.numbers("high95", &[10], &ten(high))?;

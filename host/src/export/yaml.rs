@@ -46,7 +46,7 @@ pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
     let optional = |values: Option<super::Vector10>| {
         values.map_or("null".into(), |values| list(values.iter().copied()))
     };
-    line("sd", optional(exported.sigma()));
+    line("sigma", optional(exported.sigma()));
     let [low, high] = exported.interval().map_or([None; 2], |ends| ends.map(Some));
     line("low95", optional(low));
     line("high95", optional(high));

@@ -6,7 +6,7 @@ use massline_shared::diagnosis::Severity;
 
 use super::limits::Limits;
 use super::values::Sentence;
-use crate::report::{as_exact_as, error_percent, headline, scale_of, two_digits, with_sigma};
+use crate::report::{as_exact_as, error_percent, headline, scale_of, two_digits, with_half_width};
 use crate::result_file::ResultFile;
 use crate::typography::with_minus_signs;
 
@@ -119,8 +119,10 @@ pub(super) fn principal(answer: &Estimate) -> Vec<String> {
     let half = answer.principal_half_widths();
     let line = |k: usize| {
         let moment = moments[k] * 1e3;
-        let moment = half
-            .map_or_else(|| as_exact_as(moment, None), |half| with_sigma(moment, half[k] * 1e3));
+        let moment = half.map_or_else(
+            || as_exact_as(moment, None),
+            |half| with_half_width(moment, half[k] * 1e3),
+        );
         let axis: Vec<String> = axes.iter().map(|row| format!("{:.3}", row[k])).collect();
         with_minus_signs(&format!("{moment} g m² about the axis ({})", axis.join(", ")))
     };
@@ -139,11 +141,7 @@ impl Verdict {
             Verdict::UseWithCare => "warning",
             Verdict::DoNotUse => "bad",
         };
-        Self {
-            tone,
-            headline: with_minus_signs(&headline(verdict, &result.verdict_reasons)),
-            reasons,
-        }
+        Self { tone, headline: headline(verdict, &[]), reasons }
     }
 
     /// Every reason once: what is said of a method is not repeated as a finding.

@@ -13,12 +13,10 @@ pub fn verdict_reasons(
     layout: &HostLayout,
     message_of: impl Fn(&Diagnostic) -> String,
 ) -> Vec<VerdictReason> {
-    let beginning = |diagnostic: &Diagnostic| first_clause(&message_of(diagnostic)).to_owned();
-    let reason = |concern: &Concern| {
-        let message = clause(concern, layout, &message_of) + remedy(concern);
-        let brief = clause(concern, layout, beginning);
-        let clause = (brief != message).then_some(brief);
-        VerdictReason { code: concern.code(), verdict: concern.verdict(), message, clause }
+    let reason = |concern: &Concern| VerdictReason {
+        code: concern.code(),
+        verdict: concern.verdict(),
+        message: clause(concern, layout, &message_of) + remedy(concern),
     };
     judgement.concerns.iter().map(reason).collect()
 }
@@ -82,34 +80,5 @@ fn remedy(concern: &Concern) -> &'static str {
         }
         Concern::Unexplained(_) => "; look for several mistakes, or widen [uncertainty]",
         _ => "",
-    }
-}
-
-/// The first clause of a sentence, which stands below as a whole.
-fn first_clause(sentence: &str) -> &str {
-    let ends = ["; ", ": ", ", so ", ", and "].into_iter().filter_map(|end| sentence.find(end));
-    let end = ends.filter(|end| *end > 0).min();
-    end.and_then(|end| sentence.get(..end)).unwrap_or(sentence)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_first_clause_ends_where_the_next_begins() {
-        for (sentence, clause) in [
-            (
-                "this is the best body, as the best fit was none; it is rough",
-                "this is the best body, as the best fit was none",
-            ),
-            (
-                "mass and inertia come out wrong: the object moves as on a suspension",
-                "mass and inertia come out wrong",
-            ),
-            ("DOF 4:-X was skipped", "DOF 4:-X was skipped"),
-        ] {
-            assert_eq!(first_clause(sentence), clause);
-        }
     }
 }

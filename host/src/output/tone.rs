@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use massline_result::Verdict;
+
 /// When text is coloured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum ColorChoice {
@@ -25,6 +27,16 @@ pub enum Tone {
     Warning,
     /// An error.
     Bad,
+}
+
+impl From<Verdict> for Tone {
+    fn from(verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::Good => Self::Good,
+            Verdict::UseWithCare => Self::Warning,
+            Verdict::DoNotUse => Self::Bad,
+        }
+    }
 }
 
 /// Ends a [`Tone`].

@@ -1,7 +1,7 @@
 //! The ten properties of one or more answers with their 95 % intervals, each property on a scale of its own and with its
 //! numbers.
 
-use massline_result::{Estimate, TestResult};
+use massline_result::{Estimate, TestResult, Verdict};
 use massline_shared::body::INERTIAL_PARAMETERS;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -45,11 +45,23 @@ pub struct Series {
     pub half_widths: Option<[f64; 10]>,
 }
 
+/// The verdict of a result in brackets, unless that is good.
+fn verdict_of(source: &ResultFile) -> String {
+    match source.result().verdict {
+        Some(verdict @ (Verdict::UseWithCare | Verdict::DoNotUse)) => {
+            format!(" ({})", verdict.words())
+        }
+        Some(Verdict::Good) | None => String::new(),
+    }
+}
+
 /// Answers side by side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimates {
     /// What was measured; the number of results where they are several.
     pub title: String,
+    /// The verdict on one result in brackets, unless that is good.
+    pub verdict: String,
     /// The answers.
     pub series: Vec<Series>,
     /// What the properties should be, where that is known and the same for all results.
@@ -75,7 +87,12 @@ impl Estimates {
         let Some((first, ..)) = answered.first() else { return Ok(None) };
         let series = match sources {
             [one] => answers_of_one(one.result()),
-            _ => answered.iter().map(|(_, best, name)| Series::of(name.clone(), best)).collect(),
+            _ => answered
+                .iter()
+                .map(|(source, best, name)| {
+                    Series::of(format!("{name}{}", verdict_of(source)), best)
+                })
+                .collect(),
         };
         let expected = first.expected();
         let is_shared = answered.iter().all(|(other, ..)| other.expected() == expected);
@@ -84,6 +101,10 @@ impl Estimates {
                 [one] => one.title.clone(),
                 _ if without.is_empty() => format!("{} results", sources.len()),
                 _ => format!("{} of {} results", answered.len(), sources.len()),
+            },
+            verdict: match sources {
+                [one] => verdict_of(one),
+                _ => String::new(),
             },
             series,
             expected: if is_shared { expected } else { [None; 10] },
@@ -202,7 +223,7 @@ fn answers_of_one(result: &TestResult) -> Vec<Series> {
 
 impl Drawing for Estimates {
     fn heading(&self) -> Heading<'_> {
-        let shows = "the ten properties with their 95 % intervals".into();
+        let shows = format!("the ten properties with their 95 % intervals{}", self.verdict);
         Heading { subject: &self.title, shows }
     }
 

@@ -32,7 +32,7 @@ pub fn agreement_text(result: &TestResult) -> String {
         _ => Tone::Warning,
     };
     format!(
-        "all methods on the same data, the best first (± sd)\n{tables}{INERTIA_CONVENTION}\n{}\n",
+        "all methods on the same data, the best first (± 95 %)\n{tables}{INERTIA_CONVENTION}\n{}\n",
         tone.mark(agreement.sentence.clone())
     )
 }
@@ -53,7 +53,7 @@ fn table_of(rows: &[Row], columns: Range<usize>) -> String {
             let exact = sigma.map(|sigma| sigma[k] * factor);
             let value = as_exact_as(theta[k] * factor, exact);
             match exact {
-                Some(sigma) => format!("{value}\n± {}", as_exact_as(sigma, exact)),
+                Some(sigma) => format!("{value}\n± {}", as_exact_as(HALF_WIDTH_95 * sigma, exact)),
                 None => value,
             }
         });

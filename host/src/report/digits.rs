@@ -59,9 +59,21 @@ pub fn with_sigma(value: f64, sigma: f64) -> String {
     if sigma.is_finite() { format!("{number} ± {}", two_digits(sigma)) } else { number }
 }
 
-/// The same with half the width of the 95 % interval in place of the standard deviation.
+/// A value with half the width of its 95 % interval, both with the decimals of the standard deviation, as in the table of the ten
+/// properties. Only the value where that is not known.
+pub fn with_half_width(value: f64, half: f64) -> String {
+    let sigma = Some(half / HALF_WIDTH_95);
+    let number = as_exact_as(value, sigma);
+    match half {
+        _ if !half.is_finite() => number,
+        _ if half < 10f64.powi(-MOST_DECIMALS) => format!("{number} ± {}", two_digits(half)),
+        _ => format!("{number} ± {}", as_exact_as(half, sigma)),
+    }
+}
+
+/// The same of a standard deviation.
 pub fn with_interval(value: f64, sigma: f64) -> String {
-    with_sigma(value, HALF_WIDTH_95 * sigma)
+    with_half_width(value, HALF_WIDTH_95 * sigma)
 }
 
 /// As [`with_sigma`] for a deviation, whose sign is always written: `+0.31 ± 0.12`.
@@ -96,6 +108,19 @@ mod tests {
             (-0.4, 13.0, "0 ± 13"),
         ] {
             assert_eq!(with_sigma(value, sigma), text);
+        }
+    }
+
+    /// 1.96 × 0.0060 is 0.0118: with two digits of its own the interval would be narrower or wider by up to 5 %.
+    #[test]
+    fn an_interval_has_the_decimals_of_its_standard_deviation() {
+        for (value, sigma, text) in [
+            (1.220_04, 0.026_91, "1.220 ± 0.053"),
+            (2.5, 0.006, "2.5000 ± 0.0118"),
+            (2.5, 0.0, "2.500 ± 0"),
+            (2.5, f64::NAN, "2.500"),
+        ] {
+            assert_eq!(with_interval(value, sigma), text);
         }
     }
 

@@ -72,7 +72,10 @@ fn name_in<R: Real, const S: usize, const H: usize>(
             prior.map(|Prior { value, sigma, .. }| {
                 let unit = ValueUnit::OfProperty.symbol(subject);
                 let (value, sigma) = (value.to_f64(), sigma.to_f64());
-                format!("{} = {value} ± {sigma} {unit}", property_name(property))
+                format!(
+                    "{} = {value} {unit}, stated to {sigma} {unit} (1 sd),",
+                    property_name(property)
+                )
             })
         }
         _ => None,

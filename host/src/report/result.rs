@@ -12,7 +12,7 @@ use super::modes::shows_flexible_mode;
 use super::table::{principal_text, scale_text, table};
 use super::{
     INERTIA_CONVENTION, agreement_text, as_exact_as, budget_text, cannot_see_text, details_text,
-    global_fit_text, modes_text, refusals_text, sentences, two_digits, with_sigma,
+    global_fit_text, modes_text, refusals_text, sentences, two_digits, with_half_width,
 };
 use crate::output::{Tone, counted};
 
@@ -56,7 +56,7 @@ pub fn result_text(result: &TestResult, extent: Extent) -> String {
     text
 }
 
-/// The verdict on an answer in one line, with its gravest reason and how many more there are.
+/// The verdict on an answer with its gravest reason, and how many more there are.
 pub fn headline(verdict: Verdict, reasons: &[VerdictReason]) -> String {
     let head = match verdict {
         Verdict::Good => return "Good: nothing puts this answer in doubt".into(),
@@ -65,20 +65,15 @@ pub fn headline(verdict: Verdict, reasons: &[VerdictReason]) -> String {
     };
     match reasons {
         [] => head.into(),
-        [one] => format!("{head}: {}", one.in_brief()),
-        [first, others @ ..] => format!("{head}: {} (and {} more)", first.in_brief(), others.len()),
+        [one] => format!("{head}: {}", one.message),
+        [first, others @ ..] => format!("{head}: {} (and {} more)", first.message, others.len()),
     }
 }
 
-/// The same as a line of text; empty without an answer.
+/// The same as text; empty without an answer.
 fn verdict_text(result: &TestResult) -> String {
     let Some(verdict) = result.verdict else { return String::new() };
-    let tone = match verdict {
-        Verdict::Good => Tone::Good,
-        Verdict::UseWithCare => Tone::Warning,
-        Verdict::DoNotUse => Tone::Bad,
-    };
-    tone.mark(headline(verdict, &result.verdict_reasons)) + "\n"
+    Tone::from(verdict).mark(headline(verdict, &result.verdict_reasons)) + "\n"
 }
 
 /// Title, method, and what was measured.
@@ -181,16 +176,14 @@ fn rig_text(rig: &RigAnswer) -> String {
     )
 }
 
-/// The reasons of the verdict in full; in brief only the first of them.
+/// The reasons of the verdict but the gravest, which the first line has said; in brief only some of them.
 fn warnings_text(result: &TestResult, extent: Extent) -> String {
     let most = match extent {
         Extent::Brief => MOST_WARNINGS,
         Extent::Details => usize::MAX,
     };
     let mut text = String::new();
-    // The first line has said the first of them, if it has no more than one clause.
-    let said = result.verdict_reasons.first().filter(|first| first.clause.is_none());
-    let rest = result.verdict_reasons.iter().skip(usize::from(said.is_some()));
+    let rest = result.verdict_reasons.iter().skip(1);
     // This stands under the table.
     let reasons: Vec<_> = rest.filter(|of| of.code != FindingCode::UncertaintyUnknown).collect();
     for reason in reasons.iter().take(most) {
@@ -235,7 +228,7 @@ fn corrected_lines(corrected: &Estimate) -> String {
     let line = |(k, parameter): (usize, &InertialParameter)| {
         let factor = parameter.table_factor;
         let number = match half {
-            Some(half) => with_sigma(theta[k] * factor, half[k] * factor),
+            Some(half) => with_half_width(theta[k] * factor, half[k] * factor),
             None => as_exact_as(theta[k] * factor, None),
         };
         format!("  {:<5}{number} {}\n", parameter.symbol, parameter.table_unit)

@@ -3,7 +3,7 @@
 use massline_result::{Estimate, SolvedBy, Spread, TestResult, Verdict};
 use massline_shared::diagnosis::Severity;
 
-use super::{as_exact_as, with_sigma};
+use super::{as_exact_as, with_half_width};
 use crate::document;
 use crate::output::KEPT;
 
@@ -86,7 +86,7 @@ impl Summary {
     pub fn columns(&self) -> [String; 5] {
         let mass = |Spread { value, .. }: Spread<f64>| {
             let mass = match self.half_width_kg.filter(|half| half.is_finite()) {
-                Some(half) => format!("{} kg", with_sigma(value, half)),
+                Some(half) => format!("{} kg", with_half_width(value, half)),
                 None => format!("{} kg", as_exact_as(value, None)),
             };
             mass.replace(' ', &KEPT.to_string())

@@ -3,7 +3,7 @@
 use massline_result::Estimate;
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter, scale};
 
-use super::{as_exact_as, two_digits, with_sigma};
+use super::{as_exact_as, two_digits, with_half_width};
 use crate::output::{self, Table};
 
 /// What stands under every table of the ten properties. Books differ in the sign of a product of inertia.
@@ -81,7 +81,7 @@ pub fn principal_text(estimate: &Estimate) -> String {
     let half = estimate.principal_half_widths();
     let moment = |k: usize| {
         let value = moments[k] * 1e3;
-        half.map_or_else(|| as_exact_as(value, None), |half| with_sigma(value, half[k] * 1e3))
+        half.map_or_else(|| as_exact_as(value, None), |half| with_half_width(value, half[k] * 1e3))
     };
     format!("principal moments: {} g m²\n", [0, 1, 2].map(moment).join(", "))
 }

@@ -63,7 +63,7 @@ pub enum UffFault {
     #[error("the file has more than {MOST_FUNCTIONS} functions; export fewer")]
     TooManyFunctions,
     /// Text where a number should be.
-    #[error("\"{}\" is not a number; {field} should stand here, the file is corrupt", .text.escape_debug())]
+    #[error("\"{}\" is not a number, and {field} should stand here: the file is cut off or damaged; export it again", .text.escape_debug())]
     NotANumber {
         /// What is expected here.
         field: &'static str,

@@ -158,7 +158,7 @@ fn a_prior_that_contradicts_the_data_is_named() {
     let mistake = "Do not use this answer: one mistake explains the data: all accelerances are 16.";
     assert!(text.starts_with(mistake), "{text}");
     assert!(text.contains("maximum-likelihood: no answer: "), "{text}");
-    let named = "the [prior] m = 20 ± 0.0001 kg contradicts the data, \
+    let named = "the [prior] m = 20 kg, stated to 0.0001 kg (1 sd), contradicts the data, \
                  which say 1.2";
     assert!(text.contains(named), "{text}");
     let (_, value) = simulate_layout(layout, &[]);

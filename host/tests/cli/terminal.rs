@@ -195,6 +195,7 @@ fn an_answer_takes_at_most_forty_lines_and_twelve_more_with_corrected_values() {
         (40, 0, vec!["solve", archive]),
         (40, 0, vec!["demo"]),
         (40, 0, vec!["demo", "wheel"]),
+        (40, 0, vec!["demo", "wheel", "--tyre"]),
         (40, 0, vec!["measure", &layout, "--port", &rig.port]),
         (40, 0, vec!["results", "get", "1", "--port", &rig.port]),
         (40, 0, vec!["simulate", &layout, "--tape", &tape, "--force"]),

@@ -153,8 +153,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         let mut text = result_text(&answer.result, extent) + &methods_text(&studies);
         if extent == Extent::Details {
             text += &details_text(&studies, output);
+            text += &format!("mass lines of responses up to 120 Hz: {mass_lines}\n");
         }
-        format!("{text}mass lines of responses up to 120 Hz: {mass_lines}")
+        text
     })?;
     // The answer does not need the report.
     args.report.offer(report?, output);
@@ -191,7 +192,9 @@ fn mass_lines(args: &Args) -> Result<String> {
 fn warnings_of(answer: &Solution, file: &LayoutFile) -> String {
     let mass = answer.answer().map_or(f64::NAN, |estimate| estimate.body.mass);
     let [low, high] = BELOW_TYRE;
-    let mut text = format!("from {low:.0} to {high:.0} Hz they give a mass of {mass:.1} kg");
+    let mut text = format!(
+        "from {low:.0} to {high:.0} Hz, beside the modes of the tyre, they give a mass of {mass:.1} kg and not that of the wheel"
+    );
     let said = answer.diagnostics.iter().map(|d| message_in(d, &file.layout));
     if let Some(first) = said.clone().next() {
         text += &format!(", with {} warnings: {first}", said.count());
@@ -248,7 +251,13 @@ fn methods_text(studies: &[Study]) -> String {
     } else {
         ""
     };
-    format!("{all}\n{warning}")
+    let of_sets = match studies.iter().any(|study| study.set != "all") {
+        true => {
+            "sets A to D: three or four of the five forces, as Almeida, Maia and Urgueira combined them\n"
+        }
+        false => "",
+    };
+    format!("{all}\n{of_sets}{warning}")
 }
 
 /// What one set of forces after the other says.
@@ -263,11 +272,7 @@ fn details_text(studies: &[Study], output: &Output) -> String {
                 &format!("a flexible mode above the band shows in {} of {runs}\n", study.flexible);
         }
     }
-    text += "\n";
-    if studies.iter().any(|study| study.set != "all") {
-        text += "sets A to D: three or four of the five forces, as Almeida, Maia and Urgueira combined them\n";
-    }
-    text + "error: root mean square of the ten properties, relative to m, L, L, L and m L² (six times); over the bound: \
+    text + "\nerror: root mean square of the ten properties, relative to m, L, L, L and m L² (six times); over the bound: \
             of Cramér and Rao; coverage: part of the 95 % intervals that contain the truth\n"
 }
 
