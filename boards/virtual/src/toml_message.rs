@@ -39,7 +39,10 @@ pub fn plain(message: &str) -> String {
             _ => named(found).unwrap_or(found),
         },
     };
-    format!("{found} stands where {} should", named(expected).unwrap_or(expected))
+    match named(expected) {
+        Some(expected) => format!("{found} stands where {expected} should"),
+        None => format!("{found} stands here, expected {expected}"),
+    }
 }
 
 #[cfg(test)]
@@ -68,7 +71,7 @@ mod tests {
             ),
             (
                 "invalid type: string \"a, expected b\", expected an array of length 3",
-                "\"a, expected b\" stands where an array of length 3 should",
+                "\"a, expected b\" stands here, expected an array of length 3",
             ),
             ("missing field `id`", "missing field `id`"),
         ] {

@@ -247,7 +247,7 @@ fn methods_text(studies: &[Study]) -> String {
     }
     let flexible = studies.iter().any(|study| study.flexible > 0);
     let warning = if flexible {
-        "a flexible mode above the band shows: only the global fit takes it into account, and the other methods are off\n"
+        "a flexible mode above the band shows: only the global fit allows for it\n"
     } else {
         ""
     };

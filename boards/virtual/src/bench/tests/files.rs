@@ -61,7 +61,7 @@ fn a_wrong_file_is_refused_with_line_and_key() {
         ("x = 1", 1, "x", "unknown field"),
         ("\n[sensor]\ngain = 0.1", 3, "sensor.gain", "unknown field"),
         ("[hammer]\nrc_corner_hz = 400", 2, "hammer.rc_corner_hz", "unknown field"),
-        ("[sensor]\n\nrange_g = \"a\"", 3, "sensor.range_g", "stands where"),
+        ("[sensor]\n\nrange_g = \"a\"", 3, "sensor.range_g", "\"a\" stands where a number should"),
         ("title = \"a\"\nfaults = [\"flip:2w\"]", 2, "faults", "\"flip:2w\" is not a fault"),
         (
             "[sensor]\nrange_g = -1",
@@ -91,7 +91,7 @@ fn a_wrong_file_is_refused_with_line_and_key() {
         ("[adc]\nrate_hz = 1e12", 2, "adc.rate_hz", "from 100 to 1000000"),
         ("[tap]\nforce_n = [1, 1e300]", 2, "tap.force_n", "<= to <= 1000000"),
         ("[sensor]\nbandwidth_hz = [1600, 1600, 0]", 2, "sensor.bandwidth_hz", "from 0.1"),
-        ("[sensor]\nbandwidth_hz = 1600", 2, "sensor.bandwidth_hz", "stands where"),
+        ("[sensor]\nbandwidth_hz = 1600", 2, "sensor.bandwidth_hz", "1600 stands here, expected"),
         ("[sensor]\nboard_mass_kg = -0.005", 2, "sensor.board_mass_kg", "from 0 to 1"),
         ("[sensor]\ndrift_v_per_s = 1e3", 2, "sensor.drift_v_per_s", "from -10 to 10"),
         ("[hammer]\ngain_error = -1", 2, "hammer.gain_error", "from -0.9 to 9"),
