@@ -36,7 +36,8 @@ pub fn table(estimate: &Estimate, expected: &[Option<f64>; 10], length: Option<f
     }
     let columns = header.len();
     table.set_header(header);
-    let (theta, sigma, half) = (estimate.theta(), estimate.sigma(), estimate.half_widths());
+    let (theta, sigma, half) =
+        (estimate.theta(), estimate.complete_sigma(), estimate.half_widths());
     for (k, parameter) in INERTIAL_PARAMETERS.iter().enumerate() {
         let &InertialParameter { symbol, table_unit: unit, table_factor: factor, .. } = parameter;
         let exact = sigma.map(|sigma| sigma[k] * factor);

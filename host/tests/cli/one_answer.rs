@@ -74,3 +74,48 @@ fn text_page_and_exports_of_an_archive_state_equal_numbers() {
         }
     }
 }
+
+/// The scatter between hits alone covers the truth in 64 of 100 tests.
+#[test]
+fn nothing_gives_an_interval_that_covers_the_scatter_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let archive = text(&data("archive/version-1.massline"));
+    let method = ["--method", "irm"];
+    let solved = success(&[&["solve", &archive], &method[..]].concat());
+    let answer = &solved["results"][0];
+    assert_eq!(answer["method"], "inertia-restraint");
+    assert!(answer["mass_kg"]["sigma"].is_number(), "{answer}");
+    assert_eq!(
+        (&answer["interval95"], &solved["verdict"]),
+        (&Value::Null, &"use_with_care".into())
+    );
+    let brief = run(&[&["solve", &archive], &method[..]].concat()).stdout;
+    for symbol in SYMBOLS {
+        assert_eq!(row(&brief, symbol)[2], "-", "{brief}");
+    }
+    let principal = brief.lines().find(|line| line.starts_with("principal moments")).unwrap();
+    assert!(!principal.contains('±'), "{principal}");
+
+    let document = text(&folder.path().join("answer.json"));
+    fs::write(&document, solved.to_string()).unwrap();
+    for format in ["csv", "json", "yaml"] {
+        let exported = run(&["export", &document, "--format", format]).stdout;
+        let has_none = match format {
+            "csv" => exported.lines().filter(|line| line.starts_with("m,")).all(|line| {
+                let cells: Vec<&str> = line.split(',').collect();
+                cells[3..5] == ["", ""]
+            }),
+            "json" => exported.contains("\"low95\": null") && exported.contains("\"high95\": null"),
+            _ => exported.contains("low95: null") && exported.contains("high95: null"),
+        };
+        assert!(has_none, "{format}: {exported}");
+    }
+    let page = text(&folder.path().join("page.html"));
+    success(&["report", &document, "-o", &page]);
+    let page = fs::read_to_string(&page).unwrap();
+    let table = page.split("<h2 id=\"result-1-properties\">").nth(1).unwrap();
+    let table = cells(table.split("</table>").next().unwrap());
+    let numbers: Vec<&String> = table.iter().filter(|cell| cell.parse::<f64>().is_ok()).collect();
+    // Each property has its value, that of the text, and no other number.
+    assert_eq!(numbers, SYMBOLS.map(|symbol| row(&brief, symbol)[1]), "{table:?}");
+}
