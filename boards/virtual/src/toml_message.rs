@@ -32,11 +32,11 @@ pub fn plain(message: &str) -> String {
     let Some((found, expected)) = parts else { return message.to_owned() };
     let named = |word: &str| TYPES.iter().find(|(of_reader, _)| *of_reader == word).map(|of| of.1);
     // `string "1"`, `` integer `1` ``, or a kind alone.
-    let found = match found.split_once(" `") {
-        Some((_, value)) => value.trim_end_matches('`'),
-        None => match found.split_once(' ') {
-            Some(("string", value)) => value,
-            _ => named(found).unwrap_or(found),
+    let found = match found.split_once(' ') {
+        Some(("string", value)) => value,
+        _ => match found.split_once(" `") {
+            Some((_, value)) => value.trim_end_matches('`'),
+            None => named(found).unwrap_or(found),
         },
     };
     match named(expected) {
@@ -72,6 +72,10 @@ mod tests {
             (
                 "invalid type: string \"a, expected b\", expected an array of length 3",
                 "\"a, expected b\" stands here, expected an array of length 3",
+            ),
+            (
+                "invalid type: string \"a `b`\", expected f64",
+                "\"a `b`\" stands where a number should",
             ),
             ("missing field `id`", "missing field `id`"),
         ] {

@@ -19,11 +19,13 @@ pub fn agreement_text(result: &TestResult) -> String {
         return String::new();
     };
     let of_method = |estimate: &massline_result::Estimate| {
-        (estimate.method.name(), estimate.theta(), estimate.complete_sigma())
+        let spread = estimate.complete_sigma().zip(estimate.half_widths());
+        (estimate.method.name(), estimate.theta(), spread)
     };
     let mut rows: Vec<Row> = result.results.iter().map(of_method).collect();
     if let Some(combined) = &agreement.combined {
-        rows.push(("combined", combined.value.in_order(), Some(combined.sigma.in_order())));
+        let spread = (combined.sigma.in_order(), combined.half_width95.in_order());
+        rows.push(("combined", combined.value.in_order(), Some(spread)));
     }
     let tables: String = [0..4, 4..7, 7..10].map(|columns| table_of(&rows, columns)).concat();
     let tone = match (agreement.doubt, agreement.outcome.map(|of| of.0)) {
@@ -37,23 +39,23 @@ pub fn agreement_text(result: &TestResult) -> String {
     )
 }
 
-/// Name, values and standard deviations.
-type Row = (&'static str, [f64; 10], Option<[f64; 10]>);
+/// Name, values, and standard deviations with half the widths of the 95 % intervals.
+type Row = (&'static str, [f64; 10], Option<([f64; 10], [f64; 10])>);
 
-/// Some of the ten properties of every row, each with its standard deviation below.
+/// Some of the ten properties of every row, each with half the width of its 95 % interval below.
 fn table_of(rows: &[Row], columns: Range<usize>) -> String {
     let mut all = table();
     let parameters = &INERTIAL_PARAMETERS[columns.clone()];
     let header = parameters.iter().map(|p| format!("{}, {}", p.symbol, p.table_unit));
     all.set_header(std::iter::once(String::new()).chain(header));
     align_right(&mut all, 1..=parameters.len());
-    for (name, theta, sigma) in rows {
+    for (name, theta, spread) in rows {
         let cells = columns.clone().zip(parameters).map(|(k, parameter)| {
             let factor = parameter.table_factor;
-            let exact = sigma.map(|sigma| sigma[k] * factor);
+            let exact = spread.map(|(sigma, _)| sigma[k] * factor);
             let value = as_exact_as(theta[k] * factor, exact);
-            match exact {
-                Some(sigma) => format!("{value}\n± {}", as_exact_as(HALF_WIDTH_95 * sigma, exact)),
+            match spread {
+                Some((_, half)) => format!("{value}\n± {}", as_exact_as(half[k] * factor, exact)),
                 None => value,
             }
         });
