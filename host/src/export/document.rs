@@ -5,7 +5,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use massline_result::{Document, Estimate, ReadError, TestResult};
+use massline_result::{Document, Estimate, ReadError, TestResult, Verdict};
 use massline_shared::identify::Method;
 use massline_shared::identify::agreement::Outcome;
 
@@ -103,6 +103,9 @@ fn parsed(bytes: &[u8], source: &str) -> Result<(Document, Option<String>)> {
     })
 }
 
+/// What is said of an answer without standard deviations that cover all that they should.
+const UNCERTAINTY_UNKNOWN: &str = "the standard deviations of the answer are not known";
+
 /// An answer of a result, the best or that of a method, as it is exported; `source` is its title unless the result has one.
 ///
 /// # Errors
@@ -126,6 +129,11 @@ pub fn of_result(result: &TestResult, source: &str, method: Option<Method>) -> R
     exported.test.layout_hash = hash.and_then(|hash| u32::from_str_radix(hash, 16).ok());
     exported.doubts =
         result.verdict_reasons.iter().map(|reason| one_line(&reason.message)).collect();
+    // The verdict is on the best answer. One whose uncertainty is not known is not good, as where it is the only one.
+    if answer.complete_sigma().is_none() && exported.verdict == Verdict::Good {
+        exported.verdict = Verdict::UseWithCare;
+        exported.doubts.push(UNCERTAINTY_UNKNOWN.into());
+    }
     Ok(exported.with_test(|test| test.titled(&result.title)))
 }
 

@@ -133,6 +133,7 @@ fn what_the_program_prints_itself_can_be_exported() {
     let other = ["export", &path, "--format", "yaml", "--method", "irm"];
     let other = run(&[&other[..], &["--layout", &data_text("layout.toml")]].concat());
     assert!(other.stdout.contains("method: \"inertia-restraint\""), "{}", other.stdout);
+    assert!(other.stdout.contains("verdict: \"use_with_care\""), "{}", other.stdout);
     assert!(other.says("the layout differs from that of the test"), "{}", other.stderr);
 }
 
