@@ -19,7 +19,7 @@ use massline_shared::identify::agreement::Outcome as Agreed;
 use massline_shared::identify::maximum_likelihood::BudgetScales;
 use massline_shared::identify::{Consistency, Estimate, Method, is_of_data};
 pub use rig::result_of_rig;
-pub use words::verdict_reasons;
+pub use words::{UNCERTAINTY_UNKNOWN, verdict_reasons};
 
 /// χ² of the stated budget over its degrees of freedom from which a single mistake that explains the data is decisive. Below it
 /// one of the hundreds of mistakes that are tried may fit by chance: of healthy tests as rough as stated, one in a thousand

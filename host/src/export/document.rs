@@ -12,6 +12,7 @@ use massline_shared::identify::agreement::Outcome;
 use super::subject::Exported;
 use super::test_data::one_line;
 use crate::error::{Error, Result};
+use crate::judgement::UNCERTAINTY_UNKNOWN;
 
 /// Largest document that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 24;
@@ -102,9 +103,6 @@ fn parsed(bytes: &[u8], source: &str) -> Result<(Document, Option<String>)> {
         Error::input(code, format!("{source}: {}", one_line(&error.to_string())))
     })
 }
-
-/// What is said of an answer without standard deviations that cover all that they should.
-const UNCERTAINTY_UNKNOWN: &str = "the standard deviations of the answer are not known";
 
 /// An answer of a result, the best or that of a method, as it is exported; `source` is its title unless the result has one.
 ///

@@ -7,6 +7,9 @@ use super::{Concern, Judgement};
 use crate::single_fault::{advice_on, chi_squared_text, suspect_clause};
 use massline_result::VerdictReason;
 
+/// What is said of an answer without standard deviations that cover all that they should.
+pub const UNCERTAINTY_UNKNOWN: &str = "the standard deviations of the answer are not known";
+
 /// The reasons of a verdict, the gravest first; `message_of` makes the sentence of a finding.
 pub fn verdict_reasons(
     judgement: &Judgement,
@@ -65,7 +68,7 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
         Concern::MethodOff(method) => {
             format!("{} differs from the other methods by more than chance", method.name())
         }
-        Concern::UncertaintyUnknown => "the standard deviations of the answer are not known".into(),
+        Concern::UncertaintyUnknown => UNCERTAINTY_UNKNOWN.into(),
         Concern::Warning(diagnostic) => say(diagnostic),
         Concern::Stated(_, message) => message.clone(),
     }

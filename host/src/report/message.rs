@@ -73,7 +73,7 @@ fn name_in<R: Real, const S: usize, const H: usize>(
                 let unit = ValueUnit::OfProperty.symbol(subject);
                 let (value, sigma) = (value.to_f64(), sigma.to_f64());
                 format!(
-                    "{} = {value} {unit}, stated to {sigma} {unit} (1 sd),",
+                    "{} = {value} {unit} (stated to {sigma} {unit}, 1 sd)",
                     property_name(property)
                 )
             })

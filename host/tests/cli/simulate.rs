@@ -158,7 +158,7 @@ fn a_prior_that_contradicts_the_data_is_named() {
     let mistake = "Do not use this answer: one mistake explains the data: all accelerances are 16.";
     assert!(text.starts_with(mistake), "{text}");
     assert!(text.contains("maximum-likelihood: no answer: "), "{text}");
-    let named = "the [prior] m = 20 kg, stated to 0.0001 kg (1 sd), contradicts the data, \
+    let named = "the [prior] m = 20 kg (stated to 0.0001 kg, 1 sd) contradicts the data, \
                  which say 1.2";
     assert!(text.contains(named), "{text}");
     let (_, value) = simulate_layout(layout, &[]);
@@ -182,7 +182,10 @@ fn a_prior_that_is_hardly_wrong_enough_is_named_in_place_of_a_sensor() {
     let said = value["diagnostics"].as_array().unwrap();
     let named = said.iter().find(|d| d["code"] == "prior_inconsistent_with_data").unwrap();
     assert!(
-        named["message"].as_str().unwrap().contains("[prior] m = 1.54 kg, stated to 0.0001 kg"),
+        named["message"]
+            .as_str()
+            .unwrap()
+            .contains("[prior] m = 1.54 kg (stated to 0.0001 kg, 1 sd)"),
         "{named}"
     );
 }
