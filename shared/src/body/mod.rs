@@ -200,7 +200,7 @@ pub fn tensor<R: Real>(elements: &Vector6<R>) -> Matrix3<R> {
 }
 
 /// The second moments of mass `∫ r rᵀ dm = ½ tr(J) I − J`.
-fn second_moments<R: Real>(inertia: &Matrix3<R>) -> Matrix3<R> {
+pub(crate) fn second_moments<R: Real>(inertia: &Matrix3<R>) -> Matrix3<R> {
     Matrix3::from_diagonal_element(inertia.trace() * R::of(0.5)) - inertia
 }
 

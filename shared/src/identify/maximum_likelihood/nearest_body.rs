@@ -10,7 +10,7 @@ use nalgebra::{Matrix4, SMatrix, SVector};
 
 use super::damped_step::damped_step;
 use crate::Real;
-use crate::body::{RigidBody, tensor};
+use crate::body::{RigidBody, second_moments, tensor};
 use crate::linalg::{cholesky, forward_substitute};
 
 /// Part of the largest second moment to which the others are raised for a start.
@@ -104,11 +104,7 @@ struct Barrier<R>(
 impl<R: Real> Barrier<R> {
     /// The barrier at these inertial parameters; `None` when they are those of no body.
     fn at(phi: &SVector<R, 10>) -> Option<Self> {
-        let mut pseudo_inertia = Matrix4::zeros();
-        for (k, value) in phi.iter().enumerate() {
-            pseudo_inertia += element(k) * *value;
-        }
-        cholesky(&pseudo_inertia).map(Self)
+        cholesky(&pseudo_inertia(phi)).map(Self)
     }
 
     fn value(&self) -> R {
@@ -117,50 +113,29 @@ impl<R: Real> Barrier<R> {
 
     /// The negative gradient `tr(P⁻¹ Eₖ)` and the curvature `tr(P⁻¹ Eₖ P⁻¹ Eₗ)`.
     fn derivatives(&self) -> (SVector<R, 10>, SMatrix<R, 10, 10>) {
-        // L⁻¹ Eₖ L⁻ᵀ
-        let turned: [Matrix4<R>; 10] = core::array::from_fn(|k| {
-            let half = self.solve(&element(k));
-            self.solve(&half.transpose())
-        });
-        let slope = SVector::from_fn(|k, _| turned[k].trace());
-        (slope, SMatrix::from_fn(|i, j| turned[i].dot(&turned[j])))
-    }
-
-    /// `L⁻¹ A`.
-    fn solve(&self, matrix: &Matrix4<R>) -> Matrix4<R> {
-        let mut solved = *matrix;
-        for mut column in solved.column_iter_mut() {
+        let mut inverse = Matrix4::identity();
+        for mut column in inverse.column_iter_mut() {
             let mut right = column.clone_owned();
             forward_substitute(&self.0, &mut right);
             column.copy_from(&right);
         }
-        solved
+        // L⁻¹ Eₖ L⁻ᵀ; P is linear, so that Eₖ is the P of a unit of one parameter.
+        let turned: [Matrix4<R>; 10] = core::array::from_fn(|k| {
+            inverse * pseudo_inertia(&SVector::ith(k, R::one())) * inverse.transpose()
+        });
+        let slope = SVector::from_fn(|k, _| turned[k].trace());
+        (slope, SMatrix::from_fn(|i, j| turned[i].dot(&turned[j])))
     }
 }
 
-/// The derivative of P with respect to one of the inertial parameters `[m, m c, J about the origin]`.
-fn element<R: Real>(k: usize) -> Matrix4<R> {
-    let mut element = Matrix4::zeros();
-    match k {
-        0 => element[(3, 3)] = R::one(),
-        1..=3 => {
-            element[(k - 1, 3)] = R::one();
-            element[(3, k - 1)] = R::one();
-        }
-        _ => {
-            let mut one = nalgebra::Vector6::zeros();
-            one[k - 4] = R::one();
-            let inertia = tensor(&one);
-            let half = inertia.trace() * R::of(0.5);
-            for i in 0..3 {
-                element[(i, i)] = half;
-                for j in 0..3 {
-                    element[(i, j)] -= inertia[(i, j)];
-                }
-            }
-        }
-    }
-    element
+/// P of the inertial parameters `[m, m c, J about the origin]`, of a body or not.
+fn pseudo_inertia<R: Real>(phi: &SVector<R, 10>) -> Matrix4<R> {
+    let second_moments = second_moments(&tensor(&phi.fixed_rows::<6>(4).into_owned()));
+    Matrix4::from_fn(|i, j| match (i, j) {
+        (3, 3) => phi[0],
+        (3, k) | (k, 3) => phi[1 + k],
+        _ => second_moments[(i, j)],
+    })
 }
 
 #[cfg(test)]
