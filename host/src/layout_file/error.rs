@@ -40,7 +40,7 @@ impl Place {
 
     /// The place and the message of a TOML error.
     pub(crate) fn of_toml_error(file: &str, text: &str, error: &toml::de::Error) -> (Self, String) {
-        (Self::of(file, text, error.span(), ""), plain(error.message()))
+        (Self::of(file, text, error.span(), ""), plain(text, error))
     }
 }
 

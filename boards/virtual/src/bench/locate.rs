@@ -40,7 +40,7 @@ impl<'a> Located<'a> {
                 file: file.to_string(),
                 line: line_number(text, offset),
                 key: line.split('=').next().unwrap_or(line).trim().to_string(),
-                message: plain(e.message()),
+                message: plain(text, &e),
             }
         })?;
         let located = Self { text, file, root };
@@ -71,7 +71,7 @@ impl<'a> Located<'a> {
                 file: self.file.to_string(),
                 line: line_number(self.text, offset),
                 key,
-                message: plain(e.message()),
+                message: plain(self.text, &e),
             }
         })
     }
