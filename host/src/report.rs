@@ -28,7 +28,8 @@ pub use cannot_see::{cannot_see, cannot_see_text, glued, has_undeclared_mass};
 pub use comparison::{agreement, agreement_text};
 pub use details::{details_text, fit_details};
 pub use digits::{
-    as_exact_as, deviation, known, two_digits, with_half_width, with_interval, with_sigma,
+    as_exact_as, deviation, in_interval, known, two_digits, with_half_width, with_interval,
+    with_sigma,
 };
 pub use estimate::estimate_of;
 pub use global_fit::{global_fit, global_fit_text};

@@ -1,12 +1,12 @@
 //! Compares results with the truth of a bench.
 
-use massline_result::{Estimate, PrincipalMoments, TestResult};
+use massline_result::{Estimate, TestResult};
 use massline_shared::body::{INERTIAL_PARAMETERS, RigidBody, scale};
 
 use crate::document::ComparedTest;
 use crate::error::{Error, Result};
 use crate::output::{align_right, table};
-use crate::report::as_exact_as;
+use crate::report::{as_exact_as, in_interval};
 
 /// A test whose true answer is known.
 #[derive(Clone, Debug)]
@@ -102,13 +102,8 @@ pub fn side_by_side(comparisons: &[Comparison]) -> Result<String> {
         cells.push(exact(first.truth[k] * factor));
         for comparison in comparisons {
             let answer = comparison.answer()?;
-            let sigma = answer.complete_sigma().map(|sigma| sigma[k] * factor);
-            let half = answer.half_widths();
-            cells.push(measured(
-                answer.theta()[k] * factor,
-                sigma,
-                half.map(|half| half[k] * factor),
-            ));
+            let half = answer.half_widths().map(|half| half[k] * factor);
+            cells.push(measured(answer.theta()[k] * factor, half));
         }
         all.add_row(cells);
     }
@@ -118,10 +113,9 @@ pub fn side_by_side(comparisons: &[Comparison]) -> Result<String> {
         cells.push(true_moments.map_or_else(String::new, |moments| exact(moments[k] * 1e3)));
         for comparison in comparisons {
             let answer = comparison.answer()?;
-            let PrincipalMoments { value, sigma } = answer.principal_moments_kg_m2;
-            let half = answer.principal_half_widths();
-            let [sigma, half] = [sigma, half].map(|of| of.map(|of| of[k] * 1e3));
-            cells.push(value.map_or_else(String::new, |of| measured(of[k] * 1e3, sigma, half)));
+            let moments = answer.principal_moments_kg_m2.value;
+            let half = answer.principal_half_widths().map(|half| half[k] * 1e3);
+            cells.push(moments.map_or_else(String::new, |of| measured(of[k] * 1e3, half)));
         }
         all.add_row(cells);
     }
@@ -144,11 +138,11 @@ fn exact(value: f64) -> String {
 }
 
 /// A value and half the width of its interval, where that is known.
-fn measured(value: f64, sigma: Option<f64>, half_width: Option<f64>) -> String {
-    let text = as_exact_as(value, sigma);
+fn measured(value: f64, half_width: Option<f64>) -> String {
+    let text = in_interval(value, half_width);
     match half_width {
         // Without blanks four tests fit beside each other.
-        Some(half) => format!("{text}±{}", as_exact_as(half, sigma)),
+        Some(half) => format!("{text}±{}", in_interval(half, half_width)),
         None => text,
     }
 }

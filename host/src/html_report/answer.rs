@@ -6,7 +6,9 @@ use massline_shared::diagnosis::Severity;
 
 use super::limits::Limits;
 use super::values::Sentence;
-use crate::report::{as_exact_as, error_percent, headline, scale_of, two_digits, with_half_width};
+use crate::report::{
+    as_exact_as, error_percent, headline, in_interval, scale_of, two_digits, with_half_width,
+};
 use crate::result_file::ResultFile;
 use crate::typography::with_minus_signs;
 
@@ -57,13 +59,12 @@ const NAMES: [&str; 10] = [
 impl Row {
     /// The ten rows of an answer.
     pub fn all(source: &ResultFile, answer: &Estimate, limits: &Limits) -> Vec<Self> {
-        let (theta, sigma) = (answer.theta(), answer.complete_sigma());
-        let half = answer.half_widths();
+        let (theta, half) = (answer.theta(), answer.half_widths());
         let expected = source.expected();
         // The scale of all commands that print errors.
         let scale = scale_of(answer, &expected, source.characteristic_length());
         let row = |(k, parameter): (usize, &InertialParameter)| {
-            let number = |si: f64| number(k, si, sigma.map(|sigma| sigma[k]));
+            let number = |si: f64| number(k, si, half.map(|half| half[k]));
             let of_half =
                 |text: &dyn Fn(f64) -> String| half.map_or(String::new(), |half| text(half[k]));
             let percent = |si: f64| scale.map(|scale| 100.0 * si / scale[k]);
@@ -92,10 +93,11 @@ pub(super) fn symbol(parameter: &InertialParameter) -> (&'static str, &'static s
     parameter.symbol.split_once('_').unwrap_or((parameter.symbol, ""))
 }
 
-/// A value of a property in the unit of tables, with the digits that its standard deviation allows; both in SI units.
-pub(super) fn number(k: usize, si: f64, sigma: Option<f64>) -> String {
+/// A value of a property in the unit of tables, with the digits that its 95 % interval of this half width allows; both in SI
+/// units.
+pub(super) fn number(k: usize, si: f64, half_width: Option<f64>) -> String {
     let factor = INERTIAL_PARAMETERS[k].table_factor;
-    with_minus_signs(&as_exact_as(si * factor, sigma.map(|sigma| sigma * factor)))
+    with_minus_signs(&in_interval(si * factor, half_width.map(|half| half * factor)))
 }
 
 /// What relative numbers refer to; empty where the layout is not known.

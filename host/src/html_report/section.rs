@@ -38,6 +38,7 @@ pub(super) struct Section {
     method: String,
     verdict: Verdict,
     rows: Vec<Row>,
+    has_intervals: bool,
     has_expected: bool,
     has_sources: bool,
     scale: String,
@@ -106,6 +107,7 @@ impl Section {
             simulated: simulated(source),
             method: answer.map(method_text).unwrap_or_default(),
             verdict: Verdict::of(result),
+            has_intervals: rows.iter().any(|row| !row.half_width.is_empty()),
             has_expected: rows.iter().any(|row| !row.expected.is_empty()),
             has_sources: rows.iter().any(|row| !row.mostly.is_empty()),
             scale: scale_text(source),
@@ -134,7 +136,7 @@ impl Section {
 }
 
 /// The method of an answer, with what has to be said of its intervals.
-fn method_text(answer: &Estimate) -> String {
+pub(super) fn method_text(answer: &Estimate) -> String {
     match answer.covers_scatter_only() {
         true => format!("{} ({SCATTER_ONLY})", answer.method),
         false => answer.method.to_string(),

@@ -4,7 +4,8 @@ use massline_result::{Estimate, Verdict};
 
 use super::facts::{board, method_and_day};
 use super::for_people;
-use super::tables::{Cell, Label, PropertyRow, PropertyTable, RowGroup, SCATTER_ONLY};
+use super::section::method_text;
+use super::tables::{Cell, Label, PropertyRow, PropertyTable, RowGroup};
 use crate::error::Result;
 use crate::picture::{ImageFormat, Picture};
 use crate::result_file::ResultFile;
@@ -64,11 +65,7 @@ impl<'a> Answered<'a> {
 
     /// The method of the best answer, with what has to be said of its intervals.
     fn method(&self) -> String {
-        let Some(best) = self.answers.first() else { return String::new() };
-        match best.covers_scatter_only() {
-            true => format!("{} ({SCATTER_ONLY})", best.method),
-            false => best.method.to_string(),
-        }
+        self.answers.first().map_or(String::new(), method_text)
     }
 
     /// The verdict in a few words.

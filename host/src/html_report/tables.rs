@@ -76,8 +76,8 @@ impl PropertyRow {
 
     /// What all methods say together.
     pub fn combined(of: &Combined) -> Self {
-        let [theta, sigma, half] = [of.value, of.sigma, of.half_width95].map(|of| of.in_order());
-        let cell = |k: usize| Cell::of(k, theta[k], Some(sigma[k]), Some(half[k]));
+        let [theta, half] = [of.value, of.half_width95].map(|of| of.in_order());
+        let cell = |k: usize| Cell::of(k, theta[k], Some(half[k]));
         let cells = (0..10).map(cell).collect();
         Self { name: "combined".into(), result: None, remark: "", cells }
     }
@@ -86,9 +86,8 @@ impl PropertyRow {
 impl Cell {
     /// Those of an answer.
     pub fn all(answer: &Estimate) -> Vec<Self> {
-        let (theta, sigma) = (answer.theta(), answer.complete_sigma());
-        let half = answer.half_widths();
-        let cell = |k: usize| Self::of(k, theta[k], sigma.map(|of| of[k]), half.map(|of| of[k]));
+        let (theta, half) = (answer.theta(), answer.half_widths());
+        let cell = |k: usize| Self::of(k, theta[k], half.map(|of| of[k]));
         (0..10).map(cell).collect()
     }
 
@@ -97,9 +96,9 @@ impl Cell {
         Self { value: "–".into(), half_width: String::new() }
     }
 
-    fn of(k: usize, value: f64, sigma: Option<f64>, half: Option<f64>) -> Self {
-        let half_width = half.map_or(String::new(), |half| number(k, half, sigma));
-        Self { value: number(k, value, sigma), half_width }
+    fn of(k: usize, value: f64, half: Option<f64>) -> Self {
+        let half_width = half.map_or(String::new(), |width| number(k, width, half));
+        Self { value: number(k, value, half), half_width }
     }
 }
 

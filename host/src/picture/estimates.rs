@@ -11,7 +11,7 @@ use super::legend::{Key, Sign, legend, line, mark};
 use super::scale::{range_about, ticks};
 use super::theme::{Dashes, FAINT, INK, LABEL, SMALL, color, cycle};
 use crate::error::Result;
-use crate::report::as_exact_as;
+use crate::report::in_interval;
 use crate::result_file::{ResultFile, distinct_names};
 use crate::typography::with_minus_signs;
 
@@ -39,20 +39,19 @@ pub struct Series {
     pub name: String,
     /// The ten properties.
     pub theta: [f64; 10],
-    /// Standard deviations, which decide the digits.
-    pub sigma: Option<[f64; 10]>,
-    /// Half widths of the 95 % intervals.
+    /// Half widths of the 95 % intervals, which decide the digits.
     pub half_widths: Option<[f64; 10]>,
 }
 
-/// The verdict of a result in brackets, unless that is good.
-fn verdict_of(source: &ResultFile) -> String {
-    match source.result().verdict {
-        Some(verdict @ (Verdict::UseWithCare | Verdict::DoNotUse)) => {
-            format!(" ({})", verdict.words())
-        }
-        Some(Verdict::Good) | None => String::new(),
-    }
+/// The verdict of a result in words, unless that is good.
+fn verdict_of(source: &ResultFile) -> Option<&'static str> {
+    source.result().verdict.filter(|verdict| *verdict != Verdict::Good).map(Verdict::words)
+}
+
+/// What is said in brackets; empty where nothing is.
+fn in_brackets(remarks: &[Option<&str>]) -> String {
+    let said: Vec<_> = remarks.iter().copied().flatten().collect();
+    if said.is_empty() { String::new() } else { format!(" ({})", said.join("; ")) }
 }
 
 /// Answers side by side.
@@ -89,9 +88,7 @@ impl Estimates {
             [one] => answers_of_one(one.result()),
             _ => answered
                 .iter()
-                .map(|(source, best, name)| {
-                    Series::of(format!("{name}{}", verdict_of(source)), best)
-                })
+                .map(|(source, best, name)| Series::of(name, verdict_of(source), best))
                 .collect(),
         };
         let expected = first.expected();
@@ -103,7 +100,7 @@ impl Estimates {
                 _ => format!("{} of {} results", answered.len(), sources.len()),
             },
             verdict: match sources {
-                [one] => verdict_of(one),
+                [one] => in_brackets(&[verdict_of(one)]),
                 _ => String::new(),
             },
             series,
@@ -175,15 +172,13 @@ impl Estimates {
 }
 
 impl Series {
-    /// An answer, by a name. An interval of another kind than those beside it is not drawn.
-    fn of(mut name: String, answer: &Estimate) -> Self {
-        if answer.covers_scatter_only() {
-            name = format!("{name} ({SCATTER_ONLY})");
-        }
+    /// An answer, by a name, and a verdict in words to be said with it. An interval of another kind than those beside it is not
+    /// drawn.
+    fn of(name: &str, verdict: Option<&str>, answer: &Estimate) -> Self {
+        let no_interval = answer.covers_scatter_only().then_some(SCATTER_ONLY);
         Self {
-            name,
+            name: format!("{name}{}", in_brackets(&[verdict, no_interval])),
             theta: answer.theta(),
-            sigma: answer.complete_sigma(),
             half_widths: answer.half_widths(),
         }
     }
@@ -198,32 +193,33 @@ impl Series {
     /// Value and half width with the digits of tables.
     fn numbers(&self, k: usize) -> [String; 2] {
         let in_table = |si: f64| si * INERTIAL_PARAMETERS[k].table_factor;
-        let sigma = self.sigma.map(|sigma| in_table(sigma[k]));
+        let half = self.half_widths.map(|half| in_table(half[k]));
         let written = |value: f64| match value.abs() < LARGEST_WRITTEN {
-            true => with_minus_signs(&as_exact_as(value, sigma)),
+            true => with_minus_signs(&in_interval(value, half)),
             false => with_minus_signs(&format!("{value:.1e}")),
         };
-        let half = self.half_widths.map(|half| format!("± {}", written(in_table(half[k]))));
-        [written(in_table(self.theta[k])), half.unwrap_or_default()]
+        let half_width = half.map_or(String::new(), |half| format!("± {}", written(half)));
+        [written(in_table(self.theta[k])), half_width]
     }
 }
 
 /// The answers of all methods, and the combined one.
 fn answers_of_one(result: &TestResult) -> Vec<Series> {
     let mut answers: Vec<Series> =
-        result.results.iter().map(|of| Series::of(of.method.to_string(), of)).collect();
+        result.results.iter().map(|of| Series::of(of.method.name(), None, of)).collect();
     let combined = result.agreement.as_ref().and_then(|of| of.combined.as_ref());
     if let Some(of) = combined.filter(|_| answers.len() > 1) {
-        let [theta, sigma, half] = [of.value, of.sigma, of.half_width95].map(|of| of.in_order());
-        let (sigma, half_widths) = (Some(sigma), Some(half));
-        answers.push(Series { name: "combined".into(), theta, sigma, half_widths });
+        let [theta, half] = [of.value, of.half_width95].map(|of| of.in_order());
+        answers.push(Series { name: "combined".into(), theta, half_widths: Some(half) });
     }
     answers
 }
 
 impl Drawing for Estimates {
     fn heading(&self) -> Heading<'_> {
-        let shows = format!("the ten properties with their 95 % intervals{}", self.verdict);
+        let has_intervals = self.series.iter().any(|answer| answer.half_widths.is_some());
+        let intervals = if has_intervals { " with their 95 % intervals" } else { "" };
+        let shows = format!("the ten properties{intervals}{}", self.verdict);
         Heading { subject: &self.title, shows }
     }
 

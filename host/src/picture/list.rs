@@ -73,7 +73,7 @@ impl Picture {
     /// What it shows, as a caption under it.
     fn caption(self) -> &'static str {
         match self {
-            Self::Estimates => "The ten properties with their 95 % intervals",
+            Self::Estimates => "The ten properties",
             Self::Layout => "The test in space",
             Self::Frf => "Frequency responses",
             Self::Hits => "All hits overlaid",

@@ -9,7 +9,7 @@ use massline_shared::identify::{Estimate, HALF_WIDTH_95, Method};
 use massline_shared::layout::HostLayout;
 use nalgebra::SVector;
 
-use super::{INERTIA_CONVENTION, as_exact_as, message_in, two_digits};
+use super::{INERTIA_CONVENTION, in_interval, message_in, two_digits};
 use crate::output::{Tone, align_right, table};
 use crate::suspension::Comparison;
 
@@ -19,13 +19,12 @@ pub fn agreement_text(result: &TestResult) -> String {
         return String::new();
     };
     let of_method = |estimate: &massline_result::Estimate| {
-        let spread = estimate.complete_sigma().zip(estimate.half_widths());
-        (estimate.method.name(), estimate.theta(), spread)
+        (estimate.method.name(), estimate.theta(), estimate.half_widths())
     };
     let mut rows: Vec<Row> = result.results.iter().map(of_method).collect();
     if let Some(combined) = &agreement.combined {
-        let spread = (combined.sigma.in_order(), combined.half_width95.in_order());
-        rows.push(("combined", combined.value.in_order(), Some(spread)));
+        let half_widths = combined.half_width95.in_order();
+        rows.push(("combined", combined.value.in_order(), Some(half_widths)));
     }
     let tables: String = [0..4, 4..7, 7..10].map(|columns| table_of(&rows, columns)).concat();
     let tone = match (agreement.doubt, agreement.outcome.map(|of| of.0)) {
@@ -39,8 +38,8 @@ pub fn agreement_text(result: &TestResult) -> String {
     )
 }
 
-/// Name, values, and standard deviations with half the widths of the 95 % intervals.
-type Row = (&'static str, [f64; 10], Option<([f64; 10], [f64; 10])>);
+/// Name, values, and half the widths of the 95 % intervals.
+type Row = (&'static str, [f64; 10], Option<[f64; 10]>);
 
 /// Some of the ten properties of every row, each with half the width of its 95 % interval below.
 fn table_of(rows: &[Row], columns: Range<usize>) -> String {
@@ -49,15 +48,12 @@ fn table_of(rows: &[Row], columns: Range<usize>) -> String {
     let header = parameters.iter().map(|p| format!("{}, {}", p.symbol, p.table_unit));
     all.set_header(std::iter::once(String::new()).chain(header));
     align_right(&mut all, 1..=parameters.len());
-    for (name, theta, spread) in rows {
+    for (name, theta, half_widths) in rows {
         let cells = columns.clone().zip(parameters).map(|(k, parameter)| {
             let factor = parameter.table_factor;
-            let exact = spread.map(|(sigma, _)| sigma[k] * factor);
-            let value = as_exact_as(theta[k] * factor, exact);
-            match spread {
-                Some((_, half)) => format!("{value}\n± {}", as_exact_as(half[k] * factor, exact)),
-                None => value,
-            }
+            let half = half_widths.map(|half| half[k] * factor);
+            let value = in_interval(theta[k] * factor, half);
+            half.map_or(value.clone(), |of| format!("{value}\n± {}", in_interval(of, half)))
         });
         all.add_row(std::iter::once((*name).to_owned()).chain(cells));
     }

@@ -59,15 +59,19 @@ pub fn with_sigma(value: f64, sigma: f64) -> String {
     if sigma.is_finite() { format!("{number} ± {}", two_digits(sigma)) } else { number }
 }
 
-/// A value with half the width of its 95 % interval, both with the decimals of the standard deviation, as in the table of the ten
-/// properties. Only the value where that is not known.
+/// A number with the decimals of a value whose 95 % interval has this half width, as [`as_exact_as`]: those of a standard
+/// deviation of half / 1.96. The interval of a learned budget is wider than 1.96 standard deviations.
+pub fn in_interval(value: f64, half: Option<f64>) -> String {
+    as_exact_as(value, half.map(|half| half / HALF_WIDTH_95))
+}
+
+/// A value with half the width of its 95 % interval, both as [`in_interval`]. Only the value where that is not known.
 pub fn with_half_width(value: f64, half: f64) -> String {
-    let sigma = Some(half / HALF_WIDTH_95);
-    let number = as_exact_as(value, sigma);
+    let number = in_interval(value, Some(half));
     match half {
         _ if !half.is_finite() => number,
         _ if half < 10f64.powi(-MOST_DECIMALS) => format!("{number} ± {}", two_digits(half)),
-        _ => format!("{number} ± {}", as_exact_as(half, sigma)),
+        _ => format!("{number} ± {}", in_interval(half, Some(half))),
     }
 }
 

@@ -56,7 +56,7 @@ pub fn result_text(result: &TestResult, extent: Extent) -> String {
     text
 }
 
-/// The verdict on an answer with its gravest reason, and how many more there are.
+/// The verdict on an answer with how many reasons it has, and the gravest of them.
 pub fn headline(verdict: Verdict, reasons: &[VerdictReason]) -> String {
     let head = match verdict {
         Verdict::Good => return "Good: nothing puts this answer in doubt".into(),
@@ -66,7 +66,7 @@ pub fn headline(verdict: Verdict, reasons: &[VerdictReason]) -> String {
     match reasons {
         [] => head.into(),
         [one] => format!("{head}: {}", one.message),
-        [first, others @ ..] => format!("{head}: {} (and {} more)", first.message, others.len()),
+        [first, ..] => format!("{head}, for {} reasons: {}", reasons.len(), first.message),
     }
 }
 
@@ -113,8 +113,6 @@ fn answer_text(result: &TestResult, answer: &Estimate) -> String {
     text += &principal_text(answer);
     if answer.covers_scatter_only() {
         text += "± is not known from these data: the scatter between hits covers the truth in 64 of 100 tests only\n";
-    } else if answer.sigma().is_none() {
-        text += "± is not known from these data\n";
     }
     text
 }
@@ -183,10 +181,8 @@ fn warnings_text(result: &TestResult, extent: Extent) -> String {
         Extent::Details => usize::MAX,
     };
     let mut text = String::new();
-    let rest = result.verdict_reasons.iter().skip(1);
-    // This stands under the table.
-    let reasons: Vec<_> = rest.filter(|of| of.code != FindingCode::UncertaintyUnknown).collect();
-    for reason in reasons.iter().take(most) {
+    let reasons = result.verdict_reasons.iter().skip(1);
+    for reason in reasons.clone().take(most) {
         text += &format!("{} {}\n", Tone::Warning.mark("warning:"), reason.message);
     }
     let more = reasons.len().saturating_sub(most);

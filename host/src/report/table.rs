@@ -3,7 +3,7 @@
 use massline_result::Estimate;
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter, scale};
 
-use super::{as_exact_as, two_digits, with_half_width};
+use super::{as_exact_as, in_interval, two_digits, with_half_width};
 use crate::output::{self, Table};
 
 /// What stands under every table of the ten properties. Books differ in the sign of a product of inertia.
@@ -36,12 +36,11 @@ pub fn table(estimate: &Estimate, expected: &[Option<f64>; 10], length: Option<f
     }
     let columns = header.len();
     table.set_header(header);
-    let (theta, sigma, half) =
-        (estimate.theta(), estimate.complete_sigma(), estimate.half_widths());
+    let (theta, half) = (estimate.theta(), estimate.half_widths());
     for (k, parameter) in INERTIAL_PARAMETERS.iter().enumerate() {
         let &InertialParameter { symbol, table_unit: unit, table_factor: factor, .. } = parameter;
-        let exact = sigma.map(|sigma| sigma[k] * factor);
-        let number = |si: f64| as_exact_as(si * factor, exact);
+        let width = half.map(|half| half[k] * factor);
+        let number = |si: f64| in_interval(si * factor, width);
         let percent = |si: f64| scale.map(|scale| 100.0 * si / scale[k]);
         let spread = half.map_or("-".to_owned(), |half| number(half[k]));
         let mut row = vec![symbol.to_owned(), number(theta[k]), spread];
