@@ -84,8 +84,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = files::layout(&args.layout, output)?;
     let layout = files::for_rig(&file, &args.layout)?;
     let given = files::calibration(args.calibration.as_deref(), &file)?;
-    let object = SimulatedObject::of(&args.bench, args.suspension_hz, &file)
-        .map_err(|error| error.within(args.layout.display()))?;
+    let object = SimulatedObject::of(&args.bench, args.suspension_hz, &file, &args.layout)?;
     output.note(&object.description);
     let SimulatedObject { bench, description } = object;
     if let Some(runs) = args.monte_carlo.runs {

@@ -153,7 +153,7 @@ fn corrected(faults: &SingleFaults) -> Option<PropertyTable> {
         ))
     };
     let rows: Vec<_> = faults.suspects.iter().filter_map(row).collect();
-    let caption = "Not the answer of this test: the properties without a mistake, ± 95\u{a0}%";
+    let caption = "Not the answer of this test: the properties without a mistake";
     let groups = vec![RowGroup { heading: String::new(), rows }];
     (!groups[0].rows.is_empty()).then(|| PropertyTable::new(caption, "mistake", groups))
 }
@@ -165,7 +165,7 @@ impl Agreement {
         let row = |answer: &Estimate| PropertyRow::of(answer.method.to_string(), answer);
         let combined = agreement.combined.as_ref().map(PropertyRow::combined);
         let rows = result.results.iter().map(row).chain(combined).collect();
-        let caption = "All answers from the same data, ± 95\u{a0}%";
+        let caption = "All answers from the same data";
         let groups = vec![RowGroup { heading: String::new(), rows }];
         let table = PropertyTable::new(caption, "method", groups);
         Some(Self { verdict: Sentence(agreement.sentence.clone()), table })

@@ -5,7 +5,7 @@ use massline_result::{Estimate, Verdict};
 use super::facts::{board, method_and_day};
 use super::for_people;
 use super::section::method_text;
-use super::tables::{Cell, Label, PropertyRow, PropertyTable, RowGroup};
+use super::tables::{Cell, Label, PropertyRow, PropertyTable, RowGroup, intervals_in};
 use crate::error::Result;
 use crate::picture::{ImageFormat, Picture};
 use crate::result_file::ResultFile;
@@ -16,6 +16,8 @@ pub(super) struct Several {
     pub header: Vec<String>,
     /// The properties of the best answers, a cell for each result.
     pub rows: Vec<(Label, Vec<Cell>)>,
+    /// What their caption says of intervals.
+    pub intervals: &'static str,
     /// What else is known of the results.
     pub facts: Vec<(&'static str, Vec<String>)>,
     /// The picture of the best answers.
@@ -47,9 +49,11 @@ impl Several {
             answers: &source.result().results,
         };
         let all: Vec<_> = (1..).zip(sources).map(answered).collect();
+        let rows = rows(&all);
         Ok(Some(Self {
             header: sources.iter().map(|of| of.title.clone()).collect(),
-            rows: rows(&all),
+            intervals: intervals_in(rows.iter().flat_map(|(_, cells)| cells)),
+            rows,
             facts: facts(&all)?,
             figure: picture(sources)?,
             tables: [by_method(&all), by_sensors(&all)].into_iter().flatten().collect(),
@@ -116,7 +120,7 @@ fn by_method(all: &[Answered<'_>]) -> Option<PropertyTable> {
     let pairs = || all.iter().flat_map(|of| of.answers.iter().map(move |answer| (of, answer)));
     let groups =
         grouped(pairs(), |(_, answer)| answer.method.to_string(), |(of, answer)| of.row(answer));
-    let caption = "The answers of all results by each method, ± 95\u{a0}%";
+    let caption = "The answers of all results by each method";
     (!groups.is_empty()).then(|| PropertyTable::new(caption, "method and result", groups))
 }
 
@@ -125,7 +129,7 @@ fn by_sensors(all: &[Answered<'_>]) -> Option<PropertyTable> {
     let stated = all.iter().filter(|of| !of.sensors().is_empty());
     let pairs = stated.filter_map(|of| Some((of, of.answers.first()?)));
     let groups = grouped(pairs, |(of, _)| of.sensors().to_owned(), |(of, best)| of.row(best));
-    let caption = "The best answers by the sensors, as the layouts state them, ± 95\u{a0}%";
+    let caption = "The best answers by the sensors, as the layouts state them";
     (groups.len() > 1).then(|| PropertyTable::new(caption, "sensors and result", groups))
 }
 

@@ -16,7 +16,7 @@ pub(super) const SCATTER_ONLY: &str = "its intervals would cover the scatter bet
 #[derive(Template)]
 #[template(path = "report/properties.html")]
 pub(super) struct PropertyTable {
-    pub caption: &'static str,
+    pub caption: String,
     /// What a row is.
     pub what: &'static str,
     pub header: Vec<Label>,
@@ -62,9 +62,17 @@ impl Label {
 }
 
 impl PropertyTable {
-    pub fn new(caption: &'static str, what: &'static str, groups: Vec<RowGroup>) -> Self {
-        Self { caption, what, header: Label::all(), groups }
+    /// The caption says what stands after ±, where that stands anywhere.
+    pub fn new(caption: &str, what: &'static str, groups: Vec<RowGroup>) -> Self {
+        let cells = groups.iter().flat_map(|group| &group.rows).flat_map(|row| &row.cells);
+        let intervals = intervals_in(cells);
+        Self { caption: format!("{caption}{intervals}"), what, header: Label::all(), groups }
     }
+}
+
+/// What a caption says of intervals; nothing where no cell has one.
+pub(super) fn intervals_in<'c>(mut cells: impl Iterator<Item = &'c Cell>) -> &'static str {
+    if cells.any(|cell| !cell.half_width.is_empty()) { ", ± 95\u{a0}%" } else { "" }
 }
 
 impl PropertyRow {

@@ -7,8 +7,8 @@ use super::{Concern, Judgement};
 use crate::single_fault::{advice_on, chi_squared_text, suspect_clause};
 use massline_result::VerdictReason;
 
-/// What is said of an answer without standard deviations that cover all that they should.
-pub const UNCERTAINTY_UNKNOWN: &str = "the standard deviations of the answer are not known";
+/// What is said of an answer without standard deviations that cover all that they should, from which intervals would follow.
+pub const UNCERTAINTY_UNKNOWN: &str = "the 95 % intervals of the answer are not known";
 
 /// The reasons of a verdict, the gravest first; `message_of` makes the sentence of a finding.
 pub fn verdict_reasons(

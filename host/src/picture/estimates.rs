@@ -175,7 +175,11 @@ impl Series {
     /// An answer, by a name, and a verdict in words to be said with it. An interval of another kind than those beside it is not
     /// drawn.
     fn of(name: &str, verdict: Option<&str>, answer: &Estimate) -> Self {
-        let no_interval = answer.covers_scatter_only().then_some(SCATTER_ONLY);
+        let no_interval = match (answer.covers_scatter_only(), answer.half_widths()) {
+            (true, _) => Some(SCATTER_ONLY),
+            (false, None) => Some("no interval"),
+            (false, Some(_)) => None,
+        };
         Self {
             name: format!("{name}{}", in_brackets(&[verdict, no_interval])),
             theta: answer.theta(),

@@ -4,6 +4,8 @@ use crate::typography::with_minus_signs;
 
 /// Room beyond the outermost value, share of the range.
 const ROOM: f64 = 0.06;
+/// Values that differ by less than this share are one value: computing it in another order moves the last digits.
+const EQUAL: f64 = 1e-9;
 /// Range about a single value, share of the value.
 const ABOUT: f64 = 0.01;
 /// Most decimals of a tick, and the least number that is written with a power of ten.
@@ -23,7 +25,7 @@ pub(super) fn range_about(values: impl Iterator<Item = f64>) -> Option<[f64; 2]>
     let widen = |[a, b]: [f64; 2], [low, high]: [f64; 2]| [a.min(low), b.max(high)];
     let [low, high] = values.filter(|value| value.is_finite()).map(ends).reduce(widen)?;
     let room = match high - low {
-        size if size > 0.0 => ROOM * size,
+        size if size > EQUAL * low.abs().max(high.abs()) => ROOM * size,
         _ if low == 0.0 => 1.0,
         _ => ABOUT * low.abs(),
     };
@@ -70,6 +72,7 @@ mod tests {
     #[test]
     fn a_range_without_a_size_or_a_number_is_no_trouble() {
         assert_eq!(range_about([2.0, f64::NAN, 2.0].into_iter()), Some([1.98, 2.02]));
+        assert_eq!(range_about([2.0, 2.0 + 1e-15].into_iter()), range_about([2.0].into_iter()));
         assert_eq!(range_about([0.0].into_iter()), Some([-1.0, 1.0]));
         assert_eq!(range_about([f64::NAN, f64::INFINITY].into_iter()), None);
         assert_eq!(range_about([f64::MAX, f64::MIN].into_iter()), None);

@@ -1,5 +1,7 @@
 //! What `massline simulate` simulates: the object that the layout states, or that of a bench.
 
+use std::path::Path;
+
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::body::RigidBody;
 use massline_shared::layout::{HostLayout, TestProfile};
@@ -45,11 +47,13 @@ impl SimulatedObject {
         args: &BenchArgs,
         suspension_hz: Option<f64>,
         file: &LayoutFile,
+        path: &Path,
     ) -> Result<Self> {
         let (bench, place) = match &args.bench {
             Some(name) => (args.open()?, format!(", bench {name}")),
             None => {
-                let (bench, place) = stated(file, suspension_hz)?;
+                let stated = stated(file, suspension_hz);
+                let (bench, place) = stated.map_err(|error| error.within(path.display()))?;
                 (args.with_faults(bench), place)
             }
         };
