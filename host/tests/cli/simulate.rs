@@ -155,8 +155,8 @@ fn a_prior_that_contradicts_the_data_is_named() {
     let layout = file.path().to_str().unwrap();
     // Inertia restraint answers, and the better method contradicts it. 20 kg are 16 times the mass.
     let text = text_with_exit(3, layout, &["--details"]);
-    let mistake = "Do not use this answer: one mistake explains the data: all accelerances are 16.";
-    assert!(text.starts_with(mistake), "{text}");
+    let mistake = ": one mistake explains the data: all accelerances are 16.";
+    assert!(text.starts_with("Do not use this answer") && text.contains(mistake), "{text}");
     assert!(text.contains("maximum-likelihood: no answer: "), "{text}");
     let named = "the [prior] m = 20 kg (stated to 0.0001 kg, 1 sd) contradicts the data, \
                  which say 1.2";

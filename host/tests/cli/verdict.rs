@@ -52,7 +52,7 @@ fn is_good((first, exit, value): &(String, i32, Value)) {
 
 #[track_caller]
 fn is_not_to_be_used((first, exit, value): &(String, i32, Value)) {
-    assert!(first.starts_with("Do not use this answer: "), "{first}");
+    assert!(first.starts_with("Do not use this answer"), "{first}");
     assert_eq!((*exit, &value["verdict"]), (3, &"do_not_use".into()));
     let reason = &value["verdict_reasons"][0];
     assert_eq!(reason["verdict"], "do_not_use", "{reason}");
