@@ -251,7 +251,7 @@ fn a_missing_key_is_named() {
 #[test]
 fn a_known_value_without_its_sigma_is_told_how_to_write_it() {
     let error = parse(&format!("{GOOD}\n[prior]\nmass_kg = 1.23")).unwrap_err().to_string();
-    assert!(error.contains("expected a value with its standard deviation"), "{error}");
+    assert!(error.contains("stands where a value with its standard deviation"), "{error}");
     assert!(error.contains("{ value = 1.23, sigma = 0.001 }"), "{error}");
 }
 
