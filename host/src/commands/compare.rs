@@ -115,7 +115,7 @@ pub fn side_by_side(comparisons: &[Comparison]) -> Result<String> {
             let answer = comparison.answer()?;
             let moments = answer.principal_moments_kg_m2.value;
             let half = answer.principal_half_widths().map(|half| half[k] * 1e3);
-            cells.push(moments.map_or_else(String::new, |of| measured(of[k] * 1e3, half)));
+            cells.push(moments.map_or_else(String::new, |value| measured(value[k] * 1e3, half)));
         }
         all.add_row(cells);
     }

@@ -93,8 +93,8 @@ pub(super) fn symbol(parameter: &InertialParameter) -> (&'static str, &'static s
     parameter.symbol.split_once('_').unwrap_or((parameter.symbol, ""))
 }
 
-/// A value of a property in the unit of tables, with the digits that its 95 % interval of this half width allows; both in SI
-/// units.
+/// A value of a property in the unit of tables, with the digits that its 95 % interval of this half width allows; both
+/// in SI units.
 pub(super) fn number(k: usize, si: f64, half_width: Option<f64>) -> String {
     let factor = INERTIAL_PARAMETERS[k].table_factor;
     with_minus_signs(&in_interval(si * factor, half_width.map(|half| half * factor)))

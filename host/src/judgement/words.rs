@@ -7,7 +7,7 @@ use super::{Concern, Judgement};
 use crate::single_fault::{advice_on, chi_squared_text, suspect_clause};
 use massline_result::VerdictReason;
 
-/// What is said of an answer without standard deviations that cover all that they should, from which intervals would follow.
+/// What is said of an answer whose standard deviations, if it has any, do not cover all that they should.
 pub const UNCERTAINTY_UNKNOWN: &str = "the 95 % intervals of the answer are not known";
 
 /// The reasons of a verdict, the gravest first; `message_of` makes the sentence of a finding.

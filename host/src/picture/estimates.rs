@@ -50,8 +50,8 @@ fn verdict_of(source: &ResultFile) -> Option<&'static str> {
 
 /// What is said in brackets; empty where nothing is.
 fn in_brackets(remarks: &[Option<&str>]) -> String {
-    let said: Vec<_> = remarks.iter().copied().flatten().collect();
-    if said.is_empty() { String::new() } else { format!(" ({})", said.join("; ")) }
+    let texts: Vec<_> = remarks.iter().copied().flatten().collect();
+    if texts.is_empty() { String::new() } else { format!(" ({})", texts.join("; ")) }
 }
 
 /// Answers side by side.
@@ -172,8 +172,8 @@ impl Estimates {
 }
 
 impl Series {
-    /// An answer, by a name, and a verdict in words to be said with it. An interval of another kind than those beside it is not
-    /// drawn.
+    /// An answer, by a name, and a verdict in words to be said with it. An interval of another kind than those beside it
+    /// is not drawn.
     fn of(name: &str, verdict: Option<&str>, answer: &Estimate) -> Self {
         let no_interval = match (answer.covers_scatter_only(), answer.half_widths()) {
             (true, _) => Some(SCATTER_ONLY),

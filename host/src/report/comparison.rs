@@ -53,7 +53,10 @@ fn table_of(rows: &[Row], columns: Range<usize>) -> String {
             let factor = parameter.table_factor;
             let half = half_widths.map(|half| half[k] * factor);
             let value = in_interval(theta[k] * factor, half);
-            half.map_or(value.clone(), |of| format!("{value}\n± {}", in_interval(of, half)))
+            match half {
+                Some(half_width) => format!("{value}\n± {}", in_interval(half_width, half)),
+                None => value,
+            }
         });
         all.add_row(std::iter::once((*name).to_owned()).chain(cells));
     }

@@ -154,7 +154,10 @@ fn a_wrong_answer_does_not_look_clean() {
         [sum(|row| row.wrong[0]), sum(|row| row.wrong[1]), sum(|row| row.wrong[2])];
     println!("of {wrong} wrong answers {exported} are exported and {called_good} called good");
     // Measured: one of a hundred is exported, and fewer are called good; of few tests three may be.
-    assert!(wrong > all.len() / 2, "{wrong} wrong answers: the mistakes are too small");
+    assert!(
+        wrong > all.len() * draws.min(3) / 3,
+        "{wrong} wrong answers: the mistakes are too small"
+    );
     assert!(exported <= (wrong / 50).max(3), "{exported} of {wrong}");
     assert!(called_good <= (wrong / 100).max(2), "{called_good} of {wrong}");
 }
