@@ -7,7 +7,6 @@
 
 mod entry;
 mod error;
-mod exact;
 mod known;
 mod policy;
 mod raw;
@@ -26,6 +25,7 @@ use massline_protocol::LayoutHash;
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::Setting;
 use massline_shared::layout::{Dof, HostLayout, RigLayout, TestProfile};
+use massline_virtual::toml_text;
 
 pub(crate) use error::Place;
 pub use error::{Fault, LayoutFileError, Place as LayoutPlace};
@@ -272,9 +272,9 @@ fn utf8<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, LayoutFileError> {
 }
 
 fn raw(text: &str, file: &str) -> Result<raw::RawLayout, LayoutFileError> {
-    toml::from_str(text).map_err(|error| {
-        let (place, message) = Place::of_toml_error(file, text, &error);
-        LayoutFileError::Malformed { place, message }
+    toml_text::read(text).map_err(|error| LayoutFileError::Malformed {
+        place: Place::of_toml_error(file, text, &error),
+        message: error.message,
     })
 }
 

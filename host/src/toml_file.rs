@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use massline_virtual::toml_text;
 use serde::de::DeserializeOwned;
 
 use crate::layout_file::Place;
@@ -20,8 +21,8 @@ pub(crate) fn read(path: &Path, code: &'static str) -> Result<String> {
 
 /// Parses a TOML text; `file` is its name in errors.
 pub(crate) fn parse<T: DeserializeOwned>(text: &str, file: &str, code: &'static str) -> Result<T> {
-    toml::from_str(text).map_err(|error| {
-        let (place, message) = Place::of_toml_error(file, text, &error);
-        Error::input(code, format!("{place}: {message}; correct this line"))
+    toml_text::read(text).map_err(|error| {
+        let place = Place::of_toml_error(file, text, &error);
+        Error::input(code, format!("{place}: {}; correct this line", error.message))
     })
 }

@@ -13,7 +13,7 @@
 //! | [`rig`] | a running rig |
 //! | `pty` | a rig served on a pseudo-terminal, where the system has them |
 //! | [`tcp`] | a rig served at a TCP address |
-//! | [`toml_message`] | messages of the TOML reader in words for the owner of a file |
+//! | [`toml_text`] | reads TOML texts that people write, with words for their owner |
 #![deny(unsafe_code)]
 
 pub mod bench;
@@ -30,7 +30,7 @@ pub mod rig;
 pub mod sampler;
 pub mod source;
 pub mod tcp;
-pub mod toml_message;
+pub mod toml_text;
 
 /// Name of this board in the identity of a rig.
 pub const BOARD: &str = "virtual";

@@ -8,7 +8,6 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
-use super::exact::optional_array;
 use super::values::{DofText, NodeNumber, RawAxes, RawMass};
 
 /// An entry of `sensors`: a node number or a table.
@@ -26,7 +25,7 @@ pub(super) struct RawSensorTable {
     /// The sensor's own x and y axes, unit vectors of the body frame; z = x × y. Default: the axes of its
     /// node.
     #[schemars(with = "RawAxes")]
-    #[serde(default, deserialize_with = "optional_array")]
+    #[serde(default)]
     pub(super) axes: Option<RawAxes>,
     /// False for a sensor that does not sense gravity, such as a laser or a camera.
     #[serde(default)]
@@ -80,7 +79,7 @@ pub(super) struct RawHitTable {
     pub(super) dof: String,
     /// Local x and y of this hit, unit vectors of the body frame; z = x × y. Default: the axes of its node.
     #[schemars(with = "RawAxes")]
-    #[serde(default, deserialize_with = "optional_array")]
+    #[serde(default)]
     pub(super) axes: Option<RawAxes>,
     /// Uncertainty of this hit, which overrides `[uncertainty]`.
     #[serde(default)]

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use massline_shared::diagnosis::Code;
-use massline_virtual::toml_message::plain;
+use massline_virtual::toml_text::{TomlError, line_of};
 use thiserror::Error;
 
 use crate::file;
@@ -32,15 +32,14 @@ impl Place {
     /// The place of the bytes `span` of `text`; `key` when given, else the key of the line.
     pub(crate) fn of(file: &str, text: &str, span: Option<Range<usize>>, key: &str) -> Self {
         let start = span.map_or(0, |s| s.start).min(text.len());
-        let before = text.get(..start).unwrap_or(text);
-        let line = before.matches('\n').count() + 1;
+        let line = line_of(text, start);
         let key = if key.is_empty() { key_of_line(text, line) } else { key.to_owned() };
         Self { file: file.to_owned(), line, key }
     }
 
-    /// The place and the message of a TOML error.
-    pub(crate) fn of_toml_error(file: &str, text: &str, error: &toml::de::Error) -> (Self, String) {
-        (Self::of(file, text, error.span(), ""), plain(text, error))
+    /// The place of a TOML error.
+    pub(crate) fn of_toml_error(file: &str, text: &str, error: &TomlError) -> Self {
+        Self { file: file.to_owned(), line: error.line(text), key: error.key.clone() }
     }
 }
 

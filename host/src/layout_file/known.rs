@@ -20,6 +20,9 @@ use super::values::{RawKnown, RawMass};
 
 /// Relative standard deviation of an attached mass that is given as a plain number.
 const ATTACHED_SIGMA: f64 = 0.05;
+/// Smallest relative standard deviation of prior knowledge about a mass or a moment of inertia: what the solvers resolve
+/// beside the readings.
+const LEAST_SIGMA: f64 = 1e-6;
 
 /// The `[uncertainty]` table: default uncertainties of sensors and hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,6 +101,14 @@ pub(super) fn priors(
         let Some(entry) = entry else { continue };
         let RawKnown { value, sigma } = *entry.get_ref();
         check_known(entry, key, positive, source)?;
+        if positive && sigma < LEAST_SIGMA * value {
+            let wanted = "a sigma of a millionth of the value at least: no scale is better";
+            return Err(source.fault(
+                entry.span(),
+                key,
+                Fault::OutOfRange { value: sigma, wanted },
+            ));
+        }
         // Cannot fail: there are at most ten entries, one per property.
         let _ = priors.push(Prior { property, value, sigma });
     }

@@ -10,7 +10,6 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::entry::{RawHit, RawSensor};
-use super::exact::{optional_spanned, spanned};
 use super::values::{NodeNumber, RawAxes, RawBand, RawKnown};
 
 /// Where the sensors sit and where the hammer lands. SI units; positions and directions in the body frame.
@@ -24,7 +23,7 @@ pub(super) struct RawLayout {
     pub(super) title: Option<Spanned<String>>,
     /// Gravity in the body frame with the object hanging as in the test, m/s².
     #[schemars(with = "[f64; 3]")]
-    #[serde(default, deserialize_with = "optional_spanned")]
+    #[serde(default)]
     pub(super) gravity: Option<Spanned<[f64; 3]>>,
     /// Triaxial accelerometers in the order of the rig's inputs.
     #[serde(default)]
@@ -112,11 +111,10 @@ pub(super) struct RawNode {
     pub(super) id: Spanned<i64>,
     /// Position in the body frame, m.
     #[schemars(with = "[f64; 3]")]
-    #[serde(deserialize_with = "spanned")]
     pub(super) position_m: Spanned<[f64; 3]>,
     /// Local x and y, unit vectors of the body frame; z = x × y. Default: the body frame.
     #[schemars(with = "RawAxes")]
-    #[serde(default, deserialize_with = "optional_spanned")]
+    #[serde(default)]
     pub(super) axes: Option<Spanned<RawAxes>>,
     /// False where no sensor can be glued: `massline layout suggest` places none there.
     #[serde(default)]
@@ -355,11 +353,10 @@ pub(super) struct RawAttached {
     pub(super) mass_kg: Spanned<RawKnown>,
     /// Centre of mass in the body frame, m.
     #[schemars(with = "[f64; 3]")]
-    #[serde(deserialize_with = "spanned")]
     pub(super) center_of_mass_m: Spanned<[f64; 3]>,
     /// Inertia tensor about its own centre of mass, kg m², J_xy = −∫xy dm. Default: a point mass.
     #[schemars(with = "[[f64; 3]; 3]")]
-    #[serde(default, deserialize_with = "optional_spanned")]
+    #[serde(default)]
     pub(super) inertia_kg_m2: Option<Spanned<[[f64; 3]; 3]>>,
 }
 
@@ -373,10 +370,10 @@ pub(super) struct RawReference {
     pub(super) mass_kg: Option<Spanned<f64>>,
     /// Centre of mass in the body frame, m.
     #[schemars(with = "[f64; 3]")]
-    #[serde(default, deserialize_with = "optional_spanned")]
+    #[serde(default)]
     pub(super) center_of_mass_m: Option<Spanned<[f64; 3]>>,
     /// Inertia tensor about the centre of mass, kg m², J_xy = −∫xy dm.
     #[schemars(with = "[[f64; 3]; 3]")]
-    #[serde(default, deserialize_with = "optional_spanned")]
+    #[serde(default)]
     pub(super) inertia_kg_m2: Option<Spanned<[[f64; 3]; 3]>>,
 }

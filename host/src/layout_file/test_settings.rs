@@ -9,7 +9,7 @@ use toml::Spanned;
 use super::error::{Fault, LayoutFileError, Place};
 use super::raw::{RawTarget, RawTest};
 use super::source::Source;
-use super::values::{RawBand, RawBandName};
+use super::values::RawBand;
 
 /// The settings of the test, with the defaults of those that are not given.
 pub(super) fn test(
@@ -29,10 +29,10 @@ pub(super) fn test(
     }
     if let Some(band) = &raw.band_hz {
         test.band_hz = match *band.get_ref() {
-            RawBand::Named(RawBandName::Auto) if test.profile == TestProfile::Suspension => {
+            RawBand::Auto if test.profile == TestProfile::Suspension => {
                 return Err(source.fault(band.span(), "test.band_hz", Fault::BandOfSuspension));
             }
-            RawBand::Named(RawBandName::Auto) => None,
+            RawBand::Auto => None,
             RawBand::Ends(ends) => Some(band_ends(ends, band.span(), source)?),
         };
     }

@@ -256,6 +256,62 @@ fn a_known_value_without_its_sigma_is_told_how_to_write_it() {
 }
 
 #[test]
+fn a_list_is_never_read_as_a_table() {
+    let inner = [
+        ("test", "[\"mass-line\", 7]"),
+        ("policy", "[\"keep\"]"),
+        ("uncertainty", "[0.001]"),
+        ("prior", "[[1.23, 0.001]]"),
+        ("reference", "[1.23]"),
+        ("report", "[\"a bracket\"]"),
+        ("target", "[0.01]"),
+        ("node", "[[1, [0, 0, 0]]]"),
+        ("attached", "[[[0.1, 0.001], [0, 0, 0]]]"),
+        ("sensors", "[[1]]"),
+        ("hits", "[[\"1:+Y\"]]"),
+        ("prior.mass_kg", "[1.23, 0.001]"),
+        ("prior.cx_m", "[0.0, 0.001]"),
+        ("uncertainty.gain", "[0.01]"),
+    ];
+    for (key, list) in inner {
+        let said = parse(&format!("{key} = {list}")).unwrap_err().to_string();
+        assert!(said.contains(" stands where ") && said.contains(&format!(": {key}: ")), "{said}");
+    }
+    for (key, list) in [("attached_mass_kg", "[0.004, 0.0002]"), ("uncertainty", "[0.001]")] {
+        let said = parse(&format!("sensors = [{{ node = 1, {key} = {list} }}]")).unwrap_err();
+        assert!(said.to_string().contains(&format!("{list} stands where ")), "{said}");
+    }
+}
+
+#[test]
+fn a_list_has_the_length_that_is_asked_for() {
+    for (key, list) in [
+        ("gravity", "[0, 0, -9.81, 0]"),
+        ("gravity", "[0, -9.81]"),
+        ("reference.center_of_mass_m", "[0, 0]"),
+        ("reference.inertia_kg_m2", "[[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]]"),
+        ("test.band_hz", "[10]"),
+        ("test.band_hz", "[10, 20, 30]"),
+        ("test.impulse_ns", "[0.1, 0.2, 0.3]"),
+    ] {
+        let said = parse(&format!("{key} = {list}")).unwrap_err().to_string();
+        assert!(said.contains(" stand where ") || said.contains("[lowest, highest]"), "{said}");
+        assert!(said.contains(&format!(": {key}: ")), "{said}");
+    }
+}
+
+#[test]
+fn no_scale_is_exact() {
+    for (key, sigma) in [("mass_kg", 1e-9), ("Jxx_kg_m2", 1e-12)] {
+        let text = format!("{GOOD}\n[prior]\n{key} = {{ value = 1.23, sigma = {sigma} }}");
+        let said = parse(&text).unwrap_err().to_string();
+        assert!(said.contains("a millionth of the value"), "{said}");
+    }
+    let text = format!("{GOOD}\n[prior]\nmass_kg = {{ value = 1.23, sigma = 2e-6 }}");
+    assert!(parse(&text).is_ok());
+}
+
+#[test]
 fn a_value_of_a_wrong_type_is_answered_without_names_of_the_program() {
     let tables = ["test", "policy", "uncertainty", "prior", "reference", "report"];
     let top = tables.map(|key| format!("{key} = \"a\"\n{GOOD}"));

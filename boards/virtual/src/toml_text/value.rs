@@ -1,0 +1,211 @@
+//! A value of a TOML text as serde's readers take it.
+
+use std::ops::Range;
+use std::vec;
+
+use serde::de::value::StringDeserializer;
+use serde::de::{
+    DeserializeSeed, Deserializer, Error, Expected, IntoDeserializer, MapAccess, SeqAccess,
+    Unexpected, Visitor,
+};
+use serde_spanned::de::{SpannedDeserializer, is_spanned};
+use toml::Spanned;
+use toml::de::{DeString, DeTable, DeValue};
+
+use super::refusal::Refusal;
+
+/// A value and where it stands in the text.
+pub(super) struct Value<'de> {
+    value: DeValue<'de>,
+    span: Range<usize>,
+}
+
+impl<'de> Value<'de> {
+    /// The table of a whole text.
+    pub(super) fn of_text(root: Spanned<DeTable<'de>>) -> Self {
+        Self { span: root.span(), value: DeValue::Table(root.into_inner()) }
+    }
+
+    /// A value of another kind than is wanted.
+    fn refused(&self, wanted: &dyn Expected) -> Refusal {
+        Refusal::invalid_type(Unexpected::Other("value"), wanted).at(&self.span)
+    }
+
+    /// Reads a list of this length.
+    fn list_of<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Refusal> {
+        match &self.value {
+            DeValue::Array(array) if array.len() != length => {
+                Err(Refusal::length(array.len(), length).at(&self.span))
+            }
+            _ => self.deserialize_any(visitor),
+        }
+    }
+}
+
+impl<'de> From<Spanned<DeValue<'de>>> for Value<'de> {
+    fn from(spanned: Spanned<DeValue<'de>>) -> Self {
+        Self { span: spanned.span(), value: spanned.into_inner() }
+    }
+}
+
+impl<'de> IntoDeserializer<'de, Refusal> for Value<'de> {
+    type Deserializer = Self;
+
+    fn into_deserializer(self) -> Self {
+        self
+    }
+}
+
+impl<'de> Deserializer<'de> for Value<'de> {
+    type Error = Refusal;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
+        let span = self.span.clone();
+        let of_kind = match self.value {
+            DeValue::String(DeString::Owned(text)) => visitor.visit_string(text),
+            DeValue::String(DeString::Borrowed(text)) => visitor.visit_borrowed_str(text),
+            DeValue::Boolean(value) => visitor.visit_bool(value),
+            DeValue::Array(array) => visitor.visit_seq(Elements(array.into_iter())),
+            DeValue::Table(table) => {
+                visitor.visit_map(Entries { rest: table.into_iter(), value: None })
+            }
+            DeValue::Integer(number) => {
+                match i64::from_str_radix(&number.as_str().replace('_', ""), number.radix()) {
+                    Ok(number) => visitor.visit_i64(number),
+                    Err(_) => Err(Refusal::invalid_value(Unexpected::Other("number"), &visitor)),
+                }
+            }
+            DeValue::Float(number) => match number.as_str().replace('_', "").parse::<f64>() {
+                // Infinity is written as a word; a number as large as that is a mistake.
+                Ok(value) if value.is_finite() || number.as_str().ends_with(['f', 'n']) => {
+                    visitor.visit_f64(value)
+                }
+                _ => Err(Refusal::invalid_value(Unexpected::Other("number"), &visitor)),
+            },
+            DeValue::Datetime(_) => Err(Refusal::invalid_type(Unexpected::Other("date"), &visitor)),
+        };
+        of_kind.map_err(|refusal| refusal.at(&span))
+    }
+
+    /// A key that is left out is none, and one that is there has a value.
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
+        let span = self.span.clone();
+        visitor.visit_some(self).map_err(|refusal| refusal.at(&span))
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Refusal> {
+        let span = self.span.clone();
+        visitor.visit_newtype_struct(self).map_err(|refusal| refusal.at(&span))
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Refusal> {
+        if is_spanned(name) {
+            let span = self.span.clone();
+            return visitor
+                .visit_map(SpannedDeserializer::new(self, span.clone()))
+                .map_err(|refusal| refusal.at(&span));
+        }
+        match self.value {
+            DeValue::Table(_) => self.deserialize_any(visitor),
+            _ => Err(self.refused(&visitor)),
+        }
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Refusal> {
+        match self.value {
+            DeValue::String(name) => {
+                let name: StringDeserializer<Refusal> = name.into_owned().into_deserializer();
+                visitor.visit_enum(name).map_err(|refusal| refusal.at(&self.span))
+            }
+            _ => Err(self.refused(&"a string")),
+        }
+    }
+
+    fn deserialize_tuple<V: Visitor<'de>>(
+        self,
+        length: usize,
+        visitor: V,
+    ) -> Result<V::Value, Refusal> {
+        self.list_of(length, visitor)
+    }
+
+    fn deserialize_tuple_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        length: usize,
+        visitor: V,
+    ) -> Result<V::Value, Refusal> {
+        self.list_of(length, visitor)
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf
+        unit unit_struct seq map identifier ignored_any
+    }
+}
+
+struct Elements<'de>(vec::IntoIter<Spanned<DeValue<'de>>>);
+
+impl<'de> SeqAccess<'de> for Elements<'de> {
+    type Error = Refusal;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, Refusal> {
+        self.0.next().map(|element| seed.deserialize(Value::from(element))).transpose()
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.0.len())
+    }
+}
+
+struct Entries<'de, I> {
+    rest: I,
+    /// The key that was read last, and its value.
+    value: Option<(String, Value<'de>)>,
+}
+
+impl<'de, I> MapAccess<'de> for Entries<'de, I>
+where
+    I: Iterator<Item = (Spanned<DeString<'de>>, Spanned<DeValue<'de>>)>,
+{
+    type Error = Refusal;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, Refusal> {
+        let Some((key, value)) = self.rest.next() else { return Ok(None) };
+        let name = key.get_ref().clone().into_owned();
+        self.value = Some((name.clone(), Value::from(value)));
+        let of_key: StringDeserializer<Refusal> = name.clone().into_deserializer();
+        seed.deserialize(of_key).map(Some).map_err(|refusal| refusal.at(&key.span()).under(&name))
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Refusal> {
+        let Some((name, value)) = self.value.take() else {
+            return Err(Refusal::custom("a value was asked for without its key"));
+        };
+        seed.deserialize(value).map_err(|refusal| refusal.under(&name))
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        self.rest.size_hint().1
+    }
+}
