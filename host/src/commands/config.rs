@@ -15,7 +15,8 @@ use std::env;
 use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgAction, Command, ValueEnum};
-use toml::{Table, Value};
+use massline_virtual::toml_text::{self, TomlError, line_of};
+use toml::de::{DeTable, DeValue};
 
 use crate::client::PORT_VARIABLE;
 use crate::error::{Error, Result};
@@ -31,7 +32,31 @@ const MALFORMED: &str = "config_malformed";
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Config {
     path: PathBuf,
-    defaults: Table,
+    entries: Vec<Entry>,
+}
+
+/// A key of the file and what is written there.
+#[derive(Clone, Debug, PartialEq)]
+struct Entry {
+    key: String,
+    line: usize,
+    value: Value,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Value {
+    /// A value of an option, or several, as they would stand on the command line.
+    Words(Vec<String>),
+    /// The options of a command.
+    Table(Vec<Entry>),
+    /// What no option takes, as it is written.
+    Other(String),
+}
+
+/// What is wrong with an entry.
+struct Wrong {
+    line: usize,
+    text: String,
 }
 
 impl Config {
@@ -49,17 +74,26 @@ impl Config {
                 _ => return Ok(Self::default()),
             },
         };
-        let read = || {
-            let text = toml_file::read(&path, MALFORMED)?;
-            toml_file::parse(&text, &path.display().to_string(), MALFORMED)
-        };
-        let defaults = read().map_err(|error| advised(&error))?;
-        Ok(Self { path, defaults })
+        let text = toml_file::read(&path, MALFORMED).map_err(|e| advised(&e.to_string()))?;
+        let config = Self { path, entries: Vec::new() };
+        match toml_text::parse(&text) {
+            Ok(table) => Ok(Self { entries: entries(table.get_ref(), &text), ..config }),
+            Err(error) => {
+                let line = error.line(&text);
+                let TomlError { key, message, .. } = error;
+                let colon = if key.is_empty() { "" } else { ": " };
+                Err(config.error(&Wrong { line, text: format!("{key}{colon}{message}") }))
+            }
+        }
     }
 
     /// What it says about colours.
     pub(super) fn color(&self) -> Option<ColorChoice> {
-        ColorChoice::from_str(self.defaults.get("color")?.as_str()?, false).ok()
+        let entry = self.entries.iter().find(|entry| entry.key == "color")?;
+        match &entry.value {
+            Value::Words(words) => ColorChoice::from_str(words.first()?, false).ok(),
+            Value::Table(_) | Value::Other(_) => None,
+        }
     }
 
     /// The command line with these defaults.
@@ -67,40 +101,78 @@ impl Config {
     /// # Errors
     /// Exit 2 for an option or a command that does not exist, and for a value that the option does not take.
     pub(super) fn apply(&self, mut command: Command) -> Result<Command> {
-        for (key, value) in &self.defaults {
-            let within = |error: Error| advised(&error.within(self.path.display()));
-            command = match value {
-                Value::Table(of_command) => {
-                    self.of_command(command, key, of_command).map_err(within)?
-                }
-                _ if is_in_environment(key) => command,
-                _ => everywhere(command, key, value).map_err(within)?,
+        for entry in &self.entries {
+            let changed = match &entry.value {
+                Value::Table(of_command) => set_command(command, entry, of_command),
+                _ if is_in_environment(&entry.key) => Ok(command),
+                _ => set_everywhere(command, entry),
             };
+            command = changed.map_err(|wrong| self.error(&wrong))?;
         }
         Ok(command)
     }
 
-    fn of_command(&self, command: Command, name: &str, defaults: &Table) -> Result<Command> {
-        if command.find_subcommand(name).is_none() {
-            return Err(Error::input(MALFORMED, format!("[{name}]: there is no such command")));
-        }
-        let mut failed = None;
-        let command = command.mut_subcommand(name, |mut command| {
-            for (key, value) in defaults {
-                let changed = match value {
-                    Value::Table(below) => self.of_command(command.clone(), key, below),
-                    _ if is_in_environment(key) && has(&command, key) => continue,
-                    _ => with_default(command.clone(), key, value),
-                };
-                match changed {
-                    Ok(changed) => command = changed,
-                    Err(error) => failed = Some(error.within(format!("[{name}]"))),
+    fn error(&self, Wrong { line, text }: &Wrong) -> Error {
+        advised(&format!("{}:{line}: {text}", self.path.display()))
+    }
+}
+
+/// The keys of a table.
+fn entries(table: &DeTable, text: &str) -> Vec<Entry> {
+    let mut all = Vec::new();
+    for (key, value) in table {
+        let words = match value.get_ref() {
+            DeValue::Array(values) => values.iter().map(|of| word(of.get_ref())).collect(),
+            other => word(other).map(|word| vec![word]),
+        };
+        let written = || text.get(value.span()).unwrap_or_default().to_owned();
+        all.push(Entry {
+            key: key.get_ref().clone().into_owned(),
+            line: line_of(text, key.span().start),
+            value: match value.get_ref() {
+                DeValue::Table(below) => Value::Table(entries(below, text)),
+                _ => words.map_or_else(|| Value::Other(written()), Value::Words),
+            },
+        });
+    }
+    all
+}
+
+/// A value as on the command line.
+fn word(value: &DeValue) -> Option<String> {
+    match value {
+        DeValue::String(text) => Some(text.clone().into_owned()),
+        DeValue::Integer(number) if number.radix() == 10 => Some(number.as_str().replace('_', "")),
+        DeValue::Float(number) => Some(number.as_str().replace('_', "")),
+        _ => None,
+    }
+}
+
+/// A command line in which a command has these defaults.
+fn set_command(command: Command, entry: &Entry, of_command: &[Entry]) -> Result<Command, Wrong> {
+    let name = &entry.key;
+    if command.find_subcommand(name).is_none() {
+        let text = format!("[{name}]: there is no such command");
+        return Err(Wrong { line: entry.line, text });
+    }
+    let mut failed = None;
+    let command = command.mut_subcommand(name, |mut command| {
+        for entry in of_command {
+            let changed = match &entry.value {
+                Value::Table(below) => set_command(command.clone(), entry, below),
+                _ if is_in_environment(&entry.key) && has(&command, &entry.key) => continue,
+                _ => with_default(command.clone(), entry),
+            };
+            match changed {
+                Ok(changed) => command = changed,
+                Err(Wrong { line, text }) => {
+                    failed = Some(Wrong { line, text: format!("[{name}]: {text}") });
                 }
             }
-            command
-        });
-        failed.map_or(Ok(command), Err)
-    }
+        }
+        command
+    });
+    failed.map_or(Ok(command), Err)
 }
 
 /// Where a configuration lies when nothing else is said.
@@ -121,35 +193,34 @@ fn is_in_environment(key: &str) -> bool {
 }
 
 /// An error with the way out.
-fn advised(error: &Error) -> Error {
-    let text =
-        format!("{error}; correct the configuration, or do without it: {VARIABLE}= massline …");
-    Error::input(MALFORMED, text)
+fn advised(text: &str) -> Error {
+    let advice = format!("correct the configuration, or do without it: {VARIABLE}= massline …");
+    Error::input(MALFORMED, format!("{text}; {advice}"))
 }
 
 /// The option of this name with this default, in every command that has it.
-fn everywhere(command: Command, key: &str, value: &Value) -> Result<Command> {
-    if !has(&command, key) {
-        return Err(no_option(key));
+fn set_everywhere(command: Command, entry: &Entry) -> Result<Command, Wrong> {
+    if !has(&command, &entry.key) {
+        return Err(no_option(entry));
     }
-    below(command, key, value)
+    set_below(command, entry)
 }
 
-fn below(mut command: Command, key: &str, value: &Value) -> Result<Command> {
-    if option(&command, key).is_some() {
-        command = with_default(command, key, value)?;
+fn set_below(mut command: Command, entry: &Entry) -> Result<Command, Wrong> {
+    if option(&command, &entry.key).is_some() {
+        command = with_default(command, entry)?;
     }
     let names: Vec<String> = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
     for name in names {
         let mut failed = None;
         command = command.mut_subcommand(name, |command| {
-            below(command.clone(), key, value).unwrap_or_else(|error| {
-                failed = Some(error);
+            set_below(command.clone(), entry).unwrap_or_else(|wrong| {
+                failed = Some(wrong);
                 command
             })
         });
-        if let Some(error) = failed {
-            return Err(error);
+        if let Some(wrong) = failed {
+            return Err(wrong);
         }
     }
     Ok(command)
@@ -164,31 +235,30 @@ fn option<'c>(command: &'c Command, key: &str) -> Option<&'c Arg> {
 }
 
 /// A command whose option of this name has this default.
-fn with_default(command: Command, key: &str, value: &Value) -> Result<Command> {
-    let Some(arg) = option(&command, key) else { return Err(no_option(key)) };
+fn with_default(command: Command, entry: &Entry) -> Result<Command, Wrong> {
+    let key = &entry.key;
+    let wrong = |text: String| Wrong { line: entry.line, text: format!("{key}: {text}") };
+    let Some(arg) = option(&command, key) else { return Err(no_option(entry)) };
     if !arg.get_action().takes_values() {
-        let text = format!("{key}: this option is a switch; give it on the command line");
-        return Err(Error::input(MALFORMED, text));
+        return Err(wrong("this option is a switch; give it on the command line".into()));
     }
-    let values = match value {
-        Value::Array(values) => values.iter().map(word).collect::<Option<Vec<_>>>(),
-        value => word(value).map(|word| vec![word]),
+    let values = match &entry.value {
+        Value::Words(words) => words.clone(),
+        Value::Other(written) => {
+            let text = format!("give a text, a number, or a list of them, and not {written}");
+            return Err(wrong(text));
+        }
+        Value::Table(_) => return Err(wrong("this is an option, and no command".into())),
     };
-    let wrong = || {
-        let text = format!("{key}: give a text, a number, or an array of them, and not {value}");
-        Error::input(MALFORMED, text)
-    };
-    let values = values.ok_or_else(wrong)?;
     let possible = arg.get_possible_values();
     let is_possible = |word: &String| possible.iter().any(|of| of.matches(word, false));
-    if let (false, Some(wrong)) =
+    if let (false, Some(other)) =
         (possible.is_empty(), values.iter().find(|word| !is_possible(word)))
     {
         let known: Vec<_> = possible.iter().map(|of| of.get_name().to_owned()).collect();
-        let text = format!("{key}: \"{wrong}\" is not one of {}", known.join(", "));
-        return Err(Error::input(MALFORMED, text));
+        return Err(wrong(format!("\"{other}\" is not one of {}", known.join(", "))));
     }
-    check(arg, key, &values)?;
+    check(arg, key, &values).map_err(wrong)?;
     let id = arg.get_id().clone();
     // The command line lives as long as the program.
     let values = values.into_iter().map(|value| &*value.leak());
@@ -196,7 +266,7 @@ fn with_default(command: Command, key: &str, value: &Value) -> Result<Command> {
 }
 
 /// Refuses values that the option does not take. Left to the command line, the error would blame the person who typed it.
-fn check(arg: &Arg, key: &str, values: &[String]) -> Result<()> {
+fn check(arg: &Arg, key: &str, values: &[String]) -> Result<(), String> {
     // The command line lives as long as the program.
     let long: &'static str = key.to_owned().leak();
     let mut alone = Arg::new("value")
@@ -212,21 +282,11 @@ fn check(arg: &Arg, key: &str, values: &[String]) -> Result<()> {
     parsed.map(|_| ()).map_err(|error| {
         let text = error.to_string();
         let text = text.lines().next().unwrap_or_default();
-        let text = text.strip_prefix("error: ").unwrap_or(text);
-        Error::input(MALFORMED, format!("{key}: {text}"))
+        text.strip_prefix("error: ").unwrap_or(text).to_owned()
     })
 }
 
-/// A value as on the command line.
-fn word(value: &Value) -> Option<String> {
-    match value {
-        Value::String(text) => Some(text.clone()),
-        Value::Integer(number) => Some(number.to_string()),
-        Value::Float(number) => Some(number.to_string()),
-        _ => None,
-    }
-}
-
-fn no_option(key: &str) -> Error {
-    Error::input(MALFORMED, format!("{key}: no command has the option --{key}"))
+fn no_option(entry: &Entry) -> Wrong {
+    let key = &entry.key;
+    Wrong { line: entry.line, text: format!("{key}: no command has the option --{key}") }
 }

@@ -78,14 +78,28 @@ fn what_the_file_may_not_say_is_refused_with_its_name_and_the_way_out() {
         ("[slove]\nmethod = \"ml\"", "[slove]: there is no such command"),
         ("[solve]\nmethods = \"ml\"", "[solve]: methods: no command has the option --methods"),
         ("json = true", "json: this option is a switch"),
-        ("port = true", "port: give a text, a number, or an array of them, and not true"),
+        (
+            "port = true",
+            "config.toml:1: port: give a text, a number, or a list of them, and not true",
+        ),
         ("color = \"sometimes\"", "color: \"sometimes\" is not one of auto, always, never"),
-        ("[demo]\nhits = \"many\"", "[demo]: hits: invalid value 'many' for '--hits"),
+        (
+            "[demo]\nhits = \"many\"",
+            "config.toml:2: [demo]: hits: invalid value 'many' for '--hits",
+        ),
         ("[demo]\nseed = -1.5", "[demo]: seed: invalid value '-1.5' for '--seed"),
         ("[layout.check]\nnoise = \"loud\"", "[layout]: [check]: noise: invalid value 'loud'"),
         ("[export]\nframe = \"corner\"", "[export]: frame: invalid value 'corner'"),
         ("[export]\nunits = \"inch\"", "[export]: units: \"inch\" is not one of"),
-        ("color = ", "config.toml:1:"),
+        (
+            "color = ",
+            "config.toml:1: color: there is no value after the `=`; correct the configuration",
+        ),
+        (
+            "\n[demo]\nhits = [5, { a = 1_0 }]",
+            "config.toml:3: [demo]: hits: give a text, a number, or a list of them, and not [5, { a = 1_0 }]",
+        ),
+        ("demo = 3", "config.toml:1: demo: no command has the option --demo"),
     ] {
         let path = config(folder.path(), text);
         let refused = run_with_config(&path, &["demo", "--help"]);
