@@ -99,7 +99,8 @@ pub fn read(bytes: &[u8]) -> Result<(Document, Option<String>), ReadError> {
     }
     let document = match (head.results, head.modes) {
         (None, Some(_)) => Document::Modes(Box::new(parse(text)?)),
-        _ => Document::Result(Box::new(parse_result(text)?)),
+        (None, None) => return Err(malformed("there is no result in it".into())),
+        (Some(_), _) => Document::Result(Box::new(parse_result(text)?)),
     };
     Ok((document, failed.map(|cause| cause.message)))
 }

@@ -138,12 +138,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if let (true, Some(condition)) = (args.despite_verdict, exported.violated_condition()) {
         output.warn(format!("this is not a physical body: {condition}"));
     }
-    match exported.verdict {
-        Verdict::Good => {}
-        verdict => {
-            let reasons = exported.doubts.join("; ");
-            output.warn(format!("verdict: {}: {reasons}", verdict.words()));
-        }
+    if exported.verdict != Verdict::Good {
+        let mut doubts = exported.doubts.iter();
+        let first = doubts.next().map_or_else(String::new, |doubt| format!(": {doubt}"));
+        output.warn(format!("verdict: {}{first}", exported.verdict.words()));
+        doubts.for_each(|doubt| output.warn(doubt));
     }
     let answer = ExportedAnswer {
         method: exported.method().to_owned(),

@@ -56,7 +56,7 @@ impl Next<'_> {
             }
             _ if extent == Extent::Details => String::new(),
             _ => format!(
-                "next: `{}` shows all methods, what the fit corrected, and what the test cannot see",
+                "next: `{}` shows all that is known of this answer",
                 this_command_with("--details")
             ),
         }

@@ -255,6 +255,8 @@ mod tests {
         refused(&none, "no_answer", "not_applicable");
         refused(&json!({ "format": "massline-archive" }), "result_is_archive", "its path");
         refused(&json!([1]), "result_malformed", "no JSON object");
+        let empty = json!({ "schema_version": 1, "answer": {} });
+        refused(&empty, "result_malformed", "there is no result in it");
         refused(&json!({}), "result_value_wrong", "schema_version: the key is missing");
     }
 

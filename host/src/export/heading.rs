@@ -64,21 +64,21 @@ pub(super) fn lines(exported: &Exported, own: &str) -> Vec<String> {
     if !own.is_empty() {
         sentences.push(own.into());
     }
+    let name = match exported.covers_scatter_only() {
+        true => {
+            "standard deviations, of the scatter between hits only (1.96 of them hold the truth in 64 of 100 tests, so no \
+             interval is given)"
+        }
+        false => "standard deviations",
+    };
     sentences.push(match exported.sigma() {
         Some(sigma) => {
             let one = |(name, value): (&str, &f64)| format!("{name} {value:.2e}");
             let all: Vec<String> = order().into_iter().zip(sigma.iter()).map(one).collect();
-            format!("standard deviations: {}", all.join(", "))
+            format!("{name}: {}", all.join(", "))
         }
         None => "standard deviations: not known".into(),
     });
-    if exported.covers_scatter_only() {
-        sentences.push(
-            "standard deviations cover the scatter between hits only: 1.96 of them hold the truth in 64 of 100 tests, so no \
-             interval is given"
-                .into(),
-        );
-    }
     sentences.insert(1, format!("verdict: {}", verdict(exported)));
     sentences.extend(exported.doubts.iter().map(|doubt| format!("IN DOUBT: {doubt}")));
     if let Some(condition) = exported.violated_condition() {

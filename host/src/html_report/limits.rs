@@ -11,7 +11,7 @@ use super::values::Sentence;
 use crate::design::DesignReport;
 use crate::design::report::{advice_text, most};
 use crate::limits::BoundedTest;
-use crate::report::{calibrate_hammer, hardly_shown, not_shown};
+use crate::report::{calibrate_hammer, hammer_limit, hardly_shown, not_shown};
 use crate::result_file::ResultFile;
 
 /// Why there are no shares of the sources of error.
@@ -53,8 +53,10 @@ impl Limits {
         };
         // Without six modes of a rig's test the bound cannot be computed, and their Norm Indicators are all there is.
         let known = limits.filter(|limits| !limits.parts.is_empty());
-        let mut limits = known
-            .unwrap_or_else(|| Self { sources: Sentence(NO_SHARES.into()), ..Self::default() });
+        let mut limits = known.unwrap_or_else(|| Self {
+            sources: Sentence(hammer_limit(result).unwrap_or(NO_SHARES).into()),
+            ..Self::default()
+        });
         limits.advice.extend(shown_poorly(modes).into_iter().map(Sentence));
         limits
     }

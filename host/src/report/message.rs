@@ -6,6 +6,8 @@ use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::diagnosis::{Code, Diagnostic, Subject, SubjectKind, ValueUnit};
 use massline_shared::layout::{AXIS_LETTERS, Layout, Prior};
 
+use super::as_exact_as;
+
 /// Looks up what is known of a subject besides its index: the node of a sensor, the DOF of a hit, the prior
 /// of a property.
 type Known<'k> = &'k dyn Fn(Subject) -> Option<String>;
@@ -203,6 +205,10 @@ fn value(d: &Diagnostic) -> String {
         ValueUnit::NewtonSeconds => format!("{value:.2}"),
         ValueUnit::Kilograms | ValueUnit::Factor => format!("{value:.3}"),
         ValueUnit::SignedKilograms | ValueUnit::Accelerance => format!("{value:+.3}"),
+        // A change of a property, not its value.
+        ValueUnit::OfProperty if d.code == Code::MovesWithBand => {
+            as_exact_as(value.into(), Some(value.abs().into()))
+        }
         ValueUnit::KilogramSquareMeters | ValueUnit::OfProperty => five_digits(value),
         ValueUnit::Condition => format!("{value:.3e}"),
         ValueUnit::SignedAxis => signed_axis(value),

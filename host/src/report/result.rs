@@ -134,16 +134,19 @@ pub fn limits_text(result: &TestResult) -> String {
     let source =
         |of: &&ErrorSource| format!("{} {:.0} %", source_words(&of.source), 100.0 * of.share);
     match sources.as_slice() {
-        [] => {
-            let hammer =
-                result.diagnostics.iter().find(|of| of.code == FindingCode::HammerGainLimits);
-            hammer.map_or_else(String::new, |of| format!("what limits it: {}\n", of.message))
-        }
+        [] => hammer_limit(result)
+            .map_or_else(String::new, |message| format!("what limits it: {message}\n")),
         all => {
             let named: Vec<_> = all.iter().take(MOST_SOURCES).map(source).collect();
             format!("what limits it: {}\n", named.join(", "))
         }
     }
+}
+
+/// What the hammer's gain alone accounts for, where that is most.
+pub fn hammer_limit(result: &TestResult) -> Option<&str> {
+    let found = result.diagnostics.iter().find(|of| of.code == FindingCode::HammerGainLimits)?;
+    Some(&found.message)
 }
 
 /// A source of error in words, by its name.

@@ -136,8 +136,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         }
         format!(
             "{text}{table}\n± 95 %; {INERTIA_CONVENTION}; J_1, J_2, J_3: principal moments\n%: of m, L and m L²; L = rms distance of the sensors of a test from \
-             their centroid"
+             their centroid\n{}",
+            Next::Details.text(extent)
         )
+        .trim_end()
+        .to_owned()
     })?;
     // The answer does not need the report.
     args.report.offer(report?, output);
