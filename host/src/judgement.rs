@@ -280,7 +280,9 @@ fn is_of_other_form(code: Code) -> bool {
 mod tests {
     use massline_shared::body::RigidBody;
     use massline_shared::diagnosis::Diagnostics;
+    use massline_shared::diagnosis::Subject;
     use massline_shared::identify::single_fault::SingleFault;
+    use massline_shared::layout::HostLayout;
     use nalgebra::{SMatrix, SVector};
 
     use super::*;
@@ -403,5 +405,22 @@ mod tests {
         let judgement = Evidence::of(&estimate).judge();
         let codes: Vec<_> = judgement.concerns.iter().map(Concern::code).collect();
         assert_eq!(codes, [Code::NotPhysicallyConsistent.into(), FindingCode::UncertaintyUnknown]);
+    }
+
+    #[test]
+    fn of_many_warnings_alike_the_largest_stands_for_all() {
+        let mut estimate = estimate();
+        let channel = |k: u8, value| {
+            Diagnostic::about(Code::NoPlateau, Severity::Warning, Subject::Channel(k), value)
+        };
+        let reasons = |of: &Estimate<f64>| {
+            let judgement = Evidence::of(of).judge();
+            let all = verdict_reasons(&judgement, &HostLayout::default(), |d| d.value.to_string());
+            all.into_iter().map(|of| (of.message, of.alike)).collect::<Vec<_>>()
+        };
+        estimate.diagnostics.extend([channel(1, 0.02), channel(2, 0.04)]);
+        assert_eq!(reasons(&estimate), [("0.02".into(), 0), ("0.04".into(), 0)]);
+        estimate.diagnostics.extend([channel(3, 0.03), warning(Code::IllConditioned)]);
+        assert_eq!(reasons(&estimate), [("0.04".into(), 2), ("1".into(), 0)]);
     }
 }

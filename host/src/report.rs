@@ -45,8 +45,8 @@ pub use modes::{
 };
 pub use refusals::{refusals, refusals_text};
 pub use result::{
-    Extent, corrected_text, hammer_limit, heading_text, headline, limits_text, result_text,
-    source_words, suspected_text,
+    Extent, corrected_text, hammer_limit, heading_text, headline, limits_text, reason_text,
+    result_text, source_words, suspected_text,
 };
 pub use summary::{ResultVerdict, Summary};
 pub use table::{INERTIA_CONVENTION, error_percent, scale_of, scale_text, table};

@@ -36,6 +36,20 @@ pub struct VerdictReason {
     pub verdict: Verdict,
     /// A sentence for people.
     pub message: String,
+    /// How many more findings of its code there are, all of them less than this one; `diagnostics` has them.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub alike: usize,
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
+impl VerdictReason {
+    /// Whether it says what a finding says.
+    pub fn says(&self, finding: &Finding) -> bool {
+        self.code == finding.code && (self.alike == 0 || self.message == finding.message)
+    }
 }
 
 /// A method without an answer.

@@ -13,6 +13,7 @@ use super::subject::Exported;
 use super::test_data::one_line;
 use crate::error::{Error, Result};
 use crate::judgement::UNCERTAINTY_UNKNOWN;
+use crate::report::reason_text;
 
 /// Largest document that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 24;
@@ -126,7 +127,7 @@ pub fn of_result(result: &TestResult, source: &str, method: Option<Method>) -> R
     let hash = result.layout_hash.as_deref();
     exported.test.layout_hash = hash.and_then(|hash| u32::from_str_radix(hash, 16).ok());
     exported.doubts =
-        result.verdict_reasons.iter().map(|reason| one_line(&reason.message)).collect();
+        result.verdict_reasons.iter().map(|reason| one_line(&reason_text(reason))).collect();
     // The verdict is on the best answer. One whose uncertainty is not known is not good, as where it is the only one.
     if answer.complete_sigma().is_none() && exported.verdict == Verdict::Good {
         exported.verdict = Verdict::UseWithCare;

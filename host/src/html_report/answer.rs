@@ -7,7 +7,8 @@ use massline_shared::diagnosis::Severity;
 use super::limits::Limits;
 use super::values::Sentence;
 use crate::report::{
-    as_exact_as, error_percent, headline, in_interval, scale_of, two_digits, with_half_width,
+    as_exact_as, error_percent, headline, in_interval, reason_text, scale_of, two_digits,
+    with_half_width,
 };
 use crate::result_file::ResultFile;
 use crate::typography::with_minus_signs;
@@ -136,7 +137,7 @@ impl Verdict {
     pub fn of(result: &TestResult) -> Self {
         use massline_result::Verdict;
         let reasons: Vec<Sentence> =
-            result.verdict_reasons.iter().map(|of| Sentence(of.message.clone())).collect();
+            result.verdict_reasons.iter().map(|of| Sentence(reason_text(of))).collect();
         let Some(verdict) = result.verdict else { return Self::without_answer(result) };
         let tone = match verdict {
             Verdict::Good => "good",
@@ -204,7 +205,7 @@ pub(super) fn refused(refusals: &[Refusal]) -> Vec<Refused> {
 /// What was found besides the reasons of the verdict, and the notes.
 pub(super) fn notes(result: &TestResult) -> Vec<Sentence> {
     let is_reason =
-        |found: &Finding| result.verdict_reasons.iter().any(|reason| reason.code == found.code);
+        |found: &Finding| result.verdict_reasons.iter().any(|reason| reason.says(found));
     // Without an answer, what is more than a note is a reason for that.
     let is_shown = |found: &&Finding| {
         found.severity == Severity::Note || result.verdict.is_some() && !is_reason(found)

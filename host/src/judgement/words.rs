@@ -10,18 +10,42 @@ use massline_result::VerdictReason;
 /// What is said of an answer whose standard deviations, if it has any, do not cover all that they should.
 pub const UNCERTAINTY_UNKNOWN: &str = "the 95 % intervals of the answer are not known";
 
+/// As many warnings with one code are a reason each; of more, the one with the largest value stands for all.
+const MOST_ALIKE: usize = 2;
+
 /// The reasons of a verdict, the gravest first; `message_of` makes the sentence of a finding.
 pub fn verdict_reasons(
     judgement: &Judgement,
     layout: &HostLayout,
     message_of: impl Fn(&Diagnostic) -> String,
 ) -> Vec<VerdictReason> {
-    let reason = |concern: &Concern| VerdictReason {
-        code: concern.code(),
-        verdict: concern.verdict(),
-        message: clause(concern, layout, &message_of) + remedy(concern),
+    let reason = |concern: &Concern| {
+        let alike = match concern {
+            Concern::Warning(warning) => others_alike(judgement, warning)?,
+            _ => 0,
+        };
+        Some(VerdictReason {
+            code: concern.code(),
+            verdict: concern.verdict(),
+            message: clause(concern, layout, &message_of) + remedy(concern),
+            alike,
+        })
     };
-    judgement.concerns.iter().map(reason).collect()
+    judgement.concerns.iter().filter_map(reason).collect()
+}
+
+/// How many other warnings a warning stands for; `None` where another one stands for it.
+fn others_alike(judgement: &Judgement, warning: &Diagnostic) -> Option<usize> {
+    let alike = judgement.concerns.iter().filter_map(|concern| match concern {
+        Concern::Warning(other) if other.code == warning.code => Some(other),
+        _ => None,
+    });
+    let others = alike.clone().count() - 1;
+    if others < MOST_ALIKE {
+        return Some(0);
+    }
+    let largest = alike.max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()))?;
+    std::ptr::eq(largest, warning).then_some(others)
 }
 
 /// A concern as a clause; `say` names a finding.

@@ -65,8 +65,16 @@ pub fn headline(verdict: Verdict, reasons: &[VerdictReason]) -> String {
     };
     match reasons {
         [] => head.into(),
-        [one] => format!("{head}: {}", one.message),
-        [first, ..] => format!("{head}, for {} reasons: {}", reasons.len(), first.message),
+        [one] => format!("{head}: {}", reason_text(one)),
+        [first, ..] => format!("{head}, for {} reasons: {}", reasons.len(), reason_text(first)),
+    }
+}
+
+/// A reason of a verdict, with how many more there are like it.
+pub fn reason_text(reason: &VerdictReason) -> String {
+    match reason.alike {
+        0 => reason.message.clone(),
+        more => format!("{} ({more} more like this)", reason.message),
     }
 }
 
@@ -186,7 +194,7 @@ fn warnings_text(result: &TestResult, extent: Extent) -> String {
     let mut text = String::new();
     let reasons = result.verdict_reasons.iter().skip(1);
     for reason in reasons.clone().take(most) {
-        text += &format!("{} {}\n", Tone::Warning.mark("warning:"), reason.message);
+        text += &format!("{} {}\n", Tone::Warning.mark("warning:"), reason_text(reason));
     }
     let more = reasons.len().saturating_sub(most);
     if more > 0 {
@@ -253,8 +261,7 @@ fn rest_text(result: &TestResult) -> String {
     }
     text += &result.single_faults.as_ref().map_or_else(String::new, faults_text);
     text += &settings_text(result);
-    let said =
-        |finding: &Finding| result.verdict_reasons.iter().any(|reason| reason.code == finding.code);
+    let said = |finding: &Finding| result.verdict_reasons.iter().any(|reason| reason.says(finding));
     let rest: Vec<&Finding> = result.findings().into_iter().filter(|of| !said(of)).collect();
     text += &sentences(rest);
     for other in result.results.iter().skip(1) {
