@@ -2,9 +2,9 @@
 //! 63 MB in ASCII. Aim in CPU time: 0.8 s and 1.2 s. `cargo bench -p massline --bench files`.
 
 use divan::Bencher;
-use massline::layout_file::LayoutFile;
 use massline::solve::{Options, solve};
-use massline::uff::{Encoding, UffFile, functions_of, write};
+use massline_files::layout_file::LayoutFile;
+use massline_files::uff::{Encoding, UffFile, functions_of, write};
 use massline_result::Verdict;
 use massline_shared::FrequencyResponses;
 use massline_virtual::bench::Bench;

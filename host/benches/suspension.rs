@@ -2,9 +2,9 @@
 
 use divan::Bencher;
 use massline::identification::Selection;
-use massline::layout_file::LayoutFile;
 use massline::solve::{Options, solve};
-use massline::uff::{Encoding, UffFile, functions_of, write};
+use massline_files::layout_file::LayoutFile;
+use massline_files::uff::{Encoding, UffFile, functions_of, write};
 use massline_shared::FrequencyResponses;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::Method;

@@ -44,16 +44,16 @@ use massline_shared::layout::{HOST_HITS, HostLayout, TestProfile};
 use massline_shared::signal::{AdcProperties, resolution};
 use serde::{Deserialize, Serialize};
 
-use crate::calibration_file::CalibrationTable;
 use crate::clock;
 use crate::embedded;
-use crate::file::{self, Existing};
 use crate::hit_log;
-use crate::layout_file::LayoutFile;
-use crate::limited::at_most;
 use crate::single_fault::NominalTest;
-use crate::uff::Frf;
 use crate::{Error, Result};
+use massline_files::calibration_file::CalibrationTable;
+use massline_files::file::{self, Existing};
+use massline_files::layout_file::LayoutFile;
+use massline_files::limited::at_most;
+use massline_files::uff::Frf;
 use massline_result::{LoggedHit, TestResult, in_words};
 
 pub use lines::ArchivedLines;
@@ -165,7 +165,7 @@ pub struct ArchivedNode {
 impl ArchivedLayout {
     /// The layout of a file.
     pub fn of_file(file: &LayoutFile) -> Self {
-        let node = |node: &crate::layout_file::Node| ArchivedNode {
+        let node = |node: &massline_files::layout_file::Node| ArchivedNode {
             id: node.id,
             position_m: node.position,
             axes: Some(node.axes),

@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use crate::file;
+use massline_files::file;
 
 /// What stands before the number of a result, and before and after its JSON text. HTML that follows a title or another text
 /// cannot have it, because there `<` is escaped.

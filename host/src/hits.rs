@@ -13,8 +13,8 @@ use massline_shared::signal::{
 };
 use nalgebra::Complex;
 
-use crate::error::{Error, Result};
-use crate::recording::{Channel, Recording, Statements, column};
+use crate::{Error, Result};
+use massline_files::recording::{Channel, Recording, Statements, column};
 use repeats::Repeats;
 pub use understanding::Understanding;
 

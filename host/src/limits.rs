@@ -146,7 +146,7 @@ fn six_modes(modes: &Modes) -> Option<[RigidMode; 6]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layout_file::LayoutFile;
+    use massline_files::layout_file::LayoutFile;
 
     fn line(dof: &str, hits: Option<u16>, noise: f64) -> MassLine {
         MassLine {

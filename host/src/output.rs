@@ -24,8 +24,9 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::error::{Error, Result};
-use crate::interrupt::Interrupt;
+use crate::document::Failure;
+use crate::{Error, ErrorKind, Result};
+use massline_client::interrupt::Interrupt;
 use massline_result::{SCHEMA_VERSION, Verdict};
 pub use notes::Notes;
 pub use shell::{shell_path, shell_word, this_command_with};
@@ -288,13 +289,13 @@ impl Output {
     /// Reports an error: as text on stderr, or with `--json` as an object on stdout.
     pub fn error(&mut self, error: &Error) {
         if !self.json {
-            let head = match error {
-                Error::Interrupted { .. } => self.toned("stopped:", Tone::Warning),
+            let head = match error.kind {
+                ErrorKind::Interrupted => self.toned("stopped:", Tone::Warning),
                 _ => self.toned("error:", Tone::Bad),
             };
             return self.note(format!("{head} {error}"));
         }
-        let mut value = json!(error.document());
+        let mut value = json!(Failure::from(error));
         if let (Some(Value::Object(details)), Some(object)) =
             (self.details.take(), value.as_object_mut())
         {

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::interrupt::Interrupt;
+use massline_client::interrupt::Interrupt;
 
 /// Calls `act` for each number below `count` and returns the results in the order of the numbers, however
 /// many threads there are. `act` may overwrite the memory that it gets, which `memory` allocates.

@@ -4,9 +4,9 @@ use massline_shared::STANDARD_GRAVITY;
 use massline_shared::diagnosis::Severity;
 use massline_shared::identify::Estimate;
 
-use crate::layout_file::{Reference, size_suspicions};
 use crate::single_fault::NominalTest;
-use crate::units::{FOOT, INCH, POUND, POUND_FORCE};
+use massline_files::layout_file::{Reference, size_suspicions};
+use massline_files::units::{FOOT, INCH, POUND, POUND_FORCE};
 use massline_result::{Finding, FindingCode};
 
 /// The relative difference to a factor at which it is named.

@@ -206,7 +206,7 @@ impl PrecisionMonitor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layout_file::LayoutFile;
+    use massline_files::layout_file::LayoutFile;
     use massline_shared::identify::MassLines;
     use massline_shared::layout::Target;
     use massline_shared::layout::{RIG_SENSORS, RigLayout};

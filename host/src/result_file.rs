@@ -13,10 +13,10 @@ use massline_shared::layout::HostLayout;
 
 use crate::archive::{Archive, is_archive};
 use crate::embedded;
-use crate::error::{Error, Result};
 use crate::export::{one_line, read_document, result_of_archive};
-use crate::layout_file::{LayoutFile, all_known};
 use crate::output::versioned;
+use crate::{Error, Result};
+use massline_files::layout_file::{LayoutFile, all_known};
 
 use modes::check_modes;
 pub use names::distinct_names;

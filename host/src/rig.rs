@@ -7,13 +7,16 @@ use massline_protocol::message::Identity;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::source::ScanSource;
 
-use crate::client::{Client, PipeTransport};
-use crate::error::{Error, Result};
+use crate::{Error, Result};
+use massline_client::Client;
 
 // The emulated rig needs a pty and a file that two processes map: one file for each kind of system.
 #[cfg_attr(unix, path = "rig/emulated_unix.rs")]
 #[cfg_attr(not(unix), path = "rig/emulated_elsewhere.rs")]
 mod emulated;
+mod pipe;
+
+pub use pipe::PipeTransport;
 
 /// The kind of simulated rig.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]

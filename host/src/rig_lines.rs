@@ -7,8 +7,8 @@ use massline_shared::signal::{AdcProperties, ringing_s};
 use nalgebra::Complex;
 
 use crate::archive::{Archive, ArchivedLines};
-use crate::client::{Client, ClientError, StoredDof};
 use crate::suspension::{DofLines, TestLines};
+use massline_client::{Client, ClientError, StoredDof};
 
 /// The lines of the DOFs of a result; none in the mass-line profile.
 #[derive(Clone, Debug, Default, PartialEq)]

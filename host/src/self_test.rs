@@ -9,8 +9,8 @@ use massline_shared::signal::self_test::{ChannelAtRest, KnownSensors, SelfTest, 
 use massline_shared::signal::{AdcProperties, Calibration, HAMMER, Scan};
 
 use crate::document::{ChannelCheck, DeviceCheck};
-use crate::flash::board::circuit_of;
 use crate::report::{channel_name, message};
+use massline_client::flash::board::circuit_of;
 use massline_result::Finding;
 
 /// What a rig reads at rest, and the faults that this shows.

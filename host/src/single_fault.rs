@@ -29,7 +29,7 @@ use massline_shared::identify::{Consistency, DofMassLines, Estimate};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, RIG_HITS, RIG_SENSORS};
 
 use crate::identification::{layout_of, lines_of};
-use crate::layout_file::{LayoutFile, Reference};
+use massline_files::layout_file::{LayoutFile, Reference};
 pub(crate) use report::{advice_on, chi_squared_text};
 use search::Search;
 pub use sized::{SizedFault, SizedMistake};

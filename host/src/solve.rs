@@ -33,7 +33,6 @@ use massline_shared::modes::LinesPerSide;
 use crate::archive::Archive;
 use crate::design::assumed_for_solving;
 use crate::identification::{Identification, Selection, identify, learned};
-use crate::layout_file::LayoutFile;
 use crate::plausibility::suspicions;
 use crate::report::message_in;
 use crate::single_fault::{Examination, NominalTest};
@@ -41,13 +40,14 @@ use crate::solution::Solution;
 use crate::suspension::{
     Comparison, MassLineAnswers, ModeChoice, SuspensionModes, compare, reciprocity_of_mass_lines,
 };
-use crate::uff::{Encoding, Quantity, UffFile, write};
-use crate::{Error, Result};
+use crate::{Error, ErrorKind, Result};
 use answer::{Settings, failed, solution};
 use driving_points::{after_points, blame_option, reversed_points};
 use errors::{blame_the_responses, both_errors, undetermined};
 use frfs::{FittedLines, LayoutResponses, stated_band};
 use layout_checks::{admitted, layout_problem};
+use massline_files::layout_file::LayoutFile;
+use massline_files::uff::{Encoding, Quantity, UffFile, write};
 use reading::reading_text;
 use suspension::{Looked, ModalPart};
 pub(crate) use suspension::{lacking, no_modal_answer};
@@ -174,9 +174,9 @@ pub fn solve_problem(
     progress: impl FnMut(u32, u32) + Send,
 ) -> Result<Solution> {
     let [layout, frfs] = problem.paths.each_ref().map(|path| path.display());
-    solve(&problem.layout, &problem.uff, options, progress).map_err(|error| match error {
-        Error::Undetermined { .. } => error.within(format!("{layout} with {frfs}")),
-        other => other.within(frfs),
+    solve(&problem.layout, &problem.uff, options, progress).map_err(|error| match error.kind {
+        ErrorKind::Undetermined => error.within(format!("{layout} with {frfs}")),
+        _ => error.within(frfs),
     })
 }
 

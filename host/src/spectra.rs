@@ -9,12 +9,12 @@ use massline_protocol::message::{Reason, Status};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::{Command, Phase};
 
+use crate::Result;
 use crate::archive::RecordCollection;
-use crate::campaign::{Observer, open_dof};
-use crate::client::{Client, ClientError, DofSpectra};
-use crate::error::Result;
-use crate::followed::Followed;
 use crate::hit_log::HitLog;
+use massline_client::campaign::{Observer, open_dof};
+use massline_client::followed::Followed;
+use massline_client::{Client, ClientError, DofSpectra};
 
 /// Spectra that have been read so far.
 #[derive(Clone, Debug, Default)]

@@ -9,11 +9,11 @@ use std::sync::LazyLock;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use massline::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow};
-use massline::client::{Client, SerialTransport};
-use massline::interrupt::Interrupt;
-use massline::layout_file::LayoutFile;
 use massline::qemu::{EmulatedRig, Feeder, build_firmware};
+use massline_client::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow};
+use massline_client::interrupt::Interrupt;
+use massline_client::{Client, SerialTransport};
+use massline_files::layout_file::LayoutFile;
 use massline_protocol::message::Stats;
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::source::ScanSource;

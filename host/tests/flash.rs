@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use massline::flash::board::{BOARDS, Board};
+use massline_client::flash::board::{BOARDS, Board};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 

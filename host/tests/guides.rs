@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use clap::error::ErrorKind;
 use massline::commands::Cli;
-use massline::flash::board::BOARDS;
+use massline_client::flash::board::BOARDS;
 
 /// A sentence may mention a command without its arguments.
 const INCOMPLETE: [ErrorKind; 2] =

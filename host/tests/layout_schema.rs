@@ -1,7 +1,7 @@
 //! The JSON schema of layout files accepts and refuses the same files as the reader.
 
 use jsonschema::Validator;
-use massline::layout_file::{LayoutFile, TEMPLATE, schema};
+use massline_files::layout_file::{LayoutFile, TEMPLATE, schema};
 use serde_json::Value;
 
 /// A layout with every table and every form of an entry.

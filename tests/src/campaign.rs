@@ -5,11 +5,12 @@
 
 use std::time::{Duration, Instant};
 
-use massline::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow};
-use massline::client::{Client, PipeTransport, Timing};
-use massline::interrupt::Interrupt;
-use massline::layout_file::LayoutFile;
 use massline::monte_carlo::measurement::TestLayout;
+use massline::rig::PipeTransport;
+use massline_client::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow};
+use massline_client::interrupt::Interrupt;
+use massline_client::{Client, Timing};
+use massline_files::layout_file::LayoutFile;
 use massline_protocol::message::Status;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::layout::{Axis, Dof, Hit, RigLayout, Sign};

@@ -13,7 +13,6 @@
 //! | [`rig`] | a running rig |
 //! | `pty` | a rig served on a pseudo-terminal, where the system has them |
 //! | [`tcp`] | a rig served at a TCP address |
-//! | [`toml_text`] | reads TOML texts that people write, with words for their owner |
 #![deny(unsafe_code)]
 
 pub mod bench;
@@ -30,7 +29,6 @@ pub mod rig;
 pub mod sampler;
 pub mod source;
 pub mod tcp;
-pub mod toml_text;
 
 /// Name of this board in the identity of a rig.
 pub const BOARD: &str = "virtual";

@@ -9,6 +9,7 @@ mod agreement;
 mod calibration_sigma;
 mod check;
 mod details;
+mod error;
 mod error_source;
 mod estimate;
 mod fault;
@@ -32,6 +33,7 @@ pub use check::Contradiction;
 pub use details::{
     Details, ErrorBudget, HitDetails, Influence, LearnedFrom, SensorDetails, StatedAndLearned,
 };
+pub use error::{Error, ErrorCode, ErrorKind, Result};
 pub use error_source::ErrorSource;
 pub use estimate::{ChiSquared, Estimate, LearnedBudget, PrincipalMoments};
 pub use fault::{ErrorsOverStated, Fault, FaultOutcome, SingleFaults, Suspect};

@@ -6,9 +6,9 @@ use massline_shared::signal::{RESPONSES, SPECTRUM_BINS};
 use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 
-use crate::client::StoredDof;
-use crate::limited::at_most_of;
-use crate::uff::{Frf, NodeDirection};
+use massline_client::StoredDof;
+use massline_files::limited::at_most_of;
+use massline_files::uff::{Frf, NodeDirection};
 
 /// The frequency responses that a rig has stored of one DOF in the suspension profile, corrected for low-passes, delays and
 /// cross-axis sensitivities. Line `k` is at `k` times the resolution of this profile, and at the decay rate of the layout's

@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{ArchivedSpectra, HitRecord, MAX_BYTES, SCHEMA_VERSION, records};
 use crate::Result;
-use crate::file::{self, Existing};
-use crate::followed::Followed;
 use crate::hit_log;
-use crate::limited::at_most;
+use massline_client::followed::Followed;
+use massline_files::file::{self, Existing};
+use massline_files::limited::at_most;
 use massline_result::LoggedHit;
 
 const FORMAT: &str = "massline-archive-part";

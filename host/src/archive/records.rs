@@ -6,7 +6,7 @@ use massline_shared::signal::Scan;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
-use crate::client::Client;
+use massline_client::Client;
 
 /// Largest number of records in an archive.
 pub(super) const MOST: usize = 4096;

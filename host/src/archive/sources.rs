@@ -4,7 +4,7 @@
 use massline_shared::layout::HostLayout;
 
 use super::{ArchivedLayout, ArchivedNode};
-use crate::layout_file::LayoutFile;
+use massline_files::layout_file::LayoutFile;
 
 /// By how much two statements of a coordinate or direction may differ: a rig rounds to single precision. Relative to the
 /// larger of the number and one.

@@ -7,9 +7,9 @@ use massline_shared::signal::{Calibration, RESPONSES};
 use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 
-use crate::client::DofSpectra;
-use crate::limited::{at_most, at_most_of};
-use crate::uff::{Frf, NodeDirection};
+use massline_client::DofSpectra;
+use massline_files::limited::{at_most, at_most_of};
+use massline_files::uff::{Frf, NodeDirection};
 
 /// Largest number of bins of a spectrum.
 const BINS: usize = 4096;

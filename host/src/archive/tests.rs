@@ -7,7 +7,7 @@ use massline_shared::units::{Hertz, Seconds, Volts};
 use serde_json::{Value, json};
 
 use super::*;
-use crate::followed::Followed;
+use massline_client::followed::Followed;
 use massline_result::HitVerdict;
 
 /// A layout file, and a result with one DOF whose numbers need all their digits.

@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 
 use super::cutoffs::{self, RcCutoff};
 use super::electronics::{ConversionOrder, Electronics};
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// The hits of a block test.
 pub type Hits = Vec<BlockHit<f64, RIG_SENSORS>>;
@@ -47,10 +47,8 @@ pub struct Conditions<'a> {
     pub order: &'a ConversionOrder,
 }
 
-impl From<BlockError> for Error {
-    fn from(error: BlockError) -> Self {
-        Self::undetermined("block_test", error.to_string())
-    }
+fn undetermined(error: BlockError) -> Error {
+    Error::undetermined("block_test", error.to_string())
 }
 
 /// The hits of a result, with the directions of the layout in use during the test.
@@ -94,12 +92,13 @@ impl Block {
         let count = layout.sensors.len();
         let sensors = layout.sensors.iter().enumerate().map(|(k, sensor)| {
             let axes = sensor.axes.map(|axis| axis.map(f64::from));
-            Ok(sensor_ratios(hits, k, &axes, block)?)
+            sensor_ratios(hits, k, &axes, block).map_err(undetermined)
         });
         let sensors = sensors.collect::<Result<Vec<_>>>()?;
         let lines = hits.iter().map(|hit| &hit.lines);
         let known = record.method.knows_sensors();
-        let hammer = known.then(|| force_ratio(lines, count, block)).transpose()?;
+        let hammer =
+            known.then(|| force_ratio(lines, count, block)).transpose().map_err(undetermined)?;
         let exact = layout.cast::<f64, RIG_SENSORS, RIG_HITS>();
         let setup = exact.as_ref().map(|exact| Setup {
             sensors: &exact.sensors,

@@ -11,7 +11,7 @@ use massline_shared::signal::Calibration;
 use massline_shared::signal::self_test::LEAST_CUTOFF_HZ;
 
 use super::cutoffs::{FoundCutoff, RcCutoff};
-use crate::error::Error;
+use crate::Error;
 
 /// An axis whose cutoff is too low.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -20,7 +20,7 @@ use massline_shared::signal::{Calibration, HAMMER};
 use massline_shared::units::Hertz;
 use nalgebra::Vector3;
 
-use crate::client::DofSpectra;
+use massline_client::DofSpectra;
 
 /// Least cosine between the hit direction and an axis whose time constant is determined. For three orthogonal
 /// axes and three orthogonal hit directions every axis has a cosine of at least 1/√3.
@@ -292,7 +292,7 @@ fn judge(
 mod tests {
     use super::*;
     use crate::commands::calibrate::block::LAYOUT;
-    use crate::layout_file::LayoutFile;
+    use massline_files::layout_file::LayoutFile;
     use massline_protocol::LayoutHash;
     use massline_protocol::object::{ResultHead, StoredTrend};
     use massline_shared::layout::FrfEstimator;

@@ -18,8 +18,8 @@ use massline_shared::signal::HAMMER;
 use nalgebra::Vector3;
 
 use crate::document;
-use crate::flash::board::conversion_order;
 use crate::report::{channel_name, deviation, with_sigma};
+use massline_client::flash::board::conversion_order;
 
 /// A value of more standard deviations than this is significant.
 const SIGNIFICANT: f64 = 4.0;

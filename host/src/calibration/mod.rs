@@ -8,15 +8,13 @@
 //! | [`capacitor`] | low-passes that are too slow: the breakout's own capacitor |
 //! | [`electronics`] | what both tests show of multiplexer and converter |
 //! | [`plausible`] | the result of a block test against data sheet and tumble test |
-//! | [`day`] | calendar dates |
 //! | [`verify`] | a block test that checks the calibration in force |
 //!
-//! The file format is in [`crate::calibration_file`], the mathematics in [`massline_shared::calibration`].
+//! The file format is in [`massline_files::calibration_file`], the mathematics in [`massline_shared::calibration`].
 
 pub mod block;
 pub mod capacitor;
 pub mod cutoffs;
-pub mod day;
 pub mod electronics;
 pub mod orientation;
 pub mod plausible;

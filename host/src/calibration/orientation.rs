@@ -8,7 +8,7 @@ use massline_shared::layout::Axis;
 use massline_shared::signal::{HAMMER, RESPONSES};
 use nalgebra::Vector3;
 
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// What the axes that are level may read at most, and by how much the upright one may differ from 1 g.
 const OTHERS_G: f64 = 0.3;

@@ -9,8 +9,8 @@ use massline_shared::calibration::CalibrationRecord;
 use massline_shared::signal::Calibration;
 
 use super::block::Block;
-use crate::error::{Error, Result};
 use crate::report::channel_name;
+use crate::{Error, Result};
 
 /// Largest factor between a sensitivity and what is known about it. The data sheet of the ADXL326 permits 10 %,
 /// and force transducers are sold within 15 %.

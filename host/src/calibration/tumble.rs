@@ -10,9 +10,9 @@ use massline_shared::signal::HAMMER;
 use serde::{Deserialize, Serialize};
 
 use super::electronics::{ConversionOrder, Memory};
-use crate::error::{Error, Result};
-use crate::file::{self, Existing};
-use crate::toml_file;
+use crate::{Error, Result};
+use massline_files::file::{self, Existing};
+use massline_files::toml_file;
 
 /// Of two positions, one axis of each sensor differs by 1 g or more; a sensor that has not been turned differs by far less
 /// than this, g.

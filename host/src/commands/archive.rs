@@ -6,10 +6,10 @@ use super::files::ReplaceArgs;
 use super::show::Next;
 use crate::archive::{Archive, EXTENSION};
 use crate::clock;
-use crate::error::{Error, Result};
-use crate::file::{self, Existing};
 use crate::output::Output;
 use crate::report::Extent;
+use crate::{Error, Result};
+use massline_files::file::{self, Existing};
 
 /// The options about the archive.
 #[derive(Clone, Debug, Default, clap::Args)]

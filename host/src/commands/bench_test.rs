@@ -14,12 +14,13 @@ use massline_virtual::source::ScanSource;
 
 use super::number::seed;
 use super::simulated::{Simulated, SimulatedCampaign, narrow};
+use crate::Result;
 use crate::archive::{Archive, ArchivedLayout};
-use crate::error::{Error, Result};
-use crate::layout_file::LayoutFile;
+use crate::bench_error::bench_error;
 use crate::output::Output;
 use crate::rig::{RigKind, SimulatedRig};
-use crate::toml_file;
+use massline_files::layout_file::LayoutFile;
+use massline_files::toml_file;
 
 /// The bench of commands that are given none.
 const DEFAULT_BENCH: &str = "default";
@@ -97,9 +98,9 @@ pub fn open_bench(name_or_path: &str) -> Result<Bench> {
     let path = Path::new(name_or_path);
     let bundled = Bench::BUNDLED.iter().any(|bundled| bundled.name == name_or_path);
     if bundled || !path.exists() && path.extension().is_none() {
-        return Ok(Bench::named(name_or_path)?);
+        return Bench::named(name_or_path).map_err(bench_error);
     }
-    Ok(Bench::parse(&toml_file::read(path, "cannot_read")?, name_or_path)?)
+    Bench::parse(&toml_file::read(path, "cannot_read")?, name_or_path).map_err(bench_error)
 }
 
 /// The scans of a test with this layout on a bench.
@@ -110,7 +111,7 @@ pub fn source_on(bench: &Bench, layout: &HostLayout, seed: u64) -> Result<BenchS
     BenchSource::new(bench, layout, seed).map_err(|error| {
         let is_of_another =
             matches!(error, BenchError::NodeElsewhere { .. } | BenchError::NodeWithoutShape(_));
-        let error = Error::from(error);
+        let error = bench_error(error);
         if is_of_another { error.advising(fitting_benches(layout)) } else { error }
     })
 }
@@ -131,17 +132,6 @@ fn fitting_benches(layout: &HostLayout) -> String {
     let names = Bench::BUNDLED.iter().filter(hangs).map(|of| format!("--bench {}", of.name));
     let ways: Vec<_> = names.chain([own.to_owned()]).collect();
     format!("this layout is one of the suspension profile: give {}", ways.join(" or "))
-}
-
-impl From<BenchError> for Error {
-    fn from(error: BenchError) -> Self {
-        let code = match &error {
-            BenchError::UnknownName(_) => "unknown_bench",
-            BenchError::File(_) => "malformed_bench",
-            _ => "bench_does_not_fit",
-        };
-        Self::input(code, error.to_string())
-    }
 }
 
 /// One test.

@@ -10,17 +10,17 @@ use super::bench_test::BenchTest;
 use super::compare::Comparison;
 use super::show::{self, Next};
 use super::simulated::{ReportArgs, Simulated, results_of};
+use crate::Result;
 use crate::archive::Archive;
 use crate::document::Simulation;
-use crate::error::Result;
-use crate::file::Existing;
 use crate::identification::Selection;
-use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::report::{Extent, result_text};
 use crate::rig_lines::RigLines;
 use crate::rig_solution::solve_test;
 use crate::single_fault::NominalTest;
+use massline_files::file::Existing;
+use massline_files::layout_file::LayoutFile;
 
 /// A test on a simulated rig that is shown beside the truth.
 #[derive(Clone, Copy, Debug)]

@@ -6,12 +6,12 @@ use massline_protocol::message::Status;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::layout::RigLayout;
 
+use crate::Result;
 use crate::archive::{Archive, ArchivedSpectra, CampaignId, HitRecord, Part, RecordCollection};
-use crate::client::Client;
-use crate::error::Result;
 use crate::hit_log::{self, HitLog};
 use crate::output::Output;
 use crate::spectra::SpectraCollection;
+use massline_client::Client;
 use massline_result::LoggedHit;
 
 /// Frequency responses, records of hits, and what became of every hit.

@@ -4,9 +4,9 @@ use massline_result::{Estimate, TestResult};
 use massline_shared::body::{INERTIAL_PARAMETERS, RigidBody, scale};
 
 use crate::document::ComparedTest;
-use crate::error::{Error, Result};
 use crate::output::{align_right, table};
 use crate::report::{as_exact_as, in_interval};
+use crate::{Error, Result};
 
 /// A test whose true answer is known.
 #[derive(Clone, Debug)]

@@ -15,13 +15,13 @@ use std::env;
 use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgAction, Command, ValueEnum};
-use massline_virtual::toml_text::{self, TomlError, line_of};
+use massline_toml::{TomlError, line_of};
 use toml::de::{DeTable, DeValue};
 
-use crate::client::PORT_VARIABLE;
-use crate::error::{Error, Result};
 use crate::output::ColorChoice;
-use crate::toml_file;
+use crate::{Error, Result};
+use massline_client::PORT_VARIABLE;
+use massline_files::toml_file;
 
 /// Environment variable with the path of the file; empty for no file.
 pub(super) const VARIABLE: &str = "MASSLINE_CONFIG";
@@ -76,7 +76,7 @@ impl Config {
         };
         let text = toml_file::read(&path, MALFORMED).map_err(|e| advised(&e.to_string()))?;
         let config = Self { path, entries: Vec::new() };
-        match toml_text::parse(&text) {
+        match massline_toml::parse(&text) {
             Ok(table) => Ok(Self { entries: entries(table.get_ref(), &text), ..config }),
             Err(error) => {
                 let line = error.line(&text);

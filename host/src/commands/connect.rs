@@ -2,9 +2,9 @@
 
 use massline_protocol::message::Identity;
 
-use crate::client::{self, Client, choose_port};
-use crate::error::Result;
+use crate::Result;
 use crate::output::{Output, shell_word};
+use massline_client::{self, Client, choose_port};
 
 /// The port of the rig.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -28,7 +28,7 @@ impl PortArgs {
     pub fn connect(&self, output: &Output) -> Result<(Client, Identity)> {
         let port = choose_port(self.port.as_deref())?;
         let notes = output.notes();
-        let client = Client::new(client::open(&port)?);
+        let client = Client::new(massline_client::open(&port)?);
         let client = client.interrupted_by(output.interrupt().clone());
         let mut client = client.telling(move |text| notes.note(text));
         let identity = client.identify()?;

@@ -14,12 +14,12 @@ use massline_shared::measurement::campaign;
 
 use super::connect::PortArgs;
 use super::rest::has_campaign;
-use crate::campaign::phase_name;
-use crate::client::{Client, PortFacts, list_ports};
+use crate::Result;
 use crate::document::{DeviceAbort, DeviceIdentity, DeviceList, Port};
-use crate::error::Result;
 use crate::output::{Output, counted};
 use crate::report::hash_text;
+use massline_client::campaign::phase_name;
+use massline_client::{Client, PortFacts, list_ports};
 use stats::Report;
 
 /// Arguments of `massline device`.

@@ -5,15 +5,15 @@ use std::process::{Command, Stdio};
 use massline_boards::BootLoader;
 
 use super::VERSION;
-use crate::client::{self, Client, ClientError, PortFacts, Timing, list_ports};
+use crate::Result;
 use crate::document::{Doctor, Looked};
-use crate::error::Result;
-use crate::firmware::EMULATOR;
-use crate::flash::board::{BOARDS, Board};
-use crate::flash::drive::{self, Kind};
-use crate::flash::usb;
 use crate::output::{Output, Tone};
-use crate::udev;
+use massline_client::firmware::EMULATOR;
+use massline_client::flash::board::{BOARDS, Board};
+use massline_client::flash::drive::{self, Kind};
+use massline_client::flash::usb;
+use massline_client::udev;
+use massline_client::{self, Client, ClientError, PortFacts, Timing, list_ports};
 
 /// Arguments of `massline doctor`.
 #[derive(Debug, clap::Args)]
@@ -134,7 +134,7 @@ fn ports() -> Vec<Finding> {
 /// What answers at a port.
 fn behind(port: &PortFacts) -> Finding {
     let subject = format!("{} ({})", port.path, port.description);
-    let asked = client::open(&port.path)
+    let asked = massline_client::open(&port.path)
         .map(|transport| {
             Client::with_timing(transport, Timing { attempts: 2, ..Timing::default() })
         })

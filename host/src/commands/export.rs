@@ -11,14 +11,14 @@ use super::files::{self, ReplaceArgs};
 use super::method;
 use crate::archive::{self, Archive};
 use crate::document::{ExportedAnswer, ExportedFile};
-use crate::error::{Error, Result};
 use crate::export::{
     Exported, Format, Frame, TestData, UnitSystem, of_archive, of_measurement, read_subject,
     result_of_archive, test_of_archive, universal_file,
 };
-use crate::file;
 use crate::output::Output;
 use crate::rig_lines::{RigLines, StoredTest};
+use crate::{Error, Result};
+use massline_files::file;
 use massline_result::Verdict;
 
 /// Arguments of `massline export`.

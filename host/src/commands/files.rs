@@ -6,11 +6,12 @@ use massline_shared::calibration::CalibrationRecord;
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout, TestProfile};
 
-use crate::calibration_file::CalibrationFile;
-use crate::error::{Error, Result};
-use crate::file::Existing;
-use crate::layout_file::LayoutFile;
 use crate::output::Output;
+use crate::rig_settings::not_for_a_rig;
+use crate::{Error, Result};
+use massline_files::calibration_file::CalibrationFile;
+use massline_files::file::Existing;
+use massline_files::layout_file::LayoutFile;
 
 /// The option to replace an existing file.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
@@ -77,7 +78,7 @@ fn warn_of_units(file: &LayoutFile, path: &Path, output: &mut Output) {
 /// # Errors
 /// When it has a setting that no rig can measure with, or more sensors or hits than any rig has room for.
 pub fn for_rig(file: &LayoutFile, path: &Path) -> Result<RigLayout> {
-    if let Some(found) = file.not_for_a_rig() {
+    if let Some(found) = not_for_a_rig(file) {
         return Err(Error::input(Code::SettingOutOfRange.name(), found));
     }
     file.rig_layout().ok_or_else(|| {

@@ -8,16 +8,16 @@ use massline_boards::BootLoader;
 
 use crate::commands::device::brown_out::{self, AfterStart};
 use crate::document::{AddressRange, Flashing};
-use crate::error::{Error, Result};
-use crate::firmware;
-use crate::flash::board::{BOARDS, Board, FlashMethod};
-use crate::flash::drive::{self, DriveOutcome, Kind};
-use crate::flash::image::Image;
-use crate::flash::plan::Plan;
-use crate::flash::usb::DfuDevice;
-use crate::flash::{ProgressObserver, Step, dfuse};
-use crate::interrupt::Interrupt;
 use crate::output::Output;
+use crate::{Error, Result};
+use massline_client::firmware;
+use massline_client::flash::board::{BOARDS, Board, FlashMethod};
+use massline_client::flash::drive::{self, DriveOutcome, Kind};
+use massline_client::flash::image::Image;
+use massline_client::flash::plan::Plan;
+use massline_client::flash::usb::DfuDevice;
+use massline_client::flash::{ProgressObserver, Step, dfuse};
+use massline_client::interrupt::Interrupt;
 
 /// Arguments of `massline flash`.
 #[derive(Debug, clap::Args)]
@@ -186,12 +186,12 @@ fn unknown(what: &str, board: &Board) -> Error {
 
 #[cfg(feature = "probe")]
 fn by_probe(plan: &Plan, watch: &mut dyn ProgressObserver) -> Result<Done> {
-    crate::flash::probe::flash(plan, watch).map(|()| Done::ReadBack)
+    massline_client::flash::probe::flash(plan, watch).map(|()| Done::ReadBack)
 }
 
 #[cfg(feature = "probe")]
 fn look_for_probe() -> Result<()> {
-    crate::flash::probe::find().map(|_| ())
+    massline_client::flash::probe::find().map(|_| ())
 }
 
 #[cfg(not(feature = "probe"))]

@@ -6,9 +6,9 @@ use massline_result::TestResult;
 
 use crate::archive::{Archive, EXTENSION, is_named};
 use crate::document::{History, ListedArchive, Unreadable};
-use crate::error::{Error, Result};
 use crate::output::{self, Output, Table};
 use crate::report::Summary;
+use crate::{Error, Result};
 
 /// Arguments of `massline history`.
 #[derive(Debug, clap::Args)]

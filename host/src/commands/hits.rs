@@ -8,10 +8,10 @@ use massline_shared::layout::{HitPolicy, HitTreatment, TestSettings};
 use serde_json::json;
 
 use super::number::{not_negative, positive};
-use crate::error::{Error, Result};
 use crate::hits::{Options, PreparedRecording};
 use crate::output::Output;
-use crate::recording::{
+use crate::{Error, Result};
+use massline_files::recording::{
     Decimal, Recording, Sensitivity, StatedSensitivity, StatedUnit, Statements,
 };
 

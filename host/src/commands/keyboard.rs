@@ -12,10 +12,10 @@ use std::time::{Duration, Instant};
 use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use massline_shared::measurement::campaign::{Command, Phase};
 
-use crate::error::{Error, Result};
-use crate::interrupt::{Guard, Interrupt};
 use crate::output::Output;
 use crate::terminal::RawMode;
+use crate::{Error, Result};
+use massline_client::interrupt::{Guard, Interrupt};
 
 /// The help line for the keys.
 pub const HELP: &str = "keys: a accept  r reject  u undo the last hit  d redo this DOF  s skip it  \

@@ -9,14 +9,14 @@ use massline_shared::layout::{Hit, HitPolicy, HostLayout, Sensor, TestProfile};
 
 use super::files;
 use super::measure::profile;
+use crate::Result;
 use crate::commands::files::ReplaceArgs;
 use crate::document::{Band, ShownHit, ShownLayout, ShownSensor, ShownSettings};
 use crate::document::{LayoutTemplate, WrittenFile};
-use crate::error::Result;
-use crate::file;
-use crate::layout_file::{LayoutFile, schema, template};
 use crate::output::{self, Output};
 use crate::report::hash_text;
+use massline_files::file;
+use massline_files::layout_file::{LayoutFile, schema, template};
 
 /// Arguments of `massline layout`.
 #[derive(Debug, clap::Args)]

@@ -25,13 +25,8 @@ use super::files;
 use super::rest::begun;
 use super::show::{self, DetailsArgs, Next};
 use crate::archive::{Archive, ArchivedLayout, EXTENSION, Part};
-use crate::calibration::day::age_in_days;
-use crate::campaign::phase_name;
-use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, restarted};
-use crate::client::{Client, ClientError};
 use crate::clock;
 use crate::design::gravity_to_be_stated;
-use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::modes_so_far::{self, ModesMonitor};
 use crate::output::{Output, counted};
@@ -40,6 +35,11 @@ use crate::report;
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::rig_solution::solve_test;
 use crate::single_fault::NominalTest;
+use crate::{Error, Result};
+use massline_client::campaign::phase_name;
+use massline_client::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, restarted};
+use massline_client::{Client, ClientError};
+use massline_files::day::age_in_days;
 
 pub use full_screen::ScreenArgs;
 pub(super) use full_screen::Shown;
@@ -437,7 +437,7 @@ pub(super) fn paused(status: &Status) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layout_file::LayoutFile;
+    use massline_files::layout_file::LayoutFile;
 
     #[test]
     fn a_full_store_is_explained_by_what_the_lines_need() {

@@ -49,9 +49,9 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use config::Config;
 
-use crate::error::{Error, Result};
-use crate::interrupt::Interrupt;
 use crate::output::{ColorChoice, Output};
+use crate::{Error, Result};
+use massline_client::interrupt::Interrupt;
 
 /// The version of the package, and the commit that it was built from.
 const VERSION: &str =
@@ -144,7 +144,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let config = Config::of_user();
     let of_config = config.as_ref().ok().and_then(Config::color);
     let color = color::chosen(&arguments).or(of_config).unwrap_or_default();
-    let mut output = Output::of_process(json, color, Interrupt::of_process());
+    let mut output =
+        Output::of_process(json, color, Interrupt::of_process(crate::terminal::give_back));
     let command = match config.and_then(|config| config.apply(command())) {
         Ok(command) => command,
         Err(error) => {

@@ -7,8 +7,8 @@ use massline_shared::layout::{Dof, HostLayout};
 
 use super::responses::{PERTURBATIONS, ResponseArgs};
 use super::solve::{archive::with_layout, swapped};
+use crate::Result;
 use crate::archive::{Archive, is_archive};
-use crate::error::Result;
 use crate::output::Output;
 use crate::report::{
     assurance_text, findings, message_in, modes_text, orders_text, sentences, shapes_text,

@@ -8,12 +8,12 @@ use massline_shared::layout::CALIBRATED_HAMMER_GAIN;
 use massline_virtual::bench::{Bench, ErrorsFrom};
 
 use super::bench_test::{nominal_calibration, source_on};
-use crate::error::{Error, Result};
-use crate::layout_file::LayoutFile;
 use crate::monte_carlo::measurement::TestLayout;
 use crate::monte_carlo::report::StudySettings;
 use crate::monte_carlo::{MonteCarlo, Study, apply_bench_budget, report};
 use crate::output::{Output, Tone};
+use crate::{Error, Result};
+use massline_files::layout_file::LayoutFile;
 
 /// Options of a study.
 #[derive(Clone, Debug, clap::Args)]

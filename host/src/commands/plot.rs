@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use super::files::ReplaceArgs;
 use super::sources::SourceArgs;
 use crate::document::DrawnPictures;
-use crate::error::{Error, Result};
-use crate::file;
 use crate::output::Output;
 use crate::picture::{DrawnFile, FONT_LICENCE, ImageFormat, Picture};
 use crate::result_file::ResultFile;
+use crate::{Error, Result};
+use massline_files::file;
 use massline_result::FilePath;
 
 /// Arguments of `massline plot`.

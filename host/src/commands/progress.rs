@@ -6,10 +6,10 @@ use massline_protocol::message::{Reason, Status};
 use massline_shared::layout::{RigLayout, TestProfile};
 use massline_shared::measurement::campaign::{Command, Phase};
 
-use crate::campaign::{explain_refusal, phase_name};
-use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::report::{HitSaid, swing_words};
+use crate::{Error, Result};
+use massline_client::campaign::{explain_refusal, phase_name};
 
 /// Shows the progress of one campaign.
 pub struct Progress<'o> {

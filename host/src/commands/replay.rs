@@ -11,13 +11,14 @@ use super::method::MethodArgs;
 use super::progress::Progress;
 use super::show::{self, DetailsArgs, Next};
 use super::simulated::{RigArgs, SimulatedCampaign};
-use crate::client::Client;
-use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::rig::SimulatedRig;
 use crate::rig_solution::solve_test;
 use crate::single_fault::NominalTest;
-use crate::tape::{Tape, TapeProgress, TapeSource};
+use crate::tape_player::{TapeProgress, TapeSource};
+use crate::{Error, Result};
+use massline_client::Client;
+use massline_files::tape::Tape;
 
 /// A rig that is still armed this long after the end of a segment has found no hit in it, and one that still records has not seen the
 /// end of the hit.

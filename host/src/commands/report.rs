@@ -6,10 +6,10 @@ use super::files::ReplaceArgs;
 use super::sources::SourceArgs;
 use crate::document::WrittenFile;
 use crate::embedded;
-use crate::error::{Error, Result};
-use crate::file;
 use crate::html_report::html;
 use crate::output::Output;
+use crate::{Error, Result};
+use massline_files::file;
 
 /// Arguments of `massline report`.
 #[derive(Debug, clap::Args)]

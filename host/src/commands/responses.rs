@@ -7,7 +7,7 @@ use massline_shared::identify::agreement::NOISE_DRAWS;
 
 use super::number;
 use crate::solve::Options;
-use crate::uff::Quantity;
+use massline_files::uff::Quantity;
 
 /// Number of changed data sets that are solved at least, for the progress bar.
 pub const PERTURBATIONS: u64 = NOISE_DRAWS as u64;

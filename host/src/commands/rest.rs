@@ -4,9 +4,9 @@ use massline_protocol::message::Status;
 use massline_shared::diagnosis::Code;
 use massline_shared::measurement::campaign::{Command, Phase};
 
-use crate::campaign::phase_name;
-use crate::client::Client;
-use crate::error::{Error, Result};
+use crate::{Error, Result};
+use massline_client::Client;
+use massline_client::campaign::phase_name;
 
 /// Ensures that no campaign is running or interrupted on the rig; with `restart` it is aborted.
 ///

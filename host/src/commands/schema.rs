@@ -2,8 +2,8 @@
 
 use clap::builder::PossibleValuesParser;
 
+use crate::Result;
 use crate::document::{Described, DescribedDocument, SchemaList};
-use crate::error::Result;
 use crate::output::{Output, table};
 
 /// Arguments of `massline schema`.

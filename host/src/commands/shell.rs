@@ -7,9 +7,9 @@ use clap_complete::Shell;
 
 use crate::commands::files::ReplaceArgs;
 use crate::document::{Completions, ManualPage, WrittenPages};
-use crate::error::{Error, Result};
-use crate::file;
 use crate::output::Output;
+use crate::{Error, Result};
+use massline_files::file;
 use massline_result::FilePath;
 
 /// Arguments of `massline completions`.

@@ -9,12 +9,12 @@ use massline_shared::diagnosis::{Diagnostic, Severity};
 use serde_json::json;
 
 use super::report::page_of;
-use crate::error::{Error, Result};
 use crate::output::{Output, Tone, shell_path, this_command_with};
 use crate::report::{self, Extent, corrected_text, result_text, sentences};
 use crate::rig_solution::nothing_measured;
 use crate::solution::Solution;
 pub(crate) use crate::solve::first_error;
+use crate::{Error, Result};
 
 /// The option for how much of a result is printed.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]

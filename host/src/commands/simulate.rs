@@ -16,11 +16,11 @@ use super::files;
 use super::monte_carlo::{self, MonteCarloArgs, StudyObject};
 use super::show::DetailsArgs;
 use super::simulated::{ReportArgs, RigArgs};
+use crate::Result;
 use crate::commands::files::ReplaceArgs;
-use crate::error::Result;
-use crate::file::Existing;
 use crate::output::Output;
-use crate::tape::{Segment, Sidecar, TapeWriter};
+use massline_files::file::Existing;
+use massline_files::tape::{Segment, Sidecar, TapeWriter};
 use object::SimulatedObject;
 
 /// Arguments of `massline simulate`.

@@ -17,13 +17,15 @@ use super::measure::judge_layout;
 use super::progress::{Progress, Prompts};
 use super::show;
 use crate::archive::{Archive, ArchivedLayout};
-use crate::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow, restarted};
-use crate::client::Client;
-use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::rig::{RigKind, SimulatedRig};
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::spectra::Collecting;
+use crate::{Error, Result};
+use massline_client::Client;
+use massline_client::campaign::{
+    CampaignOutcome, Observer, StartOptions, begin, follow, restarted,
+};
 
 pub use report::{ReportArgs, results_of};
 

@@ -15,11 +15,11 @@ use super::responses::{PERTURBATIONS, ResponseArgs};
 use super::show::{self, DetailsArgs, Next};
 use crate::archive::{EXTENSION, MAX_BYTES, is_archive};
 use crate::embedded;
-use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::output::Output;
 use crate::solve::{Options, Problem, ReferencePoint, solve_problem};
 use crate::suspension::ModeChoice;
+use crate::{Error, Result};
 
 /// Arguments of `massline solve`.
 #[derive(Debug, clap::Args)]

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use super::files;
 use super::responses::Response;
 use crate::embedded;
-use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::result_file::ResultFile;
 use crate::solve::{Options, understood};
-use crate::uff::{Quantity, UffFile};
+use crate::{Error, Result};
+use massline_files::uff::{Quantity, UffFile};
 
 /// Results, and files that belong to them.
 #[derive(Debug, clap::Args)]

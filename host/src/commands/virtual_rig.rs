@@ -16,11 +16,12 @@ use massline_virtual::tcp::TcpServer;
 use super::bench_test::{BenchArgs, source_on};
 use super::demo::LAYOUTS;
 use super::files;
+use crate::bench_error::bench_error;
 use crate::document::VirtualPort;
-use crate::error::{Error, Result};
-use crate::file;
-use crate::layout_file::LayoutFile;
 use crate::output::Output;
+use crate::{Error, Result};
+use massline_files::file;
+use massline_files::layout_file::LayoutFile;
 
 #[cfg_attr(unix, path = "virtual_rig/own_port_unix.rs")]
 #[cfg_attr(not(unix), path = "virtual_rig/own_port_elsewhere.rs")]
@@ -84,7 +85,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if let Some(path) = &args.flash {
         options.flash = FlashBacking::File(path.clone());
     }
-    if args.layout.is_none() && Bench::named("default")?.body != bench.body {
+    if args.layout.is_none() && Bench::named("default").map_err(bench_error)?.body != bench.body {
         output.warn(
             "without --layout the sensors and marks are those of the demo's frame, which is not the object of this \
              bench: give its layout",

@@ -4,7 +4,7 @@ use massline_shared::body::RigidBody;
 use massline_shared::layout::assumed_body;
 use nalgebra::{SVector, Vector3};
 
-use crate::layout_file::{LayoutFile, Reference};
+use massline_files::layout_file::{LayoutFile, Reference};
 
 /// The body that a layout is checked with before its responses are solved, and a sentence that names its origin: the
 /// mass of `[prior]` or 1 kg near the centroid of the nodes, with the inertia `m L² I`. What `[reference]` states is to

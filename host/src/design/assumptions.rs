@@ -4,16 +4,17 @@ use massline_shared::body::RigidBody;
 use massline_shared::design::{Criterion, DEFAULT_NOISE};
 use massline_shared::layout::{HostLayout, TestProfile, TestSettings};
 use massline_shared::signal::ringing_s;
+use massline_virtual::bench::Bench;
 use massline_virtual::bench::suspension::{RigidMode, Suspension, rigid_modes};
-use massline_virtual::bench::{Bench, BenchError};
 use nalgebra::Vector3;
 
 use super::assumed_body::body_for_checks;
 use super::criterion::LayoutCriterion;
 use super::noise;
 use super::suspension::SuspensionCriterion;
-use crate::error::Result;
-use crate::layout_file::LayoutFile;
+use crate::Result;
+use crate::bench_error::bench_error;
+use massline_files::layout_file::LayoutFile;
 
 /// Bench with the measuring chain of a test that is only computed.
 const COMPUTED: &str = "ideal";
@@ -68,8 +69,8 @@ impl Assumptions {
                 (assumed, format!("{whose}; {}", about_suspension(test)))
             }
         };
-        let modes = rigid_modes(&bench.body, &bench.suspension, &bench.gravity)
-            .map_err(BenchError::from)?;
+        let modes =
+            rigid_modes(&bench.body, &bench.suspension, &bench.gravity).map_err(bench_error)?;
         Ok(Self { body, whose, hanging: Some(Hanging { bench, modes }) })
     }
 
@@ -117,7 +118,7 @@ fn assumed_bench(
     test: &TestSettings<f64>,
 ) -> Result<Bench> {
     let suspension = Suspension::Frequencies { hz: assumed_hz(test), damping_ratio: DAMPING_RATIO };
-    let computed = Bench::named(COMPUTED)?;
+    let computed = Bench::named(COMPUTED).map_err(bench_error)?;
     Ok(Bench { body, suspension, gravity, elastic: Vec::new(), nodes: Vec::new(), ..computed })
 }
 

@@ -3,7 +3,7 @@
 
 use massline_shared::layout::{Axis, Dof, Hit, HostLayout, Sensor, Sign};
 
-use crate::layout_file::{LayoutFile, Node};
+use massline_files::layout_file::{LayoutFile, Node};
 
 /// Every place for a sensor and every DOF for a hit. Of the two signs of an axis only one is included: a push
 /// and a pull along one line carry the same information.

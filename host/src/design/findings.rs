@@ -70,7 +70,7 @@ impl LayoutFindings {
 mod tests {
     use super::*;
     use crate::design::body_for_checks;
-    use crate::layout_file::LayoutFile;
+    use massline_files::layout_file::LayoutFile;
 
     #[test]
     fn the_suspension_profile_asks_for_gravity() {

@@ -6,14 +6,14 @@ use massline_shared::identify::Method;
 use massline_shared::layout::{Hit, HostLayout, motion_at};
 use massline_shared::modes::norm_indicator_of_shape;
 use massline_shared::signal::{SPECTRUM_BINS, resolution};
-use massline_virtual::bench::BenchError;
 use massline_virtual::bench::responses::{Besides, add_noise, frequency_responses};
 use massline_virtual::bench::suspension::RigidMode;
 use nalgebra::Vector6;
 
 use super::assumptions::Hanging;
 use super::{LayoutCriterion, Predicted, methods_of};
-use crate::error::Result;
+use crate::Result;
+use crate::bench_error::bench_error;
 use crate::suspension::{DofLines, ModeRow, TestLines};
 
 /// Seed of the noise: any, because what is read of the answers are their standard deviations.
@@ -110,7 +110,7 @@ fn computed(
     let frequencies: Vec<f64> = (0..SPECTRUM_BINS).map(|bin| bin as f64 * spacing).collect();
     let decay = layout.test.exponential_decay;
     let mut all = frequency_responses(bench, layout, &frequencies, decay, &Besides::default())
-        .map_err(BenchError::from)?;
+        .map_err(bench_error)?;
     let hits_per_dof = f64::from(layout.test.hits_per_dof.max(1));
     add_noise(&mut all, criterion.noise() / hits_per_dof.sqrt(), SEED, 0);
     let (channels, hits) = (3 * layout.sensors.len(), layout.hits.len());

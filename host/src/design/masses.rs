@@ -102,7 +102,7 @@ impl MassRange {
 mod tests {
     use super::*;
     use crate::design::body_for_checks;
-    use crate::layout_file::LayoutFile;
+    use massline_files::layout_file::LayoutFile;
 
     /// An L of 8 cm with three sensors, of 120 g.
     const BRACKET: &str = r#"

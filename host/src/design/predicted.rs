@@ -6,7 +6,7 @@ use massline_shared::layout::{Dof, HOST_SENSORS, HostLayout};
 use nalgebra::SVector;
 
 use super::{Assumptions, Candidates, LayoutCriterion, LayoutFindings};
-use crate::layout_file::LayoutFile;
+use massline_files::layout_file::LayoutFile;
 
 /// The predicted uncertainty of a layout.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,12 +17,12 @@ use crate::document::{
     self, AssumedBody, CandidateCounts, ForecastAnswer, HitTotal, JudgedLayout, JudgedMethod,
     LayoutCheck, LayoutSuggestion, Prediction, SensorTotal,
 };
-use crate::layout_file::LayoutFile;
 use crate::output::{align_right, table};
 use crate::report::{
     self, INERTIA_CONVENTION, better_hits_text, hash_text, indicators_text, message_in, refusals,
     refusals_text, source_words, suspension_mode, two_digits,
 };
+use massline_files::layout_file::LayoutFile;
 
 /// Error sources with a smaller share than this are not listed.
 const MIN_SHARE: f64 = 0.005;

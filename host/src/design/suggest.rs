@@ -7,10 +7,10 @@ use massline_shared::layout::{
 };
 
 use super::{Assumptions, Candidates, LayoutCriterion, LayoutFindings, Predicted};
-use crate::error::{Error, Result};
-use crate::interrupt::Interrupt;
-use crate::layout_file::LayoutFile;
 use crate::parallel::pieces;
+use crate::{Error, Result};
+use massline_client::interrupt::Interrupt;
+use massline_files::layout_file::LayoutFile;
 
 /// How many sensors or hits are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

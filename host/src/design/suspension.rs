@@ -213,7 +213,7 @@ mod tests {
 
     use super::*;
     use crate::design::{Assumptions, LayoutCriterion, Predicted, forecast};
-    use crate::layout_file::LayoutFile;
+    use massline_files::layout_file::LayoutFile;
 
     const WHEEL: &str = include_str!("../../examples/wheel.toml");
 

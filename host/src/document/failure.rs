@@ -1,5 +1,6 @@
 //! The document of a command that has failed.
 
+use massline_result::Error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -21,4 +22,11 @@ pub struct Cause {
     pub message: String,
     /// The exit code of the command.
     pub exit: u8,
+}
+
+impl From<&Error> for Failure {
+    fn from(error: &Error) -> Self {
+        let (code, message) = (error.code().to_owned(), error.to_string());
+        Self { error: Cause { code, message, exit: error.exit_code() } }
+    }
 }

@@ -9,7 +9,7 @@ use massline_shared::body::elements;
 use super::heading::{self, ascii};
 use super::number::with_fortran_exponent;
 use super::subject::Exported;
-use crate::error::Result;
+use crate::Result;
 
 const OWN: &str = "ROTARY INERTIA: I11, I22, I33, I12, I13, I23 about the node, I12 = -(integral of x y dm): \
                    the elements of the tensor themselves";

@@ -3,7 +3,7 @@
 use super::heading;
 use super::number::shortest;
 use super::subject::Exported;
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// A table below comment lines that begin with `#`.
 pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {

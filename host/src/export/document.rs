@@ -11,9 +11,9 @@ use massline_shared::identify::agreement::Outcome;
 
 use super::subject::Exported;
 use super::test_data::one_line;
-use crate::error::{Error, Result};
 use crate::judgement::UNCERTAINTY_UNKNOWN;
 use crate::report::reason_text;
+use crate::{Error, Result};
 
 /// Largest document that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 24;

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::heading;
 use super::subject::{Exported, Vector10};
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// The version of the file. It is incremented whenever a key is renamed or removed or changes its meaning, but not when
 /// a key is added.

@@ -6,7 +6,7 @@
 
 use super::heading;
 use super::subject::Exported;
-use crate::error::Result;
+use crate::Result;
 
 const INT8: u32 = 1;
 const UINT16: u32 = 4;

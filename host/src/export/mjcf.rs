@@ -9,7 +9,7 @@ use super::frame::Frame;
 use super::number::shortest;
 use super::subject::Exported;
 use super::xml::{document, name, numbers};
-use crate::error::Result;
+use crate::Result;
 
 const OWN: &str = "MJCF: fullinertia is xx yy zz xy xz yz, the elements of the tensor themselves, and diaginertia \
                    xx yy zz where the products are zero, both about pos; the frame of the body is the frame above";

@@ -32,7 +32,7 @@ mod yaml;
 
 use clap::ValueEnum;
 
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 pub use document::{MAX_BYTES, of_document, of_result, read_document, read_subject};
 pub use frame::{Frame, Placement};

@@ -11,7 +11,7 @@ use super::frame::Frame;
 use super::heading::{self, ascii};
 use super::number::closest;
 use super::subject::Exported;
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// Columns of a field.
 const FIELD: usize = 16;

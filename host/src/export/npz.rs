@@ -8,7 +8,7 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::heading;
 use super::subject::Exported;
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// An archive. What the result does not have is NaN.
 pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {

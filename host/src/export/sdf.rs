@@ -9,7 +9,7 @@ use quick_xml::events::BytesText;
 use super::number::shortest;
 use super::subject::Exported;
 use super::xml::{document, name, numbers};
-use crate::error::Result;
+use crate::Result;
 
 /// The version that Gazebo Classic 11, Gazebo Sim and Drake all read.
 const VERSION: &str = "1.7";

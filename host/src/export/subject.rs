@@ -9,7 +9,7 @@ use super::frame::Placement;
 use super::number::shortest;
 use super::test_data::TestData;
 use super::units::UnitSystem;
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// A covariance of the ten properties in the order [m, c_x, c_y, c_z, J_xx, J_yy, J_zz, J_xy, J_xz, J_yz].
 pub type Matrix10 = SMatrix<f64, 10, 10>;

@@ -2,9 +2,9 @@
 
 use massline_shared::layout::HostLayout;
 
-use crate::layout_file::{self, LayoutFile};
 use crate::single_fault::NominalTest;
-use crate::uff::Frf;
+use massline_files::layout_file::{self, LayoutFile};
+use massline_files::uff::Frf;
 
 /// A numbered point of the object.
 #[derive(Clone, Copy, Debug, PartialEq)]

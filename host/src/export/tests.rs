@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::*;
 use crate::report::{estimate_of, message};
-use crate::uff::{BODY_AXES, Frf, NodeDirection};
+use massline_files::uff::{BODY_AXES, Frf, NodeDirection};
 
 /// The three-bar frame, rounded.
 const THETA: [f64; 10] =
@@ -261,7 +261,7 @@ fn numbers_that_overflow_in_other_units_are_refused_even_despite_the_verdict() {
 #[test]
 fn a_universal_file_reads_back_and_without_responses_it_is_refused() {
     let exported = exported();
-    let file = crate::uff::UffFile::parse(&Format::Uff.write(&exported).unwrap()).unwrap();
+    let file = massline_files::uff::UffFile::parse(&Format::Uff.write(&exported).unwrap()).unwrap();
     let frfs = &exported.test.responses.as_ref().unwrap().frfs;
     assert_eq!(file.functions[0].accelerance(None).unwrap(), frfs[0]);
     let error = universal_file(&TestData { responses: None, ..exported.test }, None).unwrap_err();

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 use super::frame::{Frame, Placement};
 use super::subject::{Exported, Matrix10};
 use super::units::UnitSystem;
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 impl Exported {
     /// The same result in another frame.

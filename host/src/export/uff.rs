@@ -6,8 +6,10 @@ use super::heading::{PROGRAM, ascii};
 use super::number::shortest;
 use super::subject::Exported;
 use super::test_data::{Node, Responses, TestData};
-use crate::error::{Error, Result};
-use crate::uff::{BODY_AXES, Encoding, Frf, ModelNode, write_described, write_nodes, write_units};
+use crate::{Error, Result};
+use massline_files::uff::{
+    BODY_AXES, Encoding, Frf, ModelNode, write_described, write_nodes, write_units,
+};
 use massline_result::Verdict;
 
 /// Largest difference of two unit vectors that are the same: the rounding of a rig's numbers.

@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 
-use crate::units::{FOOT, INCH, POUND_FORCE};
+use massline_files::units::{FOOT, INCH, POUND_FORCE};
 
 /// Units of mass and length that people use together. Each but `lb-in` is consistent: with the time in its help, a
 /// force is mass times length over time squared.

@@ -8,7 +8,7 @@ use massline_shared::body::elements;
 use super::number::shortest;
 use super::subject::Exported;
 use super::xml::{document, name, numbers};
-use crate::error::Result;
+use crate::Result;
 
 const OWN: &str = "URDF: ixy, ixz, iyz are the elements of the tensor themselves, about the origin \
                    of <inertial>; the frame of the link is the frame above";

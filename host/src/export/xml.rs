@@ -8,7 +8,7 @@ use quick_xml::events::{BytesDecl, BytesText, Event};
 use super::heading;
 use super::number::shortest;
 use super::subject::Exported;
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// A writer of elements.
 pub(super) type Elements = Writer<Vec<u8>>;

@@ -5,7 +5,7 @@
 use super::heading;
 use super::number::shortest;
 use super::subject::Exported;
-use crate::error::Result;
+use crate::Result;
 
 /// A document.
 pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {

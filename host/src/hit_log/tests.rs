@@ -213,7 +213,7 @@ fn hits_before_the_log_began_are_not_taken_for_its_own() {
 }
 
 fn layout() -> RigLayout {
-    let file = crate::layout_file::LayoutFile::parse(LAYOUT, "frame.toml").unwrap();
+    let file = massline_files::layout_file::LayoutFile::parse(LAYOUT, "frame.toml").unwrap();
     assert_eq!(file.layout.hits[0].dof, "1:+Y".parse::<Dof>().unwrap());
     file.layout.cast().unwrap()
 }

@@ -2,12 +2,13 @@
 
 use massline_shared::signal::{CHANNELS, EdgeTrigger};
 
+use super::understanding::origin;
 use super::{CutHit, MOST_HITS, Options};
-use crate::error::{Error, Result};
-use crate::recording::{
+use crate::{Error, Result};
+use massline_files::recording::{
     EVERY_RESPONSE, LeftOut, Rate, Recording, Segment, column, is_named_force, six_digits,
 };
-use crate::units::{Quantity, force_unit, motion_unit};
+use massline_files::units::{Quantity, force_unit, motion_unit};
 
 /// A segment with fewer samples than this is rejected.
 const SHORTEST: usize = 32;
@@ -157,7 +158,7 @@ pub(super) fn check_rate(rate: &Rate, options: &Options) -> Result<()> {
         "the rate of {} Hz ({}) reaches {} Hz, and the band ends at {high} Hz: check the unit of the time (state it with \
          --unit) or the rate (--rate-hz), or lower the HIGH of --band-hz{notes}",
         six_digits(rate.hz),
-        rate.origin(),
+        origin(rate),
         six_digits(0.5 * rate.hz)
     );
     Err(Error::input("rate_too_low", message))

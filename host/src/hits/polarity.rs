@@ -4,8 +4,8 @@ use massline_shared::signal::EdgeTrigger;
 
 use super::Options;
 use super::repeats::median;
-use crate::error::{Error, Result};
-use crate::recording::Segment;
+use crate::{Error, Result};
+use massline_files::recording::Segment;
 
 /// How many times larger the negative pulses of a reversed hammer are than its positive ones.
 const LARGER: f64 = 2.0;

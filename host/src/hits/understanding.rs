@@ -2,7 +2,7 @@
 
 use crate::document::{ColumnLeftOut, RecordedChannel, RecordingSummary};
 use crate::output::counted;
-use crate::recording::{
+use massline_files::recording::{
     Channel, LeftOut, Rate, RateSource, Recording, Scale, Source, UnitSource, column, six_digits,
 };
 
@@ -37,7 +37,11 @@ impl Understanding {
             channels: order.iter().map(name).zip(scales.iter().cloned()).collect(),
             rate,
             segments: recording.segments.len(),
-            samples: recording.segments.iter().map(crate::recording::Segment::samples).sum(),
+            samples: recording
+                .segments
+                .iter()
+                .map(massline_files::recording::Segment::samples)
+                .sum(),
             left_out: recording.left_out.clone(),
         }
     }
@@ -66,7 +70,7 @@ impl Understanding {
             file.join(", "),
             channels.join(", "),
             six_digits(self.rate.hz),
-            self.rate.origin(),
+            origin(&self.rate),
             counted(self.samples, "sample")
         );
         if !self.left_out.is_empty() {
@@ -86,7 +90,7 @@ impl Understanding {
             name: name.clone(),
             role: if n == 0 { "force" } else { "response" },
             unit: scale.unit.clone(),
-            unit_source: scale.source.name(),
+            unit_source: name_of(scale.source),
             factor_to_si: scale.factor.abs(),
             reversed: scale.factor < 0.0,
         };
@@ -100,7 +104,7 @@ impl Understanding {
             format,
             encoding,
             separator,
-            decimal: decimal.map(crate::recording::Decimal::name),
+            decimal: decimal.map(massline_files::recording::Decimal::name),
             channels: self.channels.iter().enumerate().map(channel).collect(),
             rate_hz: self.rate.hz,
             rate_source: match self.rate.source {
@@ -139,33 +143,29 @@ fn said(n: usize, name: &str, scale: &Scale) -> String {
     format!("{role} \"{name}\" in {}{source}{reversed}", scale.unit)
 }
 
-impl UnitSource {
-    /// The name in JSON.
-    fn name(self) -> &'static str {
-        match self {
-            Self::File => "file",
-            Self::UnitSystem => "unit_system",
-            Self::Option => "option",
-            Self::Sensitivity => "sensitivity",
-        }
+/// The name in JSON.
+fn name_of(source: UnitSource) -> &'static str {
+    match source {
+        UnitSource::File => "file",
+        UnitSource::UnitSystem => "unit_system",
+        UnitSource::Option => "option",
+        UnitSource::Sensitivity => "sensitivity",
     }
 }
 
-impl Rate {
-    /// Where the rate comes from, in words.
-    pub(super) fn origin(&self) -> String {
-        match &self.source {
-            RateSource::Option => "from --rate-hz".into(),
-            RateSource::Header(entry) => format!("from {entry}"),
-            RateSource::Column { name, unit, assumed } => {
-                let name = if name.is_empty() {
-                    "the first column".to_owned()
-                } else {
-                    format!("the time column \"{name}\"")
-                };
-                let assumed = if *assumed { " (assumed)" } else { "" };
-                format!("from {name} in {unit}{assumed}")
-            }
+/// Where the rate comes from, in words.
+pub(super) fn origin(rate: &Rate) -> String {
+    match &rate.source {
+        RateSource::Option => "from --rate-hz".into(),
+        RateSource::Header(entry) => format!("from {entry}"),
+        RateSource::Column { name, unit, assumed } => {
+            let name = if name.is_empty() {
+                "the first column".to_owned()
+            } else {
+                format!("the time column \"{name}\"")
+            };
+            let assumed = if *assumed { " (assumed)" } else { "" };
+            format!("from {name} in {unit}{assumed}")
         }
     }
 }

@@ -7,9 +7,9 @@ mod spectra;
 use massline_shared::layout::{HostLayout, TestProfile, TestSettings};
 use massline_shared::mass_line::Terms;
 
-use crate::error::Result;
-use crate::layout_file::Statements;
+use crate::Result;
 use crate::result_file::ResultFile;
+use massline_files::layout_file::Statements;
 
 use super::for_people;
 pub(super) use calibration::method_and_day;

@@ -29,8 +29,8 @@ mod values;
 use askama::Template;
 
 use crate::clock;
-use crate::error::{Error, Result};
 use crate::result_file::ResultFile;
+use crate::{Error, Result};
 
 use section::Section;
 use several::Several;

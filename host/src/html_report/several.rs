@@ -6,7 +6,7 @@ use super::facts::{board, method_and_day};
 use super::for_people;
 use super::section::method_text;
 use super::tables::{Cell, Label, PropertyRow, PropertyTable, RowGroup, intervals_in};
-use crate::error::Result;
+use crate::Result;
 use crate::picture::{ImageFormat, Picture};
 use crate::result_file::ResultFile;
 

@@ -88,7 +88,7 @@ fn contradiction(prior: &Prior<f64>, without: &Estimate<f64>) -> Option<(f64, Di
 mod tests {
     use super::super::MeasuredLines;
     use super::*;
-    use crate::layout_file::LayoutFile;
+    use massline_files::layout_file::LayoutFile;
     use massline_shared::body::RigidBody;
     use massline_shared::identify::MassLines;
     use nalgebra::SVector;

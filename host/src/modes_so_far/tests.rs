@@ -7,7 +7,7 @@ use massline_virtual::source::ScanSource;
 use nalgebra::Complex;
 
 use super::*;
-use crate::layout_file::LayoutFile;
+use massline_files::layout_file::LayoutFile;
 
 /// Three marks within a millimetre of the axis through the centre of mass.
 const MIDDLE: &str = "

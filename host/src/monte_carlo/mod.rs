@@ -34,8 +34,9 @@ use massline_virtual::bench::{Bench, BenchError, BenchSource, ErrorSizes};
 use rayon::ThreadPoolBuilder;
 
 use crate::Error;
-use crate::interrupt::Interrupt;
+use crate::bench_error::bench_error;
 use crate::parallel::pieces;
+use massline_client::interrupt::Interrupt;
 use measurement::{MeasureError, SimulatedTest, TestLayout, measure};
 use statistics::{MethodStatistics, StoppingStatistics};
 
@@ -127,7 +128,7 @@ impl MonteCarlo<'_> {
         progress: impl FnMut(u64) + Send,
     ) -> crate::Result<Vec<Run>> {
         // An error does not depend on the seed, so one attempt finds it.
-        self.source(0)?;
+        self.source(0).map_err(bench_error)?;
         // Zero means one thread per core.
         let threads = self.threads.map_or(0, NonZeroUsize::get);
         let threads = ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| {
@@ -136,7 +137,7 @@ impl MonteCarlo<'_> {
         let runs = threads.install(|| {
             pieces(self.runs, interrupt, progress, || (), |(), number| self.one(number))
         });
-        Ok(runs.into_iter().collect::<Result<Vec<Run>, _>>()?)
+        runs.into_iter().collect::<Result<Vec<Run>, _>>().map_err(bench_error)
     }
 
     fn source(&self, number: u64) -> Result<BenchSource, BenchError> {

@@ -12,8 +12,8 @@ use plotters::style::{FontStyle, register_font};
 use super::bitmap::Bitmap;
 use super::theme::{FAINT, INK, LABEL, PAPER, SIZE, SMALL, TITLE};
 use super::vector::Vector;
-use crate::error::{Error, Result};
 use crate::typography::with_minus_signs;
+use crate::{Error, Result};
 
 /// Fonts by which a viewer of an SVG file looks for ours.
 pub(super) const FONT: &str = "DejaVu Sans, Verdana, sans-serif";

@@ -18,7 +18,7 @@ use super::canvas::{Area, Drawing, Drawn, Heading, write};
 use super::legend::{Key, Sign, legend};
 use super::panel::{Curve, Panel, range_of};
 use super::theme::{COLORS, Dashes, FAINT, INK, LABEL};
-use crate::error::Result;
+use crate::Result;
 use crate::result_file::{Band, DofResponses, ResultFile};
 
 /// The range of the frequency, over the ends of the band of the mass lines.

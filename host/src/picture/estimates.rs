@@ -10,7 +10,7 @@ use super::canvas::{Area, Drawing, Drawn, Heading, text, write};
 use super::legend::{Key, Sign, legend, line, mark};
 use super::scale::{range_about, ticks};
 use super::theme::{Dashes, FAINT, INK, LABEL, SMALL, color, cycle};
-use crate::error::Result;
+use crate::Result;
 use crate::report::in_interval;
 use crate::result_file::{ResultFile, distinct_names};
 use crate::typography::with_minus_signs;

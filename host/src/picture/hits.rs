@@ -11,8 +11,8 @@ use super::canvas::{Area, Drawing, Drawn, Heading, write};
 use super::legend::{Key, Sign, legend};
 use super::panel::{Curve, Panel, range_of};
 use super::theme::{FAINT, LABEL, color, dashes};
+use crate::Result;
 use crate::archive::{Archive, ArchivedSampler, HitRecord};
-use crate::error::Result;
 use crate::readings::{Chain, Readings};
 use crate::result_file::ResultFile;
 

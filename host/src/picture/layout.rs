@@ -16,7 +16,7 @@ use super::outline::convex_hull;
 use super::ruler::ruler;
 use super::theme::{COLORS, FAINT, GREY, INK, PAPER};
 use super::view::View;
-use crate::error::Result;
+use crate::Result;
 use crate::result_file::ResultFile;
 
 /// Length of an arrow's head, pixels.
@@ -228,7 +228,7 @@ mod tests {
     use super::super::canvas::{FONT, register};
     use super::super::vector::Vector;
     use super::*;
-    use crate::layout_file::LayoutFile;
+    use massline_files::layout_file::LayoutFile;
 
     /// The frame with every node hit along every axis.
     fn twelve_dofs() -> HostLayout {

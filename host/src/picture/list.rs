@@ -7,7 +7,7 @@ use super::{
     Assurance, Budget, Drawing, DrivingPoints, Estimates, HitsOfDof, ImageFormat, InSpace,
     Indicators, Pulls, Responses, Stabilisation, render,
 };
-use crate::error::Result;
+use crate::Result;
 use crate::result_file::ResultFile;
 
 /// A picture that can be made of a result.

@@ -11,7 +11,7 @@ use super::clip::{Place, pieces};
 use super::legend::{Key, Sign, legend};
 use super::phase::{self, LARGEST_STEP, PhaseAxis, phase_of};
 use super::theme::{COLORS, Dashes, FAINT, INK, LABEL};
-use crate::error::Result;
+use crate::Result;
 use crate::result_file::{Band, DofResponses, ResultFile};
 
 /// The responses of one DOF.

@@ -9,9 +9,9 @@ use serde_json::{Value, json};
 
 use super::{ImageFormat, Picture};
 use crate::archive::Archive;
-use crate::error::{Error, Result};
 use crate::html_report::html;
 use crate::result_file::ResultFile;
+use crate::{Error, Result};
 
 /// Longer than any picture takes, also on a busy computer.
 const LATE: Duration = Duration::from_secs(120);

@@ -18,8 +18,8 @@ use nix::fcntl::OFlag;
 
 use super::feeder::Feeder;
 use super::memory::Psram;
-use crate::error::{Error, Result};
-use crate::firmware::EMULATOR;
+use crate::{Error, Result};
+use massline_client::firmware::EMULATOR;
 
 /// QEMU prints the path of its pty within this time after its start.
 const START: Duration = Duration::from_secs(20);

@@ -10,7 +10,7 @@ use massline_shared::signal::AdcProperties;
 use memmap2::MmapMut;
 use tempfile::NamedTempFile;
 
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// The PSRAM: ring and flash. The file is deleted when this is dropped.
 #[derive(Debug)]

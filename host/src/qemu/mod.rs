@@ -18,7 +18,7 @@ mod memory;
 pub use feeder::Feeder;
 pub use machine::EmulatedRig;
 
-pub use crate::firmware::checkout;
+pub use massline_client::firmware::checkout;
 
 /// The target of the emulated rig.
 pub use massline_mps2_an386::facts::TARGET;
@@ -26,7 +26,7 @@ pub use massline_mps2_an386::facts::TARGET;
 /// Builds the firmware of the emulated rig from the checkout; returns the ELF file.
 ///
 /// # Errors
-/// As [`crate::firmware::build`].
-pub fn build_firmware() -> crate::error::Result<std::path::PathBuf> {
-    crate::firmware::build("massline-mps2-an386", TARGET, "--firmware")
+/// As [`massline_client::firmware::build`].
+pub fn build_firmware() -> crate::Result<std::path::PathBuf> {
+    massline_client::firmware::build("massline-mps2-an386", TARGET, "--firmware")
 }

@@ -75,7 +75,7 @@ mod tests {
     use massline_shared::diagnosis::Subject;
 
     use super::*;
-    use crate::layout_file::LayoutFile;
+    use massline_files::layout_file::LayoutFile;
 
     fn said(good: bool, findings: &[(Code, Severity)]) -> HitSaid {
         let about = |&(code, severity): &(Code, Severity)| {

@@ -301,7 +301,7 @@ mod tests {
 
     #[test]
     fn names_of_the_layout_are_used() {
-        let file = crate::layout_file::LayoutFile::parse(
+        let file = massline_files::layout_file::LayoutFile::parse(
             include_str!("../../examples/three-bar-test-1.toml"),
             "t",
         )

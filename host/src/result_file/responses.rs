@@ -5,10 +5,10 @@ use nalgebra::Complex;
 
 use super::ResultFile;
 use crate::archive::{Archive, ArchivedSpectra};
-use crate::error::{Error, Result};
 use crate::identification::lines_of;
 use crate::solve::responses_of;
-use crate::uff::{NodeDirection, Quantity, UffFile};
+use crate::{Error, Result};
+use massline_files::uff::{NodeDirection, Quantity, UffFile};
 
 /// The responses to the hits at one DOF.
 #[derive(Clone, Debug, PartialEq)]

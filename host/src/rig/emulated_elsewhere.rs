@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use massline_virtual::source::ScanSource;
 
 use super::Machine;
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// Refuses.
 pub fn firmware(_: Option<&Path>) -> Result<PathBuf> {

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use massline_virtual::source::ScanSource;
 
 use super::Machine;
-use crate::client::{Client, SerialTransport};
-use crate::error::{Error, Result};
 use crate::qemu::{EmulatedRig, Feeder, build_firmware};
+use crate::{Error, Result};
+use massline_client::{Client, SerialTransport};
 
 /// The firmware image: `given`, or one built from the checkout.
 pub fn firmware(given: Option<&Path>) -> Result<PathBuf> {

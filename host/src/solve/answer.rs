@@ -7,10 +7,10 @@ use massline_shared::layout::{HOST_SENSORS, HostLayout};
 use super::suspension::ModalPart;
 use super::{MassLinePart, ReferencePoint};
 use crate::Error;
-use crate::layout_file::{LayoutFile, Reference};
 use crate::report::{hash_text, known};
 use crate::solution::Solution;
 use crate::suspension::warn_of_flexible_mode;
+use massline_files::layout_file::{LayoutFile, Reference};
 
 /// What the result says about how it was made.
 #[derive(Clone, Debug, PartialEq)]

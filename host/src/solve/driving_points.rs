@@ -8,7 +8,7 @@ use massline_shared::layout::HostLayout;
 use super::frfs::LayoutResponses;
 use super::{Options, first_error, undetermined};
 use crate::report::message_in;
-use crate::{Error, Result};
+use crate::{Error, ErrorKind, Result};
 
 /// Part of the readings a quarter of a period from the force from which they are no accelerations: those of a free body are
 /// in its phase but for the lines next to elastic modes, and of noise half are.
@@ -48,7 +48,7 @@ pub(super) fn reversed_points(
 pub(super) fn after_points(reversed: &[Diagnostic], error: Error, layout: &HostLayout) -> Error {
     let said: Vec<String> = reversed.iter().map(|found| message_in(found, layout)).collect();
     match (error, said.is_empty()) {
-        (Error::Undetermined { message, .. }, false) => {
+        (Error { kind: ErrorKind::Undetermined, message, .. }, false) => {
             let text = format!("{}; {message}", said.join("; "));
             Error::undetermined(Code::DrivingPointReversed.name(), text)
         }

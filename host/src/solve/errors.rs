@@ -3,9 +3,9 @@
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::HostLayout;
 
-use crate::Error;
 use crate::report;
 use crate::single_fault::Examination;
+use crate::{Error, ErrorKind};
 
 /// Why neither mass lines nor suspension modes answer; a bad file outweighs data that determine nothing.
 pub(super) fn both_errors(of_lines: Error, of_modes: Error) -> Error {
@@ -15,13 +15,14 @@ pub(super) fn both_errors(of_lines: Error, of_modes: Error) -> Error {
     let text = format!(
         "no answer from suspension modes: {of_modes}; no answer from mass lines: {of_lines}"
     );
-    match (of_modes, of_lines) {
-        (Error::Undetermined { .. }, Error::Input { code, .. }) if code != "band_too_narrow" => {
-            Error::Input { code, message: text }
+    match (of_modes.kind, of_lines.kind) {
+        (ErrorKind::Undetermined, ErrorKind::Input) if of_lines.code != "band_too_narrow" => {
+            Error::new(of_lines.kind, of_lines.code, text)
         }
-        (Error::Undetermined { code, .. }, _) => Error::Undetermined { code, message: text },
-        (Error::Input { code, .. }, _) => Error::Input { code, message: text },
-        (other, _) => other,
+        (ErrorKind::Undetermined | ErrorKind::Input, _) => {
+            Error::new(of_modes.kind, of_modes.code, text)
+        }
+        _ => of_modes,
     }
 }
 
@@ -60,7 +61,7 @@ pub(super) fn blame_the_responses(
     layout: &HostLayout,
 ) -> Error {
     match error {
-        Error::Undetermined { code, message } => {
+        Error { kind: ErrorKind::Undetermined, code, message } => {
             let mistakes: Vec<String> =
                 examination.findings(layout).into_iter().map(|found| found.message).collect();
             let mistakes = mistakes.join("; ");

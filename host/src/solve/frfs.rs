@@ -13,8 +13,8 @@ use super::pair::Pair;
 use super::reading::{Reading, Response};
 use super::selection::Selection;
 use crate::identification::MeasuredLines;
-use crate::uff::{Frf, NodeDirection, Quantity, UffFile};
 use crate::{Error, Result};
+use massline_files::uff::{Frf, NodeDirection, Quantity, UffFile};
 
 /// The frequency responses of a layout: hit by hit, sensor by sensor, axis by axis.
 pub(super) struct LayoutResponses {
@@ -305,7 +305,7 @@ fn sign(place: NodeDirection) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layout_file::LayoutFile;
+    use massline_files::layout_file::LayoutFile;
 
     const LAYOUT: &str = include_str!("../../examples/three-bar-test-1.toml");
     /// σ of the window, 1/s, and length of the record, s.

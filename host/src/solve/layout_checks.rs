@@ -6,9 +6,9 @@ use massline_shared::identify::{Applicability, Method};
 use massline_shared::layout::HostLayout;
 
 use super::errors::first_error;
-use crate::layout_file::LayoutFile;
 use crate::report::message_in;
-use crate::{Error, Result};
+use crate::{Error, ErrorKind, Result};
+use massline_files::layout_file::LayoutFile;
 
 /// The methods that the layout admits, and the others with the reasons.
 pub(super) fn admitted(
@@ -40,8 +40,8 @@ pub(super) fn layout_problem(
     let checked = Applicability::new(layout, body, methods);
     match first_error(&checked.diagnostics, |d| message_in(d, layout)) {
         None => Ok(()),
-        Some(Error::Undetermined { code, message }) => {
-            Err(Error::undetermined(code, format!("{message} ({about_body})")))
+        Some(Error { kind: kind @ ErrorKind::Undetermined, code, message }) => {
+            Err(Error::new(kind, code, format!("{message} ({about_body})")))
         }
         Some(other) => Err(other),
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::pair::{Pair, key_of};
 use crate::Error;
-use crate::uff::{Function, NodeDirection, UffFile};
+use massline_files::uff::{Function, NodeDirection, UffFile};
 
 /// Most DOFs that a message lists.
 const LISTED: usize = 12;

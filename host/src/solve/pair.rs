@@ -2,7 +2,7 @@
 
 use massline_shared::layout::{Axis, Dof, HostLayout};
 
-use crate::uff::{Function, NodeDirection};
+use massline_files::uff::{Function, NodeDirection};
 
 /// A sensor axis, by node, and a hit.
 #[derive(Clone, Copy, Debug)]

@@ -6,8 +6,8 @@ use nalgebra::Complex;
 
 use super::selection::Selection;
 use crate::plausibility::{Doubt, Suspicion};
-use crate::uff::{Frf, UffFile, Understood, UnitSource};
 use crate::{Error, Result};
+use massline_files::uff::{Frf, UffFile, Understood, UnitSource};
 use massline_result::{FrequencyResponsesRead, UnitsRead};
 
 /// Most datasets or frequencies that a sentence lists.

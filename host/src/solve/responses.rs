@@ -8,7 +8,7 @@ use super::frfs::LayoutResponses;
 use super::pair::Pair;
 use super::selection::Selection;
 use crate::Result;
-use crate::uff::{Quantity, UffFile};
+use massline_files::uff::{Quantity, UffFile};
 
 /// The responses to all hits of a layout, at the same frequencies.
 pub struct FileResponses {

@@ -6,8 +6,8 @@ use massline_shared::layout::HostLayout;
 
 use super::missing;
 use super::pair::{Key, Pair, key_of};
-use crate::uff::{Function, UffFault, UffFile};
 use crate::{Error, Result};
+use massline_files::uff::{Function, UffFault, UffFile};
 
 /// The names of the components of response and reference.
 type Components<'a> = [&'a str; 2];

@@ -16,7 +16,7 @@ use crate::suspension::{
     FirstLook, MassLineAnswers, ModalSettings, ModeChoice, SuspensionModes, SuspensionSolution,
     find_modes, modes, solve,
 };
-use crate::{Error, Result};
+use crate::{Error, ErrorKind, Result};
 
 /// The answers from the suspension modes.
 pub(super) struct ModalPart {
@@ -175,11 +175,11 @@ pub(crate) fn no_modal_answer(
     let nothing = |d: &Diagnostic| d.code == Code::SuspensionModesMissing && d.value == 0.0;
     let missing = found.iter().any(|d| more_hits.contains(&d.code) && !nothing(d));
     match (error, new_direction(layout).filter(|_| missing)) {
-        (Error::Undetermined { code, message }, Some(dof)) => Error::undetermined(
+        (Error { kind: ErrorKind::Undetermined, code, message }, Some(dof)) => Error::undetermined(
             code,
             format!("{message}; a hit at {dof} would be a force unlike those of the hits so far"),
         ),
-        (Error::Undetermined { code, message }, None) => {
+        (Error { kind: ErrorKind::Undetermined, code, message }, None) => {
             let lacking = lacking.map_or_else(String::new, |modes| format!("{modes}; "));
             Error::undetermined(code, lacking + &message)
         }

@@ -138,7 +138,7 @@ mod tests {
     use massline_shared::responses::Responses;
 
     use super::*;
-    use crate::layout_file::LayoutFile;
+    use massline_files::layout_file::LayoutFile;
 
     fn layout() -> HostLayout {
         let text = include_str!("../../examples/three-bar-test-1.toml");

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use massline::archive::{Archive, Part};
-use massline::client::{self, Client};
+use massline_client::{self, Client};
 use massline_result::HitVerdict;
 use massline_shared::measurement::campaign::{self, Phase};
 use nix::pty::openpty;
@@ -151,7 +151,7 @@ fn an_interrupted_measurement_loses_neither_frequency_responses_nor_records() {
 
 /// Discards the hits of the DOF in hand and takes as many others, as another program or the panel may do.
 fn hit_again_elsewhere(rig: &Rig) {
-    let mut client = Client::new(client::open(&rig.process.port).unwrap());
+    let mut client = Client::new(massline_client::open(&rig.process.port).unwrap());
     let before = client.status().unwrap().accepted;
     client.command(campaign::Command::Redo).unwrap();
     let mut status = client.command(campaign::Command::Resume).unwrap();

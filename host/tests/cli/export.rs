@@ -162,7 +162,7 @@ fn wrong_documents_are_refused_with_what_is_wrong() {
     let cut = files.changed(|v| drop(v["results"][0].as_object_mut().unwrap().remove("mass_kg")));
     assert!(urdf(&cut, 2, "result_value_wrong").contains("results[0]: missing field `mass_kg`"));
     let checked = success(&["layout", "check", LAYOUT]);
-    urdf(&files.write("check.json", checked.to_string()), 2, "result_value_wrong");
+    urdf(&files.write("check.json", checked.to_string()), 2, "result_malformed");
     let (_, error) = answer(&["layout", "check", "no-such-layout.toml"]);
     urdf(&files.write("error.json", error.to_string()), 2, "result_is_error");
 }

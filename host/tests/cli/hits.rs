@@ -336,7 +336,7 @@ fn a_file_that_is_too_long_or_not_there_is_not_read() {
     let path = folder.path().join("long.csv");
     let file = std::fs::File::create(&path).unwrap();
     // A sparse file, which takes no space on disk.
-    file.set_len(massline::recording::MAX_BYTES + 1).unwrap();
+    file.set_len(massline_files::recording::MAX_BYTES + 1).unwrap();
     let (exit, value, _) = run(&[&path.display().to_string()]);
     assert_eq!((exit, &value["error"]["code"]), (2, &"recording_not_readable".into()));
     let (exit, value, _) = run(&[&folder.path().join("none.csv").display().to_string()]);

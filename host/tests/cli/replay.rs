@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use massline::file::Existing;
-use massline::tape::{Segment, Sidecar, Tape, TapeWriter};
+use massline_files::file::Existing;
+use massline_files::tape::{Segment, Sidecar, Tape, TapeWriter};
 use serde_json::Value;
 use tempfile::TempDir;
 

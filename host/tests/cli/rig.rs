@@ -218,7 +218,7 @@ fn a_virtual_rig_names_its_port_in_json() {
 #[test]
 fn a_port_in_use_is_busy() {
     let rig = Rig::start(&["--fast"]);
-    let port = massline::client::SerialTransport::open(rig.process.port.clone()).unwrap();
+    let port = massline_client::SerialTransport::open(rig.process.port.clone()).unwrap();
     let (exit, error) = rig.run(&["device", "identify"]);
     assert_eq!((exit, &error["error"]["code"]), (4, &"port_busy".into()));
     drop(port);

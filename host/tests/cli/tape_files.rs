@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use massline::tape::Tape;
+use massline_files::tape::Tape;
 use serde_json::Value;
 use tempfile::TempDir;
 

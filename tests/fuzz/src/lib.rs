@@ -8,10 +8,10 @@
 use massline::archive::Archive;
 use massline::export::{Format, Frame, UnitSystem, of_document};
 use massline::hits;
-use massline::layout_file::LayoutFile;
-use massline::recording::{Recording, StatedUnit, Statements};
-use massline::tape::{Sidecar, scans_of_npy};
-use massline::uff::{Encoding, Frf, Quantity, UffFile, write};
+use massline_files::layout_file::LayoutFile;
+use massline_files::recording::{Recording, StatedUnit, Statements};
+use massline_files::tape::{Sidecar, scans_of_npy};
+use massline_files::uff::{Encoding, Frf, Quantity, UffFile, write};
 use massline_protocol::event::{HitEvent, ScanBlock};
 use massline_protocol::frame::{Deframer, FrameError};
 use massline_protocol::lines::split_dof;

@@ -11,12 +11,12 @@ pub mod written;
 
 use massline::commands::bench_test::nominal_calibration;
 use massline::identification::{Identification, Selection, identify};
-use massline::interrupt::Interrupt;
 use massline::judgement::{Concern, Evidence, Judgement};
 use massline::monte_carlo::MonteCarlo;
 use massline::monte_carlo::measurement::{SimulatedTest, TestLayout};
 use massline::single_fault::{Examination, Mistake, examine};
 use massline::suspension::{MassLineAnswers, compare, reciprocity_of_mass_lines};
+use massline_client::interrupt::Interrupt;
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::{DofMassLines, IdentifySettings, Observations};
 use massline_shared::layout::{HOST_SENSORS, HostLayout};

@@ -23,7 +23,8 @@ mod trouble;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use massline::client::{Client, PipeTransport, Timing};
+use massline::rig::PipeTransport;
+use massline_client::{Client, Timing};
 use massline_firmware::board::SampleError;
 use massline_protocol::message::{Reason, Stats};
 use massline_protocol::object::{ObjectId, ObjectKind};

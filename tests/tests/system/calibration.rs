@@ -18,8 +18,8 @@ use massline::commands::calibrate::rig::{BlockRig, TumbleRig};
 use massline::commands::calibrate::tumble::{PositionHum, take};
 use massline::commands::demo::LAYOUTS;
 use massline::commands::measure::ScreenArgs;
-use massline::layout_file::LayoutFile;
 use massline::output::Output;
+use massline_files::layout_file::LayoutFile;
 use massline_protocol::message::StartRequest;
 use massline_shared::Estimated;
 use massline_shared::calibration::block::BlockMass;
@@ -360,7 +360,7 @@ fn an_interrupted_tumble_test_goes_on_where_it_was() {
     }
 }
 
-fn start_block(client: &mut massline::client::Client, mass: f64, confirm: bool) {
+fn start_block(client: &mut massline_client::Client, mass: f64, confirm: bool) {
     let start = Start { object: Object::Block { mass: mass as f32 }, confirm, ..Start::DEFAULT };
     client.start_with(StartRequest { start, force: false }).unwrap();
 }

@@ -7,10 +7,10 @@ mod row;
 mod table;
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::interrupt::Interrupt;
 use massline::monte_carlo::measurement::TestLayout;
 use massline::monte_carlo::{MonteCarlo, Run, seed_of_run};
 use massline::report::cannot_see;
+use massline_client::interrupt::Interrupt;
 use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, steady_hand, with_calibrated_hammer};
 use massline_tests::long;
 use massline_virtual::bench::{Bench, BenchSource};

@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex};
 
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use massline::campaign::{StartOptions, begin};
-use massline::client::Client;
+use massline_client::Client;
+use massline_client::campaign::{StartOptions, begin};
 use massline_firmware::Memory;
 use massline_firmware::board::{Board, SampleError, Sampler};
 use massline_firmware::panel::{Button, PanelModel};

@@ -1,6 +1,6 @@
 //! Hits of the simulated bench, graded: good ones pass, and each fault is found.
 
-use massline::campaign::Observer;
+use massline_client::campaign::Observer;
 use massline_protocol::event::HitEvent;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};

@@ -5,9 +5,9 @@
 //! tests/README.md.
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::interrupt::Interrupt;
 use massline::monte_carlo::statistics::MethodStatistics;
 use massline::monte_carlo::{MonteCarlo, apply_bench_budget};
+use massline_client::interrupt::Interrupt;
 use massline_shared::identify::Method;
 use massline_shared::layout::{HitUncertainty, SensorUncertainty};
 use massline_tests::campaign::{THREE_BAR_TESTS, steady_hand, with_calibrated_hammer};

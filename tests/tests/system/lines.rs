@@ -1,7 +1,7 @@
 //! Finished DOFs with lines: in the store of each board, and from there to the host.
 
 use embassy_futures::block_on;
-use massline::client::{Client, ClientError};
+use massline_client::{Client, ClientError};
 use massline_firmware::board::ScreenSetting;
 use massline_firmware::store::{
     CampaignSize, DOFS, DofWithLines, LAYOUTS, MAX_DOF, MAX_LINES, MAX_LINES_HEAD, MAX_PROGRESS,

@@ -6,8 +6,9 @@ use std::io::{self, Write};
 use std::thread;
 use std::time::Duration;
 
-use massline::client::{Client, Event, PipeTransport, Timing, Transport};
-use massline::layout_file::LayoutFile;
+use massline::rig::PipeTransport;
+use massline_client::{Client, Event, Timing, Transport};
+use massline_files::layout_file::LayoutFile;
 use massline_protocol::LayoutHash;
 use massline_protocol::message::{ENDPOINTS, Identity, ResultEntry, Status};
 use massline_protocol::object::{ObjectId, ObjectKind};

@@ -27,6 +27,7 @@ mod screens;
 mod self_test;
 mod single_fault;
 mod single_mistakes;
+mod sources;
 mod store;
 mod supply;
 mod suspension_campaign;

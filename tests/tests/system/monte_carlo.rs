@@ -2,10 +2,10 @@
 //! bound.
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::interrupt::Interrupt;
 use massline::monte_carlo::measurement::{SimulatedTest, TestLayout, measure};
 use massline::monte_carlo::statistics::MethodStatistics;
 use massline::monte_carlo::{MonteCarlo, Study, apply_bench_budget, report, seed_of_run};
+use massline_client::interrupt::Interrupt;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::Method;

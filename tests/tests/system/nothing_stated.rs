@@ -7,11 +7,11 @@ use std::io;
 
 use massline::commands::bench_test::nominal_calibration;
 use massline::commands::calibrate::demo::{calibrate, sensitivity_errors};
-use massline::interrupt::Interrupt;
 use massline::monte_carlo::measurement::TestLayout;
 use massline::monte_carlo::statistics::MethodStatistics;
 use massline::monte_carlo::{MonteCarlo, Run, apply_bench_budget, seed_of_run};
 use massline::output::Output;
+use massline_client::interrupt::Interrupt;
 use massline_shared::calibration::{CalibrationRecord, CalibrationSigma, without_calibration};
 use massline_shared::identify::Method;
 use massline_shared::signal::Calibration;

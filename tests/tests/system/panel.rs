@@ -4,7 +4,7 @@ use crate::pictures;
 use embassy_futures::block_on;
 use massline::commands::calibrate::block::LAYOUT as BLOCK;
 use massline::commands::calibrate::demo::sensitivity_errors;
-use massline::layout_file::LayoutFile;
+use massline_files::layout_file::LayoutFile;
 use massline_firmware::panel::calibration_wizard::{CalibrationWizard, WizardProblem};
 use massline_firmware::panel::menu::DIGITS;
 use massline_firmware::panel::self_test::SelfTestState;

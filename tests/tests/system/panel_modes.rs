@@ -1,7 +1,7 @@
 //! A person measures the suspension modes of the wheel with only the rig's buttons, its screen and a mallet.
 
 use crate::pictures;
-use massline::layout_file::LayoutFile;
+use massline_files::layout_file::LayoutFile;
 use massline_firmware::panel::{Button, Cue};
 use massline_shared::layout::{TestProfile, TestSettings};
 use massline_shared::measurement::campaign::Phase;

@@ -1,7 +1,8 @@
 //! The converter loses scans: a hit whose record they belong to is aborted with a named reason and
 //! requested again, and the campaign ends like an undisturbed one.
 
-use massline::client::{Client, Event, PipeTransport};
+use massline::rig::PipeTransport;
+use massline_client::{Client, Event};
 use massline_firmware::board::SampleError;
 use massline_firmware::panel::PanelModel;
 use massline_firmware::scan_ring::FAULTS_TO_STOP;

@@ -1,10 +1,12 @@
 //! A campaign continues after a power cut: the whole rig on a bench, with its flash in a file or cut at
 //! any word.
 
-use massline::campaign::{CampaignOutcome, Observer, StartOptions, StartOutcome, begin, follow};
-use massline::client::Client;
-use massline::interrupt::Interrupt;
-use massline::layout_file::LayoutFile;
+use massline_client::Client;
+use massline_client::campaign::{
+    CampaignOutcome, Observer, StartOptions, StartOutcome, begin, follow,
+};
+use massline_client::interrupt::Interrupt;
+use massline_files::layout_file::LayoutFile;
 use massline_protocol::LayoutHash;
 use massline_protocol::message::Status;
 use massline_protocol::object::{DofResult, MeasurementResult, ObjectId, ObjectKind};
@@ -48,11 +50,7 @@ fn accept(client: &mut Client, dof: u8) {
 struct Accepting;
 
 impl Observer for Accepting {
-    fn steer(
-        &mut self,
-        _: &mut Client,
-        status: &Status,
-    ) -> massline::error::Result<Option<Command>> {
+    fn steer(&mut self, _: &mut Client, status: &Status) -> massline::Result<Option<Command>> {
         let waits = phase(status) == Some(Phase::Confirming);
         Ok(waits.then_some(Command::Accept))
     }

@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
-use massline::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, follow};
-use massline::client::{Client, Event, PipeTransport};
-use massline::interrupt::Interrupt;
+use massline::rig::PipeTransport;
+use massline_client::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, follow};
+use massline_client::interrupt::Interrupt;
+use massline_client::{Client, Event};
 use massline_firmware::board::SampleError;
 use massline_protocol::message::{Reason, Status};
 use massline_shared::diagnosis::Code;

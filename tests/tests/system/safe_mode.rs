@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::pictures;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use massline::client::{Client, ClientError};
+use massline_client::{Client, ClientError};
 use massline_firmware::Memory;
 use massline_firmware::board::{Board, BootReason};
 use massline_firmware::panel::{Button, Cue};

@@ -1,7 +1,7 @@
 //! Every screen of the panel as a picture.
 
 use crate::pictures;
-use massline::layout_file::LayoutFile;
+use massline_files::layout_file::LayoutFile;
 use massline_firmware::board::{
     BoardInfo, BootReason, BrownOut, Circuit, Clock, NO_CONVERTER_FAULT, ScreenSetting, StackUse,
     Supply,

@@ -1,10 +1,10 @@
 //! Gross mistakes are made on the bench; the whole chain must identify them.
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::layout_file::LayoutFile;
 use massline::monte_carlo::measurement::measure;
 use massline::report::corrected_text;
 use massline::single_fault::{Examination, Outcome, examine};
+use massline_files::layout_file::LayoutFile;
 use massline_tests::campaign::{FIVE_HITS, scans};
 use massline_tests::long;
 use massline_virtual::bench::Bench;

@@ -3,9 +3,9 @@
 use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 use std::time::Duration;
 
-use massline::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow};
-use massline::client::{Client, ClientError};
-use massline::interrupt::Interrupt;
+use massline_client::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow};
+use massline_client::interrupt::Interrupt;
+use massline_client::{Client, ClientError};
 use massline_firmware::board::{BrownOut, Clock, Supply};
 use massline_protocol::message::{Battery, Hardware, Reason};
 use massline_shared::diagnosis::Code;

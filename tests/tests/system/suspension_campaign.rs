@@ -6,10 +6,10 @@ use std::sync::LazyLock;
 use std::thread;
 
 use embassy_futures::block_on;
-use massline::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, follow};
-use massline::client::Client;
 use massline::commands::bench_test::nominal_calibration;
-use massline::interrupt::Interrupt;
+use massline_client::Client;
+use massline_client::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, follow};
+use massline_client::interrupt::Interrupt;
 use massline_firmware::panel::{Button, PanelModel};
 use massline_firmware::store::Store;
 use massline_protocol::lines::{CURRENT_CAMPAIGN, LinesId};

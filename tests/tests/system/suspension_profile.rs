@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::interrupt::Interrupt;
-use massline::layout_file::LayoutFile;
 use massline::monte_carlo::{MonteCarlo, report};
 use massline::suspension::{DofLines, TestLines};
+use massline_client::interrupt::Interrupt;
+use massline_files::layout_file::LayoutFile;
 use massline_shared::identify::Method;
 use massline_shared::layout::{CALIBRATED_HAMMER_GAIN, RigLayout};
 use massline_shared::measurement::campaign::Start;

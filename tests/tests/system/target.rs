@@ -5,10 +5,10 @@
 //! tests/README.md.
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::interrupt::Interrupt;
 use massline::monte_carlo::measurement::TestLayout;
 use massline::monte_carlo::statistics::StoppingStatistics;
 use massline::monte_carlo::{MonteCarlo, Study};
+use massline_client::interrupt::Interrupt;
 use massline_shared::layout::Target;
 use massline_tests::campaign::{
     THREE_BAR_TESTS, steady_hand, with_calibrated_hammer, with_every_dof,

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
-use massline::campaign::{CampaignOutcome, Observer, explain_refusal, follow};
-use massline::client::{Client, Event};
-use massline::interrupt::Interrupt;
+use massline_client::campaign::{CampaignOutcome, Observer, explain_refusal, follow};
+use massline_client::interrupt::Interrupt;
+use massline_client::{Client, Event};
 use massline_protocol::message::{Reason, Status};
 use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::diagnosis::Code;
@@ -290,11 +290,7 @@ struct Undoing {
 }
 
 impl Observer for Undoing {
-    fn steer(
-        &mut self,
-        _: &mut Client,
-        status: &Status,
-    ) -> massline::error::Result<Option<Command>> {
+    fn steer(&mut self, _: &mut Client, status: &Status) -> massline::Result<Option<Command>> {
         let command = match self.refused {
             Some(_) => Command::Abort,
             None => Command::Undo,

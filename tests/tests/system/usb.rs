@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Duration;
 
-use massline::client::{Client, Event};
+use massline_client::{Client, Event};
 use massline_protocol::event::{SCAN_BLOCK_BYTES, ScanBlock};
 use massline_protocol::message::{Identity, ResultEntry};
 use massline_protocol::object::{ObjectId, ObjectKind};

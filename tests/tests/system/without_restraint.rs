@@ -2,8 +2,8 @@
 //! the test agrees with what the fit returns after it.
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::layout_file::LayoutFile;
 use massline::monte_carlo::measurement::measure;
+use massline_files::layout_file::LayoutFile;
 use massline_shared::Real;
 use massline_shared::identify::maximum_likelihood::{ErrorBudget, RIG_WORKSPACE, Start, solve};
 use massline_shared::identify::{Applicability, DofMassLines, Estimate, Method};

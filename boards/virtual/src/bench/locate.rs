@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::settings::refusal;
-use crate::toml_text::{self, TomlError, line_of};
+use massline_toml::{TomlError, line_of};
 
 /// What is wrong with a bench file, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -33,7 +33,7 @@ pub(super) struct Located<'a> {
 impl<'a> Located<'a> {
     /// Reads the text and refuses NaN and infinity.
     pub(super) fn parse(text: &'a str, file: &'a str) -> Result<Self, BenchFileError> {
-        let root = toml_text::parse(text).map_err(|error| in_file(error, text, file))?;
+        let root = massline_toml::parse(text).map_err(|error| in_file(error, text, file))?;
         let located = Self { text, file, root };
         let mut paths = Vec::new();
         walk_table(located.root.get_ref(), "", &mut paths);
@@ -47,7 +47,7 @@ impl<'a> Located<'a> {
 
     /// Deserialises the text as `T`.
     pub(super) fn deserialize<T: DeserializeOwned>(&self) -> Result<T, BenchFileError> {
-        toml_text::read(self.text).map_err(|error| in_file(error, self.text, self.file))
+        massline_toml::read(self.text).map_err(|error| in_file(error, self.text, self.file))
     }
 
     /// An error about the key at this path, or about the nearest table above it when the key is absent.

@@ -10,6 +10,7 @@ use super::block::{BlockTest, LAYOUT};
 use super::helper::Lines;
 use super::rig::{BlockRig, TumbleRig};
 use super::{report, store, tumble};
+use crate::bench_error::bench_error;
 use crate::calibration::tumble::TumbleFile;
 use crate::commands::bench_test::{BenchTest, nominal_calibration};
 use crate::commands::compare::Comparison;
@@ -17,13 +18,13 @@ use crate::commands::demo::LAYOUTS;
 use crate::commands::measure::ScreenArgs;
 use crate::commands::simulated::narrow;
 use crate::document::{BeforeAndAfter, CalibratedTest, CalibrationDemo, CalibrationErrors};
-use crate::error::{Error, Result};
 use crate::identification::Selection;
-use crate::layout_file::LayoutFile;
 use crate::output::{self, Output, Tone};
 use crate::rig::RigKind;
 use crate::rig_solution::solve_test;
 use crate::single_fault::NominalTest;
+use crate::{Error, Result};
+use massline_files::layout_file::LayoutFile;
 
 /// Arguments of `massline calibrate demo`.
 #[derive(Debug, clap::Args)]
@@ -46,7 +47,7 @@ pub struct Args {
 /// When the rig does not start or gets stuck.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let found = calibrate(args.seed, output)?;
-    let bench = Bench::named("uncalibrated")?;
+    let bench = Bench::named("uncalibrated").map_err(bench_error)?;
     let errors = sensitivity_errors(&bench, args.seed, &found)?;
     let [gain, cross_axis, hammer] = errors.largest_percent();
     let before = nominal_calibration(&bench).into();
@@ -86,7 +87,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 /// # Errors
 /// When a rig does not start, refuses or gets stuck, or a test does not determine a calibration.
 pub fn calibrate(seed: u64, output: &mut Output) -> Result<CalibrationRecord> {
-    let bench = Bench::named("block")?;
+    let bench = Bench::named("block").map_err(bench_error)?;
     let file = LayoutFile::parse(LAYOUT, "block.toml")?;
     let limits = TumbleLimits::default();
     let directory = tempfile::tempdir()
@@ -145,7 +146,7 @@ pub fn sensitivity_errors(
     seed: u64,
     record: &CalibrationRecord,
 ) -> Result<SensitivityErrors> {
-    let source = TumbleSource::new(bench, record.sensors.len(), seed)?;
+    let source = TumbleSource::new(bench, record.sensors.len(), seed).map_err(bench_error)?;
     let truth = source.errors();
     let nominal = nominal_calibration(bench);
     let mut errors = SensitivityErrors::default();

@@ -11,14 +11,14 @@ use massline_shared::calibration::tumble::{Position, TumbleLimits};
 use massline_shared::signal::{HAMMER, RestStatistics};
 
 use crate::calibration::orientation;
-use crate::client::Client;
 use crate::commands::keyboard::{Keyboard, no_terminal};
-use crate::error::{Error, Result};
-use crate::file;
-use crate::interrupt::Interrupt;
 use crate::output::Output;
 use crate::screen::positions::{Lying, Positions, in_words};
 use crate::screen::{Screen, View};
+use crate::{Error, Result};
+use massline_client::Client;
+use massline_client::interrupt::Interrupt;
+use massline_files::file;
 
 /// Longest line that a person types, bytes.
 const MOST_LINE_BYTES: usize = 4096;
@@ -113,7 +113,7 @@ impl OnScreen {
     /// An error once the person has left.
     ///
     /// # Errors
-    /// [`Error::Interrupted`].
+    /// [`ErrorKind::Interrupted`](massline_result::ErrorKind::Interrupted).
     pub fn unless_interrupted(&self) -> Result<()> {
         match self.interrupt.pressed() {
             true => Err(Error::interrupted("the tumble test is interrupted")),

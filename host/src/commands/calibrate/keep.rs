@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use massline_shared::calibration::CalibrationRecord;
 
 use super::{report, rig::RigArgs, store};
-use crate::calibration_file::{CalibrationFile, to_toml};
+use crate::Result;
 use crate::commands::files::ReplaceArgs;
 use crate::document::WrittenFile;
-use crate::error::Result;
-use crate::file;
 use crate::output::Output;
+use massline_files::calibration_file::{CalibrationFile, to_toml};
+use massline_files::file;
 
 /// Arguments of `massline calibrate show`.
 #[derive(Debug, clap::Args)]

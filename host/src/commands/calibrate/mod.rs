@@ -11,10 +11,10 @@ pub mod tumble;
 use massline_shared::calibration::CalibrationRecord;
 
 use crate::calibration::Origin;
-use crate::calibration::day::Day;
-use crate::calibration_file::short;
-use crate::error::{Error, Result};
 use crate::output::{Output, counted};
+use crate::{Error, Result};
+use massline_files::calibration_file::short;
+use massline_files::day::Day;
 use massline_result::Verdict;
 
 /// Arguments of `massline calibrate`.
@@ -120,7 +120,7 @@ impl OriginArgs {
 }
 
 /// Stores a calibration on a rig and reads it back.
-fn store(client: &mut crate::client::Client, record: &CalibrationRecord) -> Result<()> {
+fn store(client: &mut massline_client::Client, record: &CalibrationRecord) -> Result<()> {
     client.put_calibration(record)?;
     if client.calibration()? == *record {
         return Ok(());

@@ -13,15 +13,17 @@ use massline_virtual::flash::FlashBacking;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::source::ScanSource;
 
-use crate::campaign::{CampaignOutcome, Observer, follow};
-use crate::client::{Client, PipeTransport};
+use crate::bench_error::bench_error;
 use crate::commands::bench_test::{bench_help, open_bench};
 use crate::commands::connect::PortArgs;
 use crate::commands::measure::{ScreenArgs, Shown, Watching, watch};
 use crate::commands::progress::{Progress, Prompts};
-use crate::error::{Error, Result};
 use crate::output::Output;
+use crate::rig::PipeTransport;
 use crate::spectra::{Collecting, SpectraCollection};
+use crate::{Error, Result};
+use massline_client::Client;
+use massline_client::campaign::{CampaignOutcome, Observer, follow};
 
 /// A virtual rig without progress for this long is stuck.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -135,7 +137,7 @@ impl TumbleRig {
         seed: u64,
         flash: Option<&Path>,
     ) -> Result<Self> {
-        let source = TumbleSource::new(bench, sensors, seed)?;
+        let source = TumbleSource::new(bench, sensors, seed).map_err(bench_error)?;
         let turner = Turner::Bench(source.handle());
         let (rig, client, identity) = start(Box::new(source), flash)?;
         Ok(Self { client, identity, turner, _rig: Some(rig) })
@@ -198,7 +200,7 @@ impl BlockRig {
         seed: u64,
         flash: Option<&Path>,
     ) -> Result<Self> {
-        let source = BenchSource::new(bench, layout, seed)?;
+        let source = BenchSource::new(bench, layout, seed).map_err(bench_error)?;
         let (rig, client, identity) = start(Box::new(source), flash)?;
         Ok(Self { client, identity, rig: Some(rig) })
     }

@@ -13,10 +13,10 @@ use crate::calibration::orientation::check_position;
 use crate::calibration::tumble::{TumbleFile, check_rest};
 use crate::commands::rest::without_campaign;
 use crate::document::{Hum, TumbleCalibration};
-use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::report::channel_name;
-use crate::units::GRAVITY_ON_EARTH;
+use crate::{Error, ErrorKind, Result};
+use massline_files::units::GRAVITY_ON_EARTH;
 
 /// Arguments of `massline calibrate tumble`.
 #[derive(Debug, clap::Args)]
@@ -110,8 +110,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 
 /// The error, with what becomes of the readings when the person leaves.
 fn goes_on(error: Error) -> Error {
-    match error {
-        Error::Interrupted { .. } => {
+    match error.kind {
+        ErrorKind::Interrupted => {
             error.advising("what has been read is kept: the same command goes on")
         }
         _ => error,

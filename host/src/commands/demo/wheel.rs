@@ -17,17 +17,17 @@ use crate::commands::number::seed;
 use crate::commands::show::DetailsArgs;
 use crate::commands::simulated::ReportArgs;
 use crate::document::{DemoWheel, DemoWheelFiles};
-use crate::error::{Error, Result};
-use crate::file::{self, Existing};
 use crate::identification::Selection;
-use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone, align_right, counted, table};
 use crate::report::{Extent, message_in, result_text};
 use crate::result_file::ResultFile;
 use crate::rig::RigKind;
 use crate::solution::Solution;
 use crate::solve::{Options, solve};
-use crate::uff::UffFile;
+use crate::{Error, Result};
+use massline_files::file::{self, Existing};
+use massline_files::layout_file::LayoutFile;
+use massline_files::uff::UffFile;
 use study::{Row, SET_NAMES, Study, Wheel};
 
 /// Arguments of `massline demo wheel`.

@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use crate::client::{Client, ClientError};
 use crate::commands::connect::PortArgs;
 use crate::document::DeviceBrownOut;
-use crate::error::{Error, Result};
 use crate::output::Output;
+use crate::{Error, Result};
+use massline_client::{Client, ClientError};
 use massline_protocol::message::Reason;
 
 /// Arguments of `massline device brown-out`.

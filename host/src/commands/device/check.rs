@@ -2,11 +2,11 @@
 
 use massline_protocol::message::{Identity, Reason};
 
-use crate::client::Client;
 use crate::commands::connect::PortArgs;
-use crate::error::{Error, Result};
 use crate::output::{Output, counted};
 use crate::self_test::Check;
+use crate::{Error, Result};
+use massline_client::Client;
 
 /// Arguments of `massline device check`.
 #[derive(Debug, clap::Args)]

@@ -3,8 +3,8 @@
 use super::is_in_safe_mode;
 use crate::commands::connect::PortArgs;
 use crate::document::DeviceErase;
-use crate::error::{Error, Result};
 use crate::output::Output;
+use crate::{Error, Result};
 
 /// Arguments of `massline device erase`.
 #[derive(Debug, clap::Args)]

@@ -11,10 +11,11 @@ use super::super::{files, show};
 use crate::design::{
     Assumptions, DesignReport, Forecast, LayoutCriterion, MassRange, forecast, report,
 };
-use crate::error::{Error, Result};
-use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::report::{glued, has_undeclared_mass, message_in};
+use crate::rig_settings::not_for_a_rig;
+use crate::{Error, Result};
+use massline_files::layout_file::LayoutFile;
 
 /// Arguments of `massline layout check`.
 #[derive(Debug, clap::Args)]
@@ -140,7 +141,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let asked = has_undeclared_mass(&file.layout).then(|| ask_for_mass(&file));
     let masses = MassRange::of(&file.layout, &assumed.body);
     let outside = args.assumed.mass(&file, &assumed).and_then(|mass| masses?.warning(mass));
-    let notes = asked.iter().cloned().chain(file.suspicions()).chain(file.not_for_a_rig());
+    let notes = asked.iter().cloned().chain(file.suspicions()).chain(not_for_a_rig(&file));
     let notes = notes.chain(outside.clone()).collect();
     let document =
         report::design_report_json(&design_report, &file, noise, forecast.as_ref(), notes);
@@ -148,7 +149,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         // The errors are reported together at the end.
         let lesser: Vec<_> = found.iter().copied().filter(|d| !d.is_error()).collect();
         show::list(&lesser, message_of, output);
-        if let Some(found) = file.not_for_a_rig() {
+        if let Some(found) = not_for_a_rig(&file) {
             output.warn(format!("{found}; only `massline solve` takes it"));
         }
         outside.iter().for_each(|text| output.warn(text));

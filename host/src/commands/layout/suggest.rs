@@ -12,11 +12,12 @@ use super::check::{AssumptionArgs, forecast_of};
 use crate::commands::files::{self, ReplaceArgs};
 use crate::design::{Options, Wanted, report, suggest};
 use crate::document::LayoutSuggestion;
-use crate::error::{Error, Result};
-use crate::file::{self, Existing};
-use crate::layout_file::{LayoutFile, MAX_BYTES};
 use crate::output::Output;
 use crate::report::message_in;
+use crate::rig_settings::not_for_a_rig;
+use crate::{Error, Result};
+use massline_files::file::{self, Existing};
+use massline_files::layout_file::{LayoutFile, MAX_BYTES};
 use massline_result::FilePath;
 
 /// Arguments of `massline layout suggest`.
@@ -100,13 +101,13 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let forecast = forecast_of(layout, &assumed, &suggestion.criterion, output)?;
     let message_of = |d: &Diagnostic| message_in(d, layout);
     let found = &suggestion.findings.diagnostics;
-    let notes = file.suspicions().into_iter().chain(file.not_for_a_rig());
+    let notes = file.suspicions().into_iter().chain(not_for_a_rig(&file));
     let document = LayoutSuggestion {
         written: args.write.as_ref().map(FilePath::from),
         ..report::suggestion_json(&suggestion, &options, forecast.as_ref(), notes.collect())
     };
     if !output.json() {
-        if let Some(found) = file.not_for_a_rig() {
+        if let Some(found) = not_for_a_rig(&file) {
             output.warn(format!("{found}; only `massline solve` takes it"));
         }
         show::list(found, message_of, output);

@@ -10,14 +10,14 @@ use massline_shared::layout::{RigLayout, TestProfile};
 use massline_shared::measurement::campaign::Phase;
 
 use super::presenter::Presenter;
-use crate::client::{Client, ClientError};
+use crate::Result;
 use crate::commands::keyboard::{Keyboard, no_terminal};
-use crate::error::Result;
 use crate::output::{Output, harmless};
 use crate::precision::PrecisionReport;
 use crate::readings::Chain;
 use crate::screen::guide::{Guide, HitReadings, Wanted};
 use crate::screen::{Screen, View};
+use massline_client::{Client, ClientError};
 use massline_result::ModesSoFar;
 
 /// Time between two requests for the levels.

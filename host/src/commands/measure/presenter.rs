@@ -5,12 +5,12 @@ use massline_protocol::event::HitEvent;
 use massline_protocol::message::{Reason, Status};
 use massline_shared::measurement::campaign::Command;
 
-use crate::campaign::explain_refusal;
-use crate::client::Client;
 use crate::commands::progress::Progress;
+use massline_client::Client;
+use massline_client::campaign::explain_refusal;
 use massline_result::ModesSoFar;
 
-use crate::error::Result;
+use crate::Result;
 use crate::modes_so_far;
 use crate::precision::PrecisionReport;
 

@@ -9,11 +9,8 @@ use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::{Command, Phase};
 
 use crate::archive::RecordCollection;
-use crate::campaign::{CampaignOutcome, Observer, dofs_left, follow, open_dof};
-use crate::client::Client;
 use crate::commands::keyboard::{self, Keyboard, Pressed};
 use crate::commands::progress::{Progress, Prompts};
-use crate::error::{Error, Result};
 use crate::hit_log::HitLog;
 use crate::modes_so_far::ModesMonitor;
 use crate::output::{Output, counted};
@@ -21,6 +18,9 @@ use crate::precision::PrecisionMonitor;
 use crate::rig_lines::lines_of;
 use crate::screen::guide::{AnswerSoFar, Wanted};
 use crate::spectra::{Collecting, SpectraCollection};
+use crate::{Error, Result};
+use massline_client::Client;
+use massline_client::campaign::{CampaignOutcome, Observer, dofs_left, follow, open_dof};
 
 use super::full_screen::{FullScreen, Shown};
 use super::presenter::Presenter;

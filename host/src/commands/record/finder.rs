@@ -117,7 +117,7 @@ mod tests {
 
     use super::*;
     use crate::commands::bench_test::nominal_calibration;
-    use crate::layout_file::LayoutFile;
+    use massline_files::layout_file::LayoutFile;
 
     #[test]
     fn a_hit_of_forty_seconds_is_found_in_the_stream_and_again_in_its_segment() {

@@ -20,10 +20,10 @@ use super::measure::{fits, judge_layout};
 use super::rest::without_campaign;
 use crate::commands::files::ReplaceArgs;
 use crate::document::RecordedTape;
-use crate::error::{Error, Result};
-use crate::file::Existing;
 use crate::output::Output;
-use crate::tape::{Sidecar, TapeWriter};
+use crate::{Error, Result};
+use massline_files::file::Existing;
+use massline_files::tape::{Sidecar, TapeWriter};
 
 /// Arguments of `massline record`.
 #[derive(Debug, clap::Args)]

@@ -9,13 +9,13 @@ use massline_shared::signal::{HitReport, ringing_s};
 
 use super::Recording;
 use super::finder::{Found, HitFinder, Settings};
-use crate::campaign::is_out_of_reach;
-use crate::client::{Client, Event, scans_of};
 use crate::commands::keyboard::{Keyboard, Pressed};
-use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::report;
-use crate::tape::{Segment, TapeWriter};
+use crate::{Error, Result};
+use massline_client::campaign::is_out_of_reach;
+use massline_client::{Client, Event, scans_of};
+use massline_files::tape::{Segment, TapeWriter};
 
 /// A rig that streams sends a block at least this often.
 const SILENCE: Duration = Duration::from_secs(5);

@@ -3,8 +3,8 @@
 use super::numbers::Numbers;
 use crate::commands::connect::PortArgs;
 use crate::document::DeletedResults;
-use crate::error::{Error, Result};
 use crate::output::Output;
+use crate::{Error, Result};
 
 /// Arguments of `massline results delete`.
 #[derive(Debug, clap::Args)]

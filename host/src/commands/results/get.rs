@@ -6,19 +6,19 @@ use massline_protocol::object::MeasurementResult;
 use massline_shared::layout::HostLayout;
 
 use crate::archive::{Archive, ArchivedLayout, EXTENSION};
-use crate::client::Client;
 use crate::commands::archive::ArchiveArgs;
 use crate::commands::connect::PortArgs;
 use crate::commands::files;
 use crate::commands::show::{self, DetailsArgs, Next};
-use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::judgement::result_of_rig;
-use crate::layout_file::LayoutFile;
 use crate::output::{Output, shell_path};
 use crate::report::hash_text;
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::rig_solution::solve_test;
+use crate::{Error, Result};
+use massline_client::Client;
+use massline_files::layout_file::LayoutFile;
 use massline_result::{FilePath, TestResult};
 
 /// Arguments of `massline results get`.

@@ -2,9 +2,9 @@
 
 use massline_protocol::object::MeasurementResult;
 
+use crate::Result;
 use crate::commands::connect::PortArgs;
 use crate::document::{KeptResult, ResultsList};
-use crate::error::Result;
 use crate::judgement::result_of_rig;
 use crate::output::{self, Output, Table};
 use crate::report::{Summary, hash_text};

@@ -5,7 +5,7 @@ mod get;
 mod list;
 mod numbers;
 
-use crate::error::Result;
+use crate::Result;
 use crate::output::Output;
 
 /// Arguments of `massline results`.

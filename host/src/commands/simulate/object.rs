@@ -10,11 +10,12 @@ use massline_virtual::bench::Bench;
 use massline_virtual::bench::suspension::Suspension;
 use nalgebra::{SVector, Vector3};
 
+use crate::bench_error::bench_error;
 use crate::commands::bench_test::{BenchArgs, open_bench};
-use crate::error::{Error, Result};
-use crate::layout_file::LayoutFile;
 use crate::output::counted;
 use crate::report::as_exact_as;
+use crate::{Error, Result};
+use massline_files::layout_file::LayoutFile;
 
 /// Frequency of the highest suspension mode of an object whose mass lines are measured, Hz: cords that are soft enough for
 /// the default band.
@@ -127,5 +128,5 @@ fn stated(file: &LayoutFile, suspension_hz: Option<f64>) -> Result<(Bench, Strin
     let hits = suit(&mut chain.tap.force_n, &file.layout, &body);
     let highest_hz = suspension_hz.unwrap_or(usual_hz);
     let bench = chain.with_rigid_body(body, highest_hz);
-    Ok((bench.map_err(|error| Error::from(error).within("[reference]"))?, hits))
+    Ok((bench.map_err(|error| bench_error(error).within("[reference]"))?, hits))
 }

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
+use crate::Result;
 use crate::archive::Archive;
-use crate::error::Result;
-use crate::file::{self, Existing};
 use crate::html_report::html;
 use crate::output::{Output, this_command_with};
 use crate::result_file::ResultFile;
+use massline_files::file::{self, Existing};
 
 /// The option for a report.
 #[derive(Clone, Debug, Default, clap::Args)]

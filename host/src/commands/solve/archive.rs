@@ -8,13 +8,13 @@ use massline_shared::layout::{HostLayout, TestProfile};
 use crate::archive::Archive;
 use crate::commands::files;
 use crate::commands::show::{self, Next};
-use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::output::Output;
 use crate::report::Extent;
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::rig_solution::solve_test;
 use crate::single_fault::NominalTest;
+use crate::{Error, Result};
 
 /// Prints what this program finds from the mass lines of an archive, or from its lines about the suspension modes, with the
 /// archive's layout or the one of a file.

@@ -3,7 +3,7 @@
 use massline_virtual::pipe::HostEnd;
 
 use super::{Served, serve_tcp};
-use crate::error::Result;
+use crate::Result;
 
 /// Serves the rig behind `link`.
 pub fn serve(link: HostEnd) -> Result<Served> {

@@ -4,7 +4,7 @@ use massline_virtual::pipe::HostEnd;
 use massline_virtual::pty::PtyServer;
 
 use super::Served;
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// Serves the rig behind `link`.
 pub fn serve(link: HostEnd) -> Result<Served> {

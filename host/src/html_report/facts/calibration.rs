@@ -5,11 +5,11 @@ use massline_shared::layout::{AXIS_LETTERS, RIG_SENSORS};
 use massline_shared::signal::ChannelCalibration;
 
 use super::{Fact, Folded, Group, fact, percent};
-use crate::calibration::day::Day;
-use crate::error::Result;
+use crate::Result;
 use crate::report::hash_text;
 use crate::result_file::ResultFile;
 use crate::typography::with_minus_signs;
+use massline_files::day::Day;
 
 /// A calibration that was made longer ago than this is old, days.
 const OLD: i32 = 365;

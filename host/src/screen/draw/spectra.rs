@@ -7,9 +7,9 @@ use ratatui::widgets::Paragraph;
 use super::curves::{Curves, pair, plot};
 use super::framed;
 use super::hit::SLOW;
-use crate::client::DofSpectra;
 use crate::screen::Theme;
 use crate::screen::guide::Guide;
+use massline_client::DofSpectra;
 
 /// Decades of an accelerance that are shown.
 const DECADES: f64 = 3.0;

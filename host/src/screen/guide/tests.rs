@@ -2,7 +2,7 @@ use massline_shared::diagnosis::Diagnostics;
 use massline_shared::layout::HostLayout;
 
 use super::*;
-use crate::layout_file::LayoutFile;
+use massline_files::layout_file::LayoutFile;
 
 pub(in crate::screen) const ALL: Wanted =
     Wanted { answer: Some(AnswerSoFar::Intervals), verdicts: true };

@@ -18,7 +18,7 @@ use serde_json::json;
 
 use super::*;
 use crate::report::{Extent, result_text};
-use crate::uff::{Encoding, Frf, NodeDirection, write};
+use massline_files::uff::{Encoding, Frf, NodeDirection, write};
 
 const LAYOUT: &str = include_str!("../../../examples/wheel.toml");
 /// Nothing besides the body on its springs.

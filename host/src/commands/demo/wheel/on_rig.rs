@@ -3,13 +3,14 @@
 use massline_virtual::bench::Bench;
 
 use super::{Args, LAYOUT};
+use crate::Result;
+use crate::bench_error::bench_error;
 use crate::commands::bench_test::{BenchTest, nominal_calibration};
 use crate::commands::beside_truth::ShownTest;
 use crate::commands::simulate::object::describe;
-use crate::error::Result;
-use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::rig::RigKind;
+use massline_files::layout_file::LayoutFile;
 
 /// Measures the wheel, and prints the result beside the truth.
 pub(super) fn run(args: &Args, rig: RigKind, output: &mut Output) -> Result<()> {
@@ -17,7 +18,7 @@ pub(super) fn run(args: &Args, rig: RigKind, output: &mut Output) -> Result<()> 
     args.report.check(existing)?;
     let file = LayoutFile::parse(LAYOUT, "wheel.toml")?;
     let name = if args.tyre { "wheel-with-tyre" } else { "wheel" };
-    let bench = Bench::named(name)?;
+    let bench = Bench::named(name).map_err(bench_error)?;
     let firmware = rig.firmware(args.firmware.as_deref())?;
     let test = BenchTest {
         label: "wheel",

@@ -6,19 +6,20 @@ use massline_shared::identify::global_fit::{GlobalFitSettings, GlobalFitSolution
 use massline_shared::identify::{HALF_WIDTH_95, METHODS, Method};
 use massline_shared::layout::{HitUncertainty, HostLayout, SensorUncertainty, TestProfile};
 use massline_shared::modes::Reduction;
+use massline_virtual::bench::Bench;
 use massline_virtual::bench::responses::{Besides, SprungPart, add_noise, frequency_responses};
-use massline_virtual::bench::{Bench, BenchError};
 use nalgebra::{Complex, SVector};
 
+use crate::Result;
+use crate::bench_error::bench_error;
 use crate::document::{ComparedMethod, ForceSet};
-use crate::error::Result;
-use crate::interrupt::Interrupt;
 use crate::parallel::pieces;
 use crate::solve::SUSPENSION_BAND_HZ;
 use crate::suspension::{
     Answered, Asked, GlobalAnswer, HostFit, ModeChoice, Survey, Variant, answered,
 };
-use crate::uff::{Encoding, functions_of, write};
+use massline_client::interrupt::Interrupt;
+use massline_files::uff::{Encoding, functions_of, write};
 
 /// Names of the sets of forces.
 pub(super) const SET_NAMES: [&str; 5] = ["all", "A", "B", "C", "D"];
@@ -103,12 +104,12 @@ impl Wheel {
         tyre: bool,
         [low, high]: [f64; 2],
     ) -> Result<Self> {
-        let bench = Bench::named("wheel")?;
+        let bench = Bench::named("wheel").map_err(bench_error)?;
         let count = ((high - low) / spacing).round() as u32;
         let frequencies: Vec<f64> = (0..=count).map(|k| low + spacing * f64::from(k)).collect();
         let besides = Besides { part: tyre.then_some(TYRE), ..Besides::default() };
         let exact = frequency_responses(&bench, layout, &frequencies, 0.0, &besides)
-            .map_err(BenchError::from)?;
+            .map_err(bench_error)?;
         let mut layout = layout.clone();
         // The wheel's responses have noise and no other errors.
         layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());

@@ -1,5 +1,5 @@
 use super::*;
-use crate::layout_file::TEMPLATE;
+use massline_files::layout_file::TEMPLATE;
 
 /// The layout of a text with other sensors, hits and hits per DOF.
 fn other(text: &str, sensors: &[u16], hits: &[&str], hits_per_dof: u8) -> HostLayout {

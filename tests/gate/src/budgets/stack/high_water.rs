@@ -4,11 +4,11 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, bail, ensure};
-use massline::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow};
-use massline::client::{Client, SerialTransport};
-use massline::interrupt::Interrupt;
-use massline::layout_file::LayoutFile;
 use massline::qemu::{EmulatedRig, Feeder};
+use massline_client::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow};
+use massline_client::interrupt::Interrupt;
+use massline_client::{Client, SerialTransport};
+use massline_files::layout_file::LayoutFile;
 use massline_protocol::lines::LinesId;
 use massline_protocol::object::MeasurementResult;
 use massline_tests::campaign::with_every_dof;

@@ -1,0 +1,62 @@
+//! Whether a rig can measure with the settings of a layout file.
+
+use massline_files::layout_file::LayoutFile;
+use massline_shared::diagnosis::{Setting, Subject};
+use massline_shared::layout::{TestProfile, check_settings, highest_frequency};
+use massline_shared::signal::{SPECTRUM_BINS, transform_of};
+
+use crate::report::message;
+
+/// Scans per second of a rig.
+const RATE: f32 = 4000.0;
+
+/// The first setting of a layout file that no rig can measure with: its place in the file, and why.
+pub fn not_for_a_rig(file: &LayoutFile) -> Option<String> {
+    let test = &file.layout.test;
+    let (rate, points) = transform_of(RATE, test.profile);
+    let found = check_settings(test, rate.into(), points, SPECTRUM_BINS);
+    let first = found.first()?;
+    let (setting, said) = match first.subject {
+        Subject::Setting(setting) => {
+            let highest = highest_frequency(rate, points, SPECTRUM_BINS);
+            (setting, out_of_range(setting, first.value, test.profile, highest))
+        }
+        _ => (Setting::BandLower, message(first)),
+    };
+    let place = file.place_of(setting);
+    Some(place.map_or(said.clone(), |place| format!("{place}: {said}")))
+}
+
+/// What is wrong with the value of a setting, and what a rig allows.
+fn out_of_range(setting: Setting, value: f32, profile: TestProfile, highest: f32) -> String {
+    let unit = setting.unit();
+    let allowed = match setting {
+        Setting::BandLower | Setting::BandUpper => {
+            let profile = profile.name();
+            format!(
+                "; in the profile {profile} a band lies above 0 and ends at {highest:.1} Hz at most; without the line the \
+                 default is used"
+            )
+        }
+        _ => String::new(),
+    };
+    let space = if unit.is_empty() { "" } else { " " };
+    format!("{value}{space}{unit} is out of the range of a rig{allowed}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_setting_that_no_rig_can_measure_with_is_named_with_its_place() {
+        let text = include_str!("../examples/three-bar-test-1.toml");
+        let said = |text: &str| not_for_a_rig(&LayoutFile::parse(text, "l.toml").unwrap());
+        assert_eq!(said(text), None);
+        for (band, word) in [("[10.0, 1e6]", "1000000"), ("[10.0, 12.0]", "bins")] {
+            let text = text.replace("band_hz = [10.0, 120.0]", &format!("band_hz = {band}"));
+            let said = said(&text).unwrap();
+            assert!(said.contains(": test.band_hz: ") && said.contains(word), "{said}");
+        }
+    }
+}
