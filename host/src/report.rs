@@ -79,11 +79,16 @@ pub(crate) fn sentences<'f>(found: impl IntoIterator<Item = &'f Finding>) -> Str
         let alike = |other: &&&Finding| (&other.code, other.severity) == (&one.code, one.severity);
         let before = found[..place].iter().filter(alike).count();
         if before < MOST_ALIKE {
-            text += &format!("{}: {}\n", one.severity, one.message);
+            text += &line_of(one);
         } else if before == MOST_ALIKE {
             let more = found[place..].iter().filter(alike).count();
             text += &format!("{}: {more} more of {}; --json has all\n", one.severity, one.code);
         }
     }
     text
+}
+
+/// A finding as a line of text.
+fn line_of(finding: &Finding) -> String {
+    format!("{}: {}\n", finding.severity, finding.message)
 }

@@ -2,7 +2,7 @@
 //!
 //! | module | subject |
 //! | --- | --- |
-//! | [`file`] | reading up to a limit, writing without losing what is there |
+//! | [`file`](mod@file) | reading up to a limit, writing without losing what is there |
 //! | [`encoding`] | bytes of a text file to text |
 //! | [`limited`] | lists of a file with a largest length |
 //! | [`units`] | units of force and motion, as people write them |

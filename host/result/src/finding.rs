@@ -36,7 +36,8 @@ pub struct VerdictReason {
     pub verdict: Verdict,
     /// A sentence for people.
     pub message: String,
-    /// How many more findings of its code there are, all of them less than this one; `diagnostics` has them.
+    /// How many more findings of its code there are, none of them with a larger value; those about the whole test are in
+    /// `diagnostics`, those about the answer in that of `results`.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub alike: usize,
 }

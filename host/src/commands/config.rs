@@ -15,7 +15,7 @@ use std::env;
 use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgAction, Command, ValueEnum};
-use massline_toml::{TomlError, line_of};
+use massline_toml::{TomlError, line_of, shown};
 use toml::de::{DeTable, DeValue};
 
 use crate::output::ColorChoice;
@@ -125,7 +125,7 @@ fn entries(table: &DeTable, text: &str) -> Vec<Entry> {
             DeValue::Array(values) => values.iter().map(|of| word(of.get_ref())).collect(),
             other => word(other).map(|word| vec![word]),
         };
-        let written = || text.get(value.span()).unwrap_or_default().to_owned();
+        let written = || shown(text.get(value.span()).unwrap_or_default());
         all.push(Entry {
             key: key.get_ref().clone().into_owned(),
             line: line_of(text, key.span().start),
@@ -142,7 +142,10 @@ fn entries(table: &DeTable, text: &str) -> Vec<Entry> {
 fn word(value: &DeValue) -> Option<String> {
     match value {
         DeValue::String(text) => Some(text.clone().into_owned()),
-        DeValue::Integer(number) if number.radix() == 10 => Some(number.as_str().replace('_', "")),
+        DeValue::Integer(number) => {
+            let digits = number.as_str().replace('_', "");
+            Some(i64::from_str_radix(&digits, number.radix()).ok()?.to_string())
+        }
         DeValue::Float(number) => Some(number.as_str().replace('_', "")),
         _ => None,
     }
@@ -200,8 +203,14 @@ fn advised(text: &str) -> Error {
 
 /// The option of this name with this default, in every command that has it.
 fn set_everywhere(command: Command, entry: &Entry) -> Result<Command, Wrong> {
-    if !has(&command, &entry.key) {
-        return Err(no_option(entry));
+    let Entry { key, line, .. } = entry;
+    if command.find_subcommand(key).is_some() {
+        let text = format!("{key}: this is a command; its options stand below one line [{key}]");
+        return Err(Wrong { line: *line, text });
+    }
+    if !has(&command, key) {
+        let text = format!("{key}: no command has the option --{key}");
+        return Err(Wrong { line: *line, text });
     }
     set_below(command, entry)
 }
@@ -238,11 +247,20 @@ fn option<'c>(command: &'c Command, key: &str) -> Option<&'c Arg> {
 fn with_default(command: Command, entry: &Entry) -> Result<Command, Wrong> {
     let key = &entry.key;
     let wrong = |text: String| Wrong { line: entry.line, text: format!("{key}: {text}") };
-    let Some(arg) = option(&command, key) else { return Err(no_option(entry)) };
+    let Some(arg) = option(&command, key) else {
+        let command = command.get_name();
+        return Err(wrong(format!("`massline {command}` has no option --{key}")));
+    };
     if !arg.get_action().takes_values() {
         return Err(wrong("this option is a switch; give it on the command line".into()));
     }
     let values = match &entry.value {
+        Value::Words(words) if words.is_empty() => {
+            return Err(wrong("the list is empty; leave the line out".into()));
+        }
+        Value::Words(words) if words.len() > 1 && !takes_several(arg) => {
+            return Err(wrong(format!("one value is wanted, and here are {}", words.len())));
+        }
         Value::Words(words) => words.clone(),
         Value::Other(written) => {
             let text = format!("give a text, a number, or a list of them, and not {written}");
@@ -265,6 +283,10 @@ fn with_default(command: Command, entry: &Entry) -> Result<Command, Wrong> {
     Ok(command.mut_arg(id, |arg| arg.required(false).default_values(values)))
 }
 
+fn takes_several(arg: &Arg) -> bool {
+    matches!(arg.get_action(), ArgAction::Append) || arg.get_value_delimiter().is_some()
+}
+
 /// Refuses values that the option does not take. Left to the command line, the error would blame the person who typed it.
 fn check(arg: &Arg, key: &str, values: &[String]) -> Result<(), String> {
     // The command line lives as long as the program.
@@ -284,9 +306,4 @@ fn check(arg: &Arg, key: &str, values: &[String]) -> Result<(), String> {
         let text = text.lines().next().unwrap_or_default();
         text.strip_prefix("error: ").unwrap_or(text).to_owned()
     })
-}
-
-fn no_option(entry: &Entry) -> Wrong {
-    let key = &entry.key;
-    Wrong { line: entry.line, text: format!("{key}: no command has the option --{key}") }
 }

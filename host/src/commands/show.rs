@@ -55,10 +55,7 @@ impl Next<'_> {
                 )
             }
             _ if extent == Extent::Details => String::new(),
-            _ => format!(
-                "next: `{}` shows all that is known of this answer",
-                this_command_with("--details")
-            ),
+            _ => format!("next: `{}` shows all that was found", this_command_with("--details")),
         }
     }
 }

@@ -5,7 +5,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use massline_result::{Document, Estimate, ReadError, TestResult, Verdict};
+use massline_result::{Document, Estimate, ReadError, TestResult, Verdict, VerdictReason};
 use massline_shared::identify::Method;
 use massline_shared::identify::agreement::Outcome;
 
@@ -126,12 +126,22 @@ pub fn of_result(result: &TestResult, source: &str, method: Option<Method>) -> R
     }
     let hash = result.layout_hash.as_deref();
     exported.test.layout_hash = hash.and_then(|hash| u32::from_str_radix(hash, 16).ok());
-    exported.doubts =
-        result.verdict_reasons.iter().map(|reason| one_line(&reason_text(reason))).collect();
-    // The verdict is on the best answer. One whose uncertainty is not known is not good, as where it is the only one.
-    if answer.complete_sigma().is_none() && exported.verdict == Verdict::Good {
-        exported.verdict = Verdict::UseWithCare;
-        exported.doubts.push(UNCERTAINTY_UNKNOWN.into());
+    // The verdict is on the best answer.
+    let best = result.answer().map(|best| best.method).filter(|best| *best != answer.method);
+    let subject = best.map_or_else(String::new, |best| format!("of the answer by {best}: "));
+    let doubt = |reason: &VerdictReason| one_line(&format!("{subject}{}", reason_text(reason)));
+    exported.doubts = result.verdict_reasons.iter().map(doubt).collect();
+    let is_off = result.agreement.as_ref().is_some_and(|of| of.off.contains(&answer.method));
+    let own = [
+        // As where it is the only answer.
+        (answer.complete_sigma().is_none(), UNCERTAINTY_UNKNOWN),
+        (is_off, "this method differs from the others by more than chance"),
+    ];
+    for (_, doubt) in own.into_iter().filter(|(applies, _)| *applies) {
+        exported.verdict = exported.verdict.max(Verdict::UseWithCare);
+        if !exported.doubts.iter().any(|said| said == doubt) {
+            exported.doubts.push(doubt.into());
+        }
     }
     Ok(exported.with_test(|test| test.titled(&result.title)))
 }

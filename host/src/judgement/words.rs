@@ -1,6 +1,6 @@
 //! The verdict on a result in words.
 
-use massline_shared::diagnosis::Diagnostic;
+use massline_shared::diagnosis::{Diagnostic, SubjectKind};
 use massline_shared::layout::HostLayout;
 
 use super::{Concern, Judgement};
@@ -10,7 +10,8 @@ use massline_result::VerdictReason;
 /// What is said of an answer whose standard deviations, if it has any, do not cover all that they should.
 pub const UNCERTAINTY_UNKNOWN: &str = "the 95 % intervals of the answer are not known";
 
-/// As many warnings with one code are a reason each; of more, the one with the largest value stands for all.
+/// As many warnings about single responses with one code are a reason each; of more, the one with the largest value stands for
+/// all. There are dozens of responses, and what is wrong with one of them is mostly wrong with many.
 const MOST_ALIKE: usize = 2;
 
 /// The reasons of a verdict, the gravest first; `message_of` makes the sentence of a finding.
@@ -41,7 +42,7 @@ fn others_alike(judgement: &Judgement, warning: &Diagnostic) -> Option<usize> {
         _ => None,
     });
     let others = alike.clone().count() - 1;
-    if others < MOST_ALIKE {
+    if warning.code.subject_kind() != SubjectKind::Response || others < MOST_ALIKE {
         return Some(0);
     }
     let largest = alike.max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()))?;

@@ -12,7 +12,7 @@ use super::modes::shows_flexible_mode;
 use super::table::{principal_text, scale_text, table};
 use super::{
     INERTIA_CONVENTION, agreement_text, as_exact_as, budget_text, cannot_see_text, details_text,
-    global_fit_text, modes_text, refusals_text, sentences, two_digits, with_half_width,
+    global_fit_text, line_of, modes_text, refusals_text, two_digits, with_half_width,
 };
 use crate::output::{Tone, counted};
 
@@ -262,8 +262,9 @@ fn rest_text(result: &TestResult) -> String {
     text += &result.single_faults.as_ref().map_or_else(String::new, faults_text);
     text += &settings_text(result);
     let said = |finding: &Finding| result.verdict_reasons.iter().any(|reason| reason.says(finding));
-    let rest: Vec<&Finding> = result.findings().into_iter().filter(|of| !said(of)).collect();
-    text += &sentences(rest);
+    let limits = hammer_limit(result).filter(|_| result.error_sources.is_empty());
+    let is_left = |of: &&Finding| !said(of) && Some(of.message.as_str()) != limits;
+    text.extend(result.findings().into_iter().filter(is_left).map(line_of));
     for other in result.results.iter().skip(1) {
         for finding in &other.diagnostics {
             text += &format!("{} about {}: {}\n", finding.severity, other.method, finding.message);

@@ -76,7 +76,13 @@ fn what_the_file_may_not_say_is_refused_with_its_name_and_the_way_out() {
     for (text, said) in [
         ("prot = \"COM3\"", "prot: no command has the option --prot"),
         ("[slove]\nmethod = \"ml\"", "[slove]: there is no such command"),
-        ("[solve]\nmethods = \"ml\"", "[solve]: methods: no command has the option --methods"),
+        ("[solve]\nmethods = \"ml\"", "[solve]: methods: `massline solve` has no option --methods"),
+        ("[[demo]]\nseed = 1", "demo: this is a command; its options stand below one line [demo]"),
+        ("color = []", "config.toml:1: color: the list is empty; leave the line out"),
+        (
+            "[export]\nunits = [\"si\", \"t-mm\"]",
+            "config.toml:2: [export]: units: one value is wanted, and here are 2",
+        ),
         ("json = true", "json: this option is a switch"),
         (
             "port = true",
@@ -99,7 +105,10 @@ fn what_the_file_may_not_say_is_refused_with_its_name_and_the_way_out() {
             "\n[demo]\nhits = [5, { a = 1_0 }]",
             "config.toml:3: [demo]: hits: give a text, a number, or a list of them, and not [5, { a = 1_0 }]",
         ),
-        ("demo = 3", "config.toml:1: demo: no command has the option --demo"),
+        (
+            "demo = 3",
+            "config.toml:1: demo: this is a command; its options stand below one line [demo]",
+        ),
     ] {
         let path = config(folder.path(), text);
         let refused = run_with_config(&path, &["demo", "--help"]);

@@ -2,16 +2,19 @@
 
 use toml::de::Error;
 
-use super::{TomlError, is_in_heading, shown};
+use super::{TomlError, shown};
 
 /// What can stand on a line.
 const LINE: &str =
     "a line is `key = value`, or the name of a table in brackets, or a remark that begins with #";
-/// What numbers and lists look like.
-const NUMBER: &str = "a number has a decimal point and no unit (0.5), a list has brackets and commas ([1, 2, 3]), and a remark \
-                      begins with #";
-/// What other values look like.
-const WORD: &str = "a text stands in straight quotes; true and false are in small letters";
+/// What can stand after the `=` of a line, where it looks like a number or a list.
+const NUMBER: &str = "one value stands after the `=`: a number has a decimal point and no unit (0.5), a list has brackets and \
+                      commas ([1, 2, 3]), and a remark begins with #";
+/// What can stand there where it looks like a word.
+const WORD: &str =
+    "one value stands after the `=`: a text in straight quotes, or true or false in small letters";
+/// What can stand there where it begins with a brace.
+const BRACES: &str = "in braces stand `key = value` with commas between them";
 /// How a text in quotes ends.
 const TEXT: &str = "a text ends with the quotes that it begins with, and one with a backslash stands in single quotes";
 
@@ -41,12 +44,11 @@ const OF_TEXTS: [&str; 6] = [
 /// The error for the owner of the text.
 pub(super) fn error(text: &str, error: &Error) -> TomlError {
     let span = error.span().unwrap_or_default();
-    let message = said(text, error.message(), span.start.min(text.len()));
-    let key = match is_in_heading(text, &span) {
-        true => String::new(),
-        false => key_before(text, span.start),
-    };
-    TomlError { span, key, message }
+    let at = span.start.min(text.len());
+    let is_of_line = line_at(text, at).trim_start().starts_with('[')
+        || OF_LINES.iter().any(|words| error.message().starts_with(words));
+    let key = if is_of_line { String::new() } else { key_before(text, at) };
+    TomlError { message: said(text, error.message(), at), span, key }
 }
 
 fn said(text: &str, of_reader: &str, at: usize) -> String {
@@ -54,19 +56,22 @@ fn said(text: &str, of_reader: &str, at: usize) -> String {
     let begins = |words: &[&str]| words.iter().any(|word| of_reader.starts_with(word));
     if begins(&["duplicate key"]) {
         return match line.trim_start().starts_with('[') {
-            true => "this name stands above already; of several tables each is [[name]]".into(),
+            true => "this name stands above already: put these keys there, or, where there can be several such tables, write the \
+                     name of each in double brackets"
+                .into(),
             false => "this key is in the file twice; delete one".into(),
         };
+    }
+    if begins(&["cannot extend"]) {
+        return "the part of this key before its last dot has a value above already".into();
     }
     if begins(&["missing comma", "unclosed array", "unclosed inline"])
         && !begins(&["unclosed array table"])
     {
-        return "a comma or a closing bracket is missing before this".into();
+        return "a comma or a closing bracket is missing before this, or in a line above".into();
     }
-    if line.chars().any(|c| c.is_control() && c != '\t' && c != '\r')
-        || begins(&["carriage return"])
-    {
-        return "a control character stands here; delete it".into();
+    if line.chars().any(is_invisible) || begins(&["carriage return"]) {
+        return "an invisible character stands here; delete it".into();
     }
     if begins(&["recursion limit", "cannot recurse"]) {
         return "too many brackets stand within brackets here".into();
@@ -87,8 +92,21 @@ fn said(text: &str, of_reader: &str, at: usize) -> String {
     }
     let looks_like_number =
         |c: char| c.is_ascii_digit() || matches!(c, '.' | '+' | '-' | '−' | '[' | '(' | '=');
-    let advice = if value.starts_with(looks_like_number) { NUMBER } else { WORD };
-    format!("{} is no value: {advice}", shown(value))
+    let advice = match value {
+        value if value.starts_with('{') => BRACES,
+        value if value.starts_with(looks_like_number) => NUMBER,
+        _ => WORD,
+    };
+    format!("{} cannot be read: {advice}", shown(value))
+}
+
+/// Whether a character has no place outside of quotes and does not show: control characters, spaces of print, marks of order.
+fn is_invisible(c: char) -> bool {
+    c.is_control() && c != '\t' && c != '\r'
+        || matches!(
+            c,
+            '\u{a0}' | '\u{2000}'..='\u{200f}' | '\u{2028}' | '\u{2029}' | '\u{202f}' | '\u{feff}'
+        )
 }
 
 /// The line around a byte.

@@ -61,26 +61,19 @@ pub fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, TomlError> {
 /// assert_eq!(error.line("\ncenter_m = [0, 1]"), 2);
 /// ```
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, TomlError> {
-    T::deserialize(Value::of_text(parse(text)?)).map_err(|refusal| refusal.in_text(text))
+    T::deserialize(Value::of_text(parse(text)?, text)).map_err(|refusal| refusal.in_text(text))
 }
 
 /// Most characters of a value that are shown.
 const MOST_SHOWN: usize = 40;
 
 /// A part of a text on one line, shortened.
-fn shown(part: &str) -> String {
+pub fn shown(part: &str) -> String {
     let line = part.lines().next().unwrap_or_default().trim_end();
     match line.chars().count() > MOST_SHOWN || line.len() < part.trim_end().len() {
         true => line.chars().take(MOST_SHOWN).chain(['…']).collect(),
         false => line.to_owned(),
     }
-}
-
-/// Whether a place is in the heading of a table or list of tables; false for a list that is a value.
-fn is_in_heading(text: &str, span: &Range<usize>) -> bool {
-    let before = text.get(..span.start).unwrap_or_default().rsplit('\n').next().unwrap_or_default();
-    let written = text.get(span.clone()).unwrap_or_default();
-    before.trim_start().starts_with('[') || (before.trim().is_empty() && written.starts_with('['))
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use serde::de::{Error, Expected, Unexpected};
 
-use super::{TomlError, is_in_heading, shown};
+use super::{TomlError, shown};
 
 /// What serde's readers ask for, and its name for the owner of a text.
 const TYPES: [(&str, &str); 16] = [
@@ -19,9 +19,9 @@ const TYPES: [(&str, &str); 16] = [
     ("i32", "a whole number"),
     ("i16", "a whole number"),
     ("i8", "a whole number from -128 to 127"),
-    ("u64", "a whole number that is not negative"),
-    ("u32", "a whole number that is not negative"),
-    ("usize", "a whole number that is not negative"),
+    ("u64", "a whole number, zero or more,"),
+    ("usize", "a whole number, zero or more,"),
+    ("u32", "a whole number from 0 to 4294967295"),
     ("u16", "a whole number from 0 to 65535"),
     ("u8", "a whole number from 0 to 255"),
     ("struct", "a table"),
@@ -31,9 +31,27 @@ const TYPES: [(&str, &str); 16] = [
 #[derive(Debug)]
 pub(super) struct Refusal {
     reason: Reason,
-    span: Option<Range<usize>>,
+    place: Option<Place>,
     /// The keys on the way to it, from the inside.
     keys: Vec<String>,
+}
+
+/// Where a refused value stands, and how it is written.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    pub span: Range<usize>,
+    pub form: Form,
+}
+
+/// How a value is written, as far as advice depends on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    /// After a key.
+    Value,
+    /// A table with its name in brackets, or from keys with dots.
+    Table,
+    /// Tables with their name in double brackets.
+    Tables,
 }
 
 #[derive(Debug)]
@@ -42,6 +60,8 @@ enum Reason {
     Wanted(String),
     /// A list has another length.
     Length { found: usize, wanted: usize },
+    /// A number that no type has room for.
+    TooLarge,
     /// A sentence of its own.
     Said(String),
 }
@@ -52,13 +72,18 @@ impl Refusal {
         Self::of(Reason::Length { found, wanted })
     }
 
+    /// A number that no type has room for.
+    pub(super) fn too_large() -> Self {
+        Self::of(Reason::TooLarge)
+    }
+
     fn of(reason: Reason) -> Self {
-        Self { reason, span: None, keys: Vec::new() }
+        Self { reason, place: None, keys: Vec::new() }
     }
 
     /// The same at this place, unless a closer one is known.
-    pub(super) fn at(mut self, span: &Range<usize>) -> Self {
-        self.span.get_or_insert_with(|| span.clone());
+    pub(super) fn at(mut self, place: &Place) -> Self {
+        self.place.get_or_insert_with(|| place.clone());
         self
     }
 
@@ -72,29 +97,42 @@ impl Refusal {
     pub(super) fn in_text(mut self, text: &str) -> TomlError {
         self.keys.reverse();
         let key = self.keys.join(".");
-        let span = self.span.unwrap_or_default();
-        let written = text.get(span.clone()).unwrap_or_default();
+        let Place { span, form } = self.place.unwrap_or(Place { span: 0..0, form: Form::Value });
+        let written = shown(text.get(span.clone()).unwrap_or_default());
+        let name = self.keys.last().map_or("key", String::as_str);
         let message = match self.reason {
             Reason::Said(sentence) => sentence,
+            Reason::TooLarge => format!("{written} is too large"),
             Reason::Length { found: 1, wanted } => format!("1 value stands where {wanted} should"),
             Reason::Length { found, wanted } => {
                 format!("{found} values stand where {wanted} should")
             }
-            Reason::Wanted(wanted) if is_in_heading(text, &span) => {
-                let list = wanted == "a sequence" || wanted.contains("[[");
-                match list {
-                    true => "there can be several such tables: write the name of each in double brackets".into(),
-                    false if written.starts_with("[[") => {
-                        "there is one such table only: write its name in single brackets".into()
-                    }
-                    false => format!("a table stands where {} should", named(&wanted)),
-                }
-            }
-            Reason::Wanted(wanted) => {
-                format!("{} stands where {} should", shown(written), named(&wanted))
-            }
+            Reason::Wanted(wanted) => instead(&written, form, &wanted, name),
         };
         TomlError { span, key, message }
+    }
+}
+
+/// What stands in the place of what is wanted, and how that is written.
+fn instead(written: &str, form: Form, wanted: &str, name: &str) -> String {
+    let is_list = wanted == "a sequence" || wanted.starts_with("a list");
+    let is_whole = named(wanted).starts_with("a whole number");
+    match form {
+        Form::Table if is_list => {
+            "one table stands where a list should: of several tables the name of each is in double brackets, and other lists are \
+             written `name = [1, 2]`"
+                .replace("name =", &format!("{name} ="))
+        }
+        Form::Tables if wanted.starts_with("a table") || wanted.starts_with("struct ") => {
+            "there is one such table only: write its name in single brackets".into()
+        }
+        Form::Table | Form::Tables => {
+            format!("a table stands where {} should: write `{name} = …`", named(wanted))
+        }
+        Form::Value if is_whole && written.contains('.') => {
+            format!("{written} stands where {} should, without a decimal point", named(wanted))
+        }
+        Form::Value => format!("{written} stands where {} should", named(wanted)),
     }
 }
 
@@ -122,6 +160,7 @@ impl Display for Refusal {
         match &self.reason {
             Reason::Wanted(wanted) => write!(f, "{wanted} is wanted"),
             Reason::Length { found, wanted } => write!(f, "{found} values instead of {wanted}"),
+            Reason::TooLarge => f.write_str("a number is too large"),
             Reason::Said(sentence) => f.write_str(sentence),
         }
     }
@@ -147,11 +186,11 @@ impl Error for Refusal {
     }
 
     fn unknown_variant(name: &str, known: &'static [&'static str]) -> Self {
-        Self::custom(format_args!("`{name}` is not known here; write {}", either(known)))
+        Self::custom(format_args!("`{}` is not known here; write {}", shown(name), either(known)))
     }
 
     fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
-        Self::custom(format_args!("there is no key `{name}` here, but {}", either(known)))
+        Self::custom(format_args!("there is no key `{}` here, but {}", shown(name), either(known)))
     }
 
     fn missing_field(name: &'static str) -> Self {

@@ -37,14 +37,18 @@ struct Part {
     position_m: Option<[f64; 3]>,
 }
 
-const NUMBER: &str = "a number has a decimal point and no unit (0.5), a list has brackets and commas ([1, 2, 3]), and a remark \
-                      begins with #";
-const WORD: &str = "a text stands in straight quotes; true and false are in small letters";
+const NUMBER: &str = "one value stands after the `=`: a number has a decimal point and no unit (0.5), a list has brackets and \
+                      commas ([1, 2, 3]), and a remark begins with #";
+const WORD: &str =
+    "one value stands after the `=`: a text in straight quotes, or true or false in small letters";
+const BRACES: &str = "in braces stand `key = value` with commas between them";
+const ONCE: &str = "this name stands above already: put these keys there, or, where there can be several such tables, write the \
+                    name of each in double brackets";
 const LINE: &str =
     "a line is `key = value`, or the name of a table in brackets, or a remark that begins with #";
 const TEXT: &str = "a text ends with the quotes that it begins with, and one with a backslash stands in single quotes";
-const COMMA: &str = "a comma or a closing bracket is missing before this";
-const CONTROL: &str = "a control character stands here; delete it";
+const COMMA: &str = "a comma or a closing bracket is missing before this, or in a line above";
+const CONTROL: &str = "an invisible character stands here; delete it";
 
 fn refused(text: &str) -> TomlError {
     read::<File>(text).expect_err(text)
@@ -63,16 +67,49 @@ fn check(cases: &[(&str, usize, &str, &str)]) {
 #[test]
 fn a_value_of_another_kind_is_shown_with_what_belongs_there() {
     let count = "stands where a whole number from 0 to 65535 should";
-    for written in
-        ["\"1\"", "2.5", "1e3", "-1", "70000", "99999999999999999999", "2026-01-01", "[1]", "1e400"]
-    {
+    for written in ["\"1\"", "1e3", "-1", "70000", "2026-01-01", "[1]"] {
         check(&[(&format!("\ncount = {written}"), 2, "count", &format!("{written} {count}"))]);
     }
-    for written in ["true", "\"a `b`, expected c\"", "[1, 2]", "{ a = 1 }", "1e400", "0x"] {
+    for written in ["true", "\"a `b`, expected c\"", "[1, 2]", "{ a = 1 }", "0x"] {
         let message = format!("{written} stands where a number should");
         check(&[(&format!("gain = {written}"), 1, "gain", &message)]);
     }
     check(&[
+        (
+            "count = 2.0",
+            1,
+            "count",
+            "2.0 stands where a whole number from 0 to 65535 should, without a decimal point",
+        ),
+        ("count = 99999999999999999999", 1, "count", "99999999999999999999 is too large"),
+        ("gain = -1e309", 1, "gain", "-1e309 is too large"),
+        ("axis = [\n[0, 1],\n2, 3]", 2, "axis", "[0, 1] stands where a number should"),
+        (
+            "nodes = [\n[1],\n2]",
+            2,
+            "nodes",
+            "[1] stands where a whole number from 0 to 65535 should",
+        ),
+        ("node = [\n[1],\n[2]]", 2, "node", "[1] stands where a table should"),
+        (
+            "nodes.x = 1",
+            1,
+            "nodes",
+            "one table stands where a list should: of several tables the name of each is in double brackets, \
+             and other lists are written `nodes = [1, 2]`",
+        ),
+        (
+            "[[nodes]]\nx = 1",
+            1,
+            "nodes",
+            "a table stands where a whole number from 0 to 65535 should: write `nodes = …`",
+        ),
+        (
+            "[[title]]\nx = 1",
+            1,
+            "title",
+            "a table stands where a text in quotes should: write `title = …`",
+        ),
         ("count = [\n1]", 1, "count", "[… stands where a whole number from 0 to 65535 should"),
         ("title = 3", 1, "title", "3 stands where a text in quotes should"),
         ("axis = 3", 1, "axis", "3 stands where a list of 3 values in brackets should"),
@@ -142,16 +179,14 @@ fn names_and_headings_of_tables() {
             "[node]\nid = 1",
             1,
             "node",
-            "there can be several such tables: write the name of each in double brackets",
+            "one table stands where a list should: of several tables the name of each is in double brackets, and other lists are \
+             written `node = [1, 2]`",
         ),
-        ("[gain]\nid = 1", 1, "gain", "a table stands where a number should"),
+        ("[gain]\nid = 1", 1, "gain", "a table stands where a number should: write `gain = …`"),
+        ("[part]\nid = 1\n[part]\nid = 2", 3, "", ONCE),
+        ("node = []\n[[node]]\nid = 1", 2, "", ONCE),
         ("gain = 1\ngain = 2", 2, "gain", "this key is in the file twice; delete one"),
-        (
-            "[node]\nid = 1\n[[node]]\nid = 2",
-            3,
-            "",
-            "this name stands above already; of several tables each is [[name]]",
-        ),
+        ("[node]\nid = 1\n[[node]]\nid = 2", 3, "", ONCE),
     ]);
 }
 
@@ -182,7 +217,7 @@ fn what_is_no_toml_is_shown_with_what_would_be() {
             &format!("gain = {written}"),
             1,
             "gain",
-            &format!("{written} is no value: {NUMBER}"),
+            &format!("{written} cannot be read: {NUMBER}"),
         )]);
     }
     for written in ["yes", "TRUE", "half", "“a”", "∞"] {
@@ -190,7 +225,7 @@ fn what_is_no_toml_is_shown_with_what_would_be() {
             &format!("gain = {written}"),
             1,
             "gain",
-            &format!("{written} is no value: {WORD}"),
+            &format!("{written} cannot be read: {WORD}"),
         )]);
     }
     for written in ["\"C:\\data\"", "\"abc", "'abc"] {
@@ -206,14 +241,31 @@ fn what_is_no_toml_is_shown_with_what_would_be() {
     {
         let error = refused(&format!("count = 1\n{line}"));
         assert_eq!(error.message, format!("{line} cannot be read: {LINE}"), "{line}");
-        assert_eq!(error.span.start.min(10), 10, "{line}");
+        assert_eq!(
+            (error.line(&format!("count = 1\n{line}")), error.key.as_str()),
+            (2, ""),
+            "{line}"
+        );
     }
     check(&[
         ("gain =", 1, "gain", "there is no value after the `=`"),
+        (
+            "part = { id = 1 id = 2 }",
+            1,
+            "part",
+            &format!("{{ id = 1 id = 2 }} cannot be read: {BRACES}"),
+        ),
+        (
+            "part = { id = 1 }\npart.id = 2",
+            2,
+            "part.id",
+            "the part of this key before its last dot has a value above already",
+        ),
+        ("gain =\u{a0}1", 1, "gain", CONTROL),
         ("axis = [1, 2, 3", 1, "axis", COMMA),
         ("axis = [\n 1\n 2\n 3]", 3, "axis", COMMA),
         ("axis = [1, 2, 3\ngain = 1", 2, "gain", COMMA),
-        ("axis = [\n 1,\n yes,\n 3]", 3, "axis", &format!("yes, is no value: {WORD}")),
+        ("axis = [\n 1,\n yes,\n 3]", 3, "axis", &format!("yes, cannot be read: {WORD}")),
         ("title = \"\"\"a\nb", 2, "title", &format!("b cannot be read: {TEXT}")),
         ("gain = \u{1}", 1, "gain", CONTROL),
         ("gain = 1\r2", 1, "gain", CONTROL),

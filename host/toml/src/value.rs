@@ -1,5 +1,6 @@
 //! A value of a TOML text as serde's readers take it.
 
+use std::num::IntErrorKind;
 use std::ops::Range;
 use std::vec;
 
@@ -12,39 +13,56 @@ use serde_spanned::de::{SpannedDeserializer, is_spanned};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use super::refusal::Refusal;
+use super::refusal::{Form, Place, Refusal};
 
 /// A value and where it stands in the text.
 pub(super) struct Value<'de> {
     value: DeValue<'de>,
     span: Range<usize>,
+    text: &'de str,
 }
 
 impl<'de> Value<'de> {
     /// The table of a whole text.
-    pub(super) fn of_text(root: Spanned<DeTable<'de>>) -> Self {
-        Self { span: root.span(), value: DeValue::Table(root.into_inner()) }
+    pub(super) fn of_text(root: Spanned<DeTable<'de>>, text: &'de str) -> Self {
+        Self { span: root.span(), value: DeValue::Table(root.into_inner()), text }
+    }
+
+    fn of(spanned: Spanned<DeValue<'de>>, text: &'de str) -> Self {
+        Self { span: spanned.span(), value: spanned.into_inner(), text }
+    }
+
+    /// Where it stands, and how it is written.
+    fn place(&self) -> Place {
+        let has_braces = |span: &Range<usize>| {
+            self.text.get(span.clone()).is_some_and(|written| written.starts_with('{'))
+        };
+        let form = match &self.value {
+            DeValue::Table(_) if !has_braces(&self.span) => Form::Table,
+            DeValue::Array(array) => match array.iter().next() {
+                Some(first) if first.get_ref().is_table() && !has_braces(&first.span()) => {
+                    Form::Tables
+                }
+                _ => Form::Value,
+            },
+            _ => Form::Value,
+        };
+        Place { span: self.span.clone(), form }
     }
 
     /// A value of another kind than is wanted.
     fn refused(&self, wanted: &dyn Expected) -> Refusal {
-        Refusal::invalid_type(Unexpected::Other("value"), wanted).at(&self.span)
+        Refusal::invalid_type(Unexpected::Other("value"), wanted).at(&self.place())
     }
 
     /// Reads a list of this length.
     fn list_of<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Refusal> {
         match &self.value {
             DeValue::Array(array) if array.len() != length => {
-                Err(Refusal::length(array.len(), length).at(&self.span))
+                Err(Refusal::length(array.len(), length).at(&self.place()))
             }
             _ => self.deserialize_any(visitor),
         }
-    }
-}
-
-impl<'de> From<Spanned<DeValue<'de>>> for Value<'de> {
-    fn from(spanned: Spanned<DeValue<'de>>) -> Self {
-        Self { span: spanned.span(), value: spanned.into_inner() }
     }
 }
 
@@ -60,19 +78,22 @@ impl<'de> Deserializer<'de> for Value<'de> {
     type Error = Refusal;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
-        let span = self.span.clone();
+        let (place, text) = (self.place(), self.text);
         let of_kind = match self.value {
             DeValue::String(DeString::Owned(text)) => visitor.visit_string(text),
             DeValue::String(DeString::Borrowed(text)) => visitor.visit_borrowed_str(text),
             DeValue::Boolean(value) => visitor.visit_bool(value),
-            DeValue::Array(array) => visitor.visit_seq(Elements(array.into_iter())),
+            DeValue::Array(array) => visitor.visit_seq(Elements { rest: array.into_iter(), text }),
             DeValue::Table(table) => {
-                visitor.visit_map(Entries { rest: table.into_iter(), value: None })
+                visitor.visit_map(Entries { rest: table.into_iter(), value: None, text })
             }
             DeValue::Integer(number) => {
                 match i64::from_str_radix(&number.as_str().replace('_', ""), number.radix()) {
                     Ok(number) => visitor.visit_i64(number),
-                    Err(_) => Err(Refusal::invalid_value(Unexpected::Other("number"), &visitor)),
+                    Err(error) if *error.kind() == IntErrorKind::Empty => {
+                        Err(Refusal::invalid_type(Unexpected::Other("nothing"), &visitor))
+                    }
+                    Err(_) => Err(Refusal::too_large()),
                 }
             }
             DeValue::Float(number) => match number.as_str().replace('_', "").parse::<f64>() {
@@ -80,17 +101,17 @@ impl<'de> Deserializer<'de> for Value<'de> {
                 Ok(value) if value.is_finite() || number.as_str().ends_with(['f', 'n']) => {
                     visitor.visit_f64(value)
                 }
-                _ => Err(Refusal::invalid_value(Unexpected::Other("number"), &visitor)),
+                _ => Err(Refusal::too_large()),
             },
             DeValue::Datetime(_) => Err(Refusal::invalid_type(Unexpected::Other("date"), &visitor)),
         };
-        of_kind.map_err(|refusal| refusal.at(&span))
+        of_kind.map_err(|refusal| refusal.at(&place))
     }
 
     /// A key that is left out is none, and one that is there has a value.
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
-        let span = self.span.clone();
-        visitor.visit_some(self).map_err(|refusal| refusal.at(&span))
+        let place = self.place();
+        visitor.visit_some(self).map_err(|refusal| refusal.at(&place))
     }
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(
@@ -98,8 +119,8 @@ impl<'de> Deserializer<'de> for Value<'de> {
         _: &'static str,
         visitor: V,
     ) -> Result<V::Value, Refusal> {
-        let span = self.span.clone();
-        visitor.visit_newtype_struct(self).map_err(|refusal| refusal.at(&span))
+        let place = self.place();
+        visitor.visit_newtype_struct(self).map_err(|refusal| refusal.at(&place))
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
@@ -109,10 +130,10 @@ impl<'de> Deserializer<'de> for Value<'de> {
         visitor: V,
     ) -> Result<V::Value, Refusal> {
         if is_spanned(name) {
-            let span = self.span.clone();
+            let place = self.place();
             return visitor
-                .visit_map(SpannedDeserializer::new(self, span.clone()))
-                .map_err(|refusal| refusal.at(&span));
+                .visit_map(SpannedDeserializer::new(self, place.span.clone()))
+                .map_err(|refusal| refusal.at(&place));
         }
         match self.value {
             DeValue::Table(_) => self.deserialize_any(visitor),
@@ -126,10 +147,11 @@ impl<'de> Deserializer<'de> for Value<'de> {
         _: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Refusal> {
+        let place = self.place();
         match self.value {
             DeValue::String(name) => {
                 let name: StringDeserializer<Refusal> = name.into_owned().into_deserializer();
-                visitor.visit_enum(name).map_err(|refusal| refusal.at(&self.span))
+                visitor.visit_enum(name).map_err(|refusal| refusal.at(&place))
             }
             _ => Err(self.refused(&"a string")),
         }
@@ -158,7 +180,10 @@ impl<'de> Deserializer<'de> for Value<'de> {
     }
 }
 
-struct Elements<'de>(vec::IntoIter<Spanned<DeValue<'de>>>);
+struct Elements<'de> {
+    rest: vec::IntoIter<Spanned<DeValue<'de>>>,
+    text: &'de str,
+}
 
 impl<'de> SeqAccess<'de> for Elements<'de> {
     type Error = Refusal;
@@ -167,11 +192,12 @@ impl<'de> SeqAccess<'de> for Elements<'de> {
         &mut self,
         seed: T,
     ) -> Result<Option<T::Value>, Refusal> {
-        self.0.next().map(|element| seed.deserialize(Value::from(element))).transpose()
+        let text = self.text;
+        self.rest.next().map(|element| seed.deserialize(Value::of(element, text))).transpose()
     }
 
     fn size_hint(&self) -> Option<usize> {
-        Some(self.0.len())
+        Some(self.rest.len())
     }
 }
 
@@ -179,6 +205,7 @@ struct Entries<'de, I> {
     rest: I,
     /// The key that was read last, and its value.
     value: Option<(String, Value<'de>)>,
+    text: &'de str,
 }
 
 impl<'de, I> MapAccess<'de> for Entries<'de, I>
@@ -193,9 +220,11 @@ where
     ) -> Result<Option<K::Value>, Refusal> {
         let Some((key, value)) = self.rest.next() else { return Ok(None) };
         let name = key.get_ref().clone().into_owned();
-        self.value = Some((name.clone(), Value::from(value)));
+        self.value = Some((name.clone(), Value::of(value, self.text)));
         let of_key: StringDeserializer<Refusal> = name.clone().into_deserializer();
-        seed.deserialize(of_key).map(Some).map_err(|refusal| refusal.at(&key.span()).under(&name))
+        seed.deserialize(of_key).map(Some).map_err(|refusal| {
+            refusal.at(&Place { span: key.span(), form: Form::Value }).under(&name)
+        })
     }
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Refusal> {
