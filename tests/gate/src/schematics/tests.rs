@@ -201,7 +201,7 @@ fn the_guides_state_the_figures() {
 #[test]
 fn the_wiring_is_that_of_the_firmware() {
     for board in &boards() {
-        let (Drawn { name: board, wiring, .. }, code) = (board, file(board, "src/chip/mod.rs"));
+        let (Drawn { name: board, wiring, .. }, code) = (board, file(board, "src/chip.rs"));
         let used: BTreeSet<_> = pins(&code).collect();
         let wired: BTreeSet<_> = wiring.firmware_pins().map(str::to_owned).collect();
         assert_eq!(used, wired, "{board}");

@@ -2,7 +2,7 @@
 
 mod executor;
 #[macro_use]
-#[path = "../../../cortex-m/src/hard_fault.rs"]
+#[path = "../../cortex-m/src/hard_fault.rs"]
 mod hard_fault;
 mod fault;
 mod interrupts;
@@ -11,9 +11,9 @@ mod panel;
 mod registers;
 mod sampler;
 // Shared unchanged with the boards that have a chip, as is `hard_fault`.
-#[path = "../../../cortex-m/src/stack.rs"]
+#[path = "../../cortex-m/src/stack.rs"]
 mod stack;
-#[path = "../../../cortex-m/armv7m/stack_guard.rs"]
+#[path = "../../cortex-m/armv7m/stack_guard.rs"]
 mod stack_guard;
 mod time;
 

@@ -20,7 +20,7 @@ use super::*;
 use crate::report::{Extent, result_text};
 use massline_files::uff::{Encoding, Frf, NodeDirection, write};
 
-const LAYOUT: &str = include_str!("../../../examples/wheel.toml");
+const LAYOUT: &str = include_str!("../../examples/wheel.toml");
 /// Nothing besides the body on its springs.
 const NOTHING: Besides = Besides { part: None, dashpot: None, structural: false };
 /// Noise of a line, (m/s²)/N.

@@ -1,16 +1,16 @@
 //! The part of the board's code that accesses the chip.
 
 pub mod adc;
-#[path = "../../../cortex-m/stm32/crystal.rs"]
+#[path = "../../cortex-m/stm32/crystal.rs"]
 pub mod crystal;
 mod ecc;
 mod panel;
 mod serial;
-#[path = "../../../cortex-m/armv7m/stack_guard.rs"]
+#[path = "../../cortex-m/armv7m/stack_guard.rs"]
 mod stack_guard;
 pub mod supply;
 mod usb;
-#[path = "../../../cortex-m/stm32/watchdog.rs"]
+#[path = "../../cortex-m/stm32/watchdog.rs"]
 pub mod watchdog;
 
 pub use watchdog::Watchdog;

@@ -23,10 +23,10 @@ use massline_files::layout_file::LayoutFile;
 
 /// The paper's four tests: sensors 1, 2, 3 or 1, 2, 4; hits 1Y, 2Z, 4X or 1X, 2Z, 2Y.
 pub const LAYOUTS: [(&str, &str); 4] = [
-    ("three-bar-test-1", include_str!("../../../examples/three-bar-test-1.toml")),
-    ("three-bar-test-2", include_str!("../../../examples/three-bar-test-2.toml")),
-    ("three-bar-test-3", include_str!("../../../examples/three-bar-test-3.toml")),
-    ("three-bar-test-4", include_str!("../../../examples/three-bar-test-4.toml")),
+    ("three-bar-test-1", include_str!("../../examples/three-bar-test-1.toml")),
+    ("three-bar-test-2", include_str!("../../examples/three-bar-test-2.toml")),
+    ("three-bar-test-3", include_str!("../../examples/three-bar-test-3.toml")),
+    ("three-bar-test-4", include_str!("../../examples/three-bar-test-4.toml")),
 ];
 
 /// Arguments of `massline demo`.
