@@ -410,17 +410,18 @@ mod tests {
     #[test]
     fn of_many_warnings_alike_the_largest_stands_for_all() {
         let mut estimate = estimate();
-        let channel = |k: u8, value| {
-            Diagnostic::about(Code::NoPlateau, Severity::Warning, Subject::Channel(k), value)
+        let line = |response: u8, value| {
+            let subject = Subject::Response { hit: 0, response };
+            Diagnostic::about(Code::NoPlateau, Severity::Warning, subject, value)
         };
         let reasons = |of: &Estimate<f64>| {
             let judgement = Evidence::of(of).judge();
             let all = verdict_reasons(&judgement, &HostLayout::default(), |d| d.value.to_string());
             all.into_iter().map(|of| (of.message, of.alike)).collect::<Vec<_>>()
         };
-        estimate.diagnostics.extend([channel(1, 0.02), channel(2, 0.04)]);
+        estimate.diagnostics.extend([line(1, 0.02), line(2, 0.04)]);
         assert_eq!(reasons(&estimate), [("0.02".into(), 0), ("0.04".into(), 0)]);
-        estimate.diagnostics.extend([channel(3, 0.03), warning(Code::IllConditioned)]);
+        estimate.diagnostics.extend([line(3, 0.03), warning(Code::IllConditioned)]);
         assert_eq!(reasons(&estimate), [("0.04".into(), 2), ("1".into(), 0)]);
     }
 }
