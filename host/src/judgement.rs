@@ -417,7 +417,7 @@ mod tests {
         let reasons = |of: &Estimate<f64>| {
             let judgement = Evidence::of(of).judge();
             let all = verdict_reasons(&judgement, &HostLayout::default(), |d| d.value.to_string());
-            all.into_iter().map(|of| (of.message, of.alike)).collect::<Vec<_>>()
+            all.into_iter().map(|reason| (reason.message, reason.alike)).collect::<Vec<_>>()
         };
         estimate.diagnostics.extend([line(1, 0.02), line(2, 0.04)]);
         assert_eq!(reasons(&estimate), [("0.02".into(), 0), ("0.04".into(), 0)]);

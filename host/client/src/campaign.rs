@@ -385,11 +385,13 @@ pub fn restarted(status: &Status) -> Error {
             "no DOF was finished, so there are no hits to keep: the same command starts again"
                 .to_owned()
         }
-        _ => format!(
-            "it keeps the {} of the DOFs that were finished; only the hits of the DOF under way are to be repeated: the same \
-             command resumes, --restart starts over",
-            format_args!("{accepted} accepted hit{}", if accepted == 1 { "" } else { "s" })
-        ),
+        _ => {
+            let ending = if accepted == 1 { "" } else { "s" };
+            format!(
+                "it keeps the {accepted} accepted hit{ending} of the DOFs that were finished; only the hits of the DOF under \
+                 way are to be repeated: the same command resumes, --restart starts over"
+            )
+        }
     };
     let message = format!(
         "the rig has restarted during the measurement (check its cable and supply): {kept}"

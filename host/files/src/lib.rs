@@ -1,4 +1,5 @@
-//! Files of other programs, and how files are read and written at all. Whatever enters has its unit stated or is asked for.
+//! Files that people and other programs write, and how files are read and written at all. Whatever enters has its unit
+//! stated or is asked for.
 //!
 //! | module | subject |
 //! | --- | --- |

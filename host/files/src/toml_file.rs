@@ -4,17 +4,15 @@ use std::path::Path;
 
 use serde::de::DeserializeOwned;
 
-use crate::file;
-use crate::layout_file::Place;
 use massline_result::{Error, Result};
 
-/// Largest TOML file that is read, bytes.
-const MAX_BYTES: u64 = crate::layout_file::MAX_BYTES;
+use crate::file;
+use crate::layout_file::{self, Place};
 
 /// The text of a file; `code` is the code of its errors.
 pub fn read(path: &Path, code: &'static str) -> Result<String> {
-    let bytes =
-        file::read(path, MAX_BYTES).map_err(|e| Error::input(code, file::unreadable(path, &e)))?;
+    let bytes = file::read(path, layout_file::MAX_BYTES)
+        .map_err(|e| Error::input(code, file::unreadable(path, &e)))?;
     String::from_utf8(bytes)
         .map_err(|_| Error::input(code, format!("{}: this is not UTF-8 text", path.display())))
 }

@@ -122,7 +122,7 @@ fn entries(table: &DeTable, text: &str) -> Vec<Entry> {
     let mut all = Vec::new();
     for (key, value) in table {
         let words = match value.get_ref() {
-            DeValue::Array(values) => values.iter().map(|of| word(of.get_ref())).collect(),
+            DeValue::Array(values) => values.iter().map(|value| word(value.get_ref())).collect(),
             other => word(other).map(|word| vec![word]),
         };
         let written = || shown(text.get(value.span()).unwrap_or_default());

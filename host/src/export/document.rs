@@ -131,7 +131,8 @@ pub fn of_result(result: &TestResult, source: &str, method: Option<Method>) -> R
     let subject = best.map_or_else(String::new, |best| format!("of the answer by {best}: "));
     let doubt = |reason: &VerdictReason| one_line(&format!("{subject}{}", reason_text(reason)));
     exported.doubts = result.verdict_reasons.iter().map(doubt).collect();
-    let is_off = result.agreement.as_ref().is_some_and(|of| of.off.contains(&answer.method));
+    let agreement = result.agreement.as_ref();
+    let is_off = agreement.is_some_and(|agreement| agreement.off.contains(&answer.method));
     let own = [
         // As where it is the only answer.
         (answer.complete_sigma().is_none(), UNCERTAINTY_UNKNOWN),
@@ -139,7 +140,7 @@ pub fn of_result(result: &TestResult, source: &str, method: Option<Method>) -> R
     ];
     for (_, doubt) in own.into_iter().filter(|(applies, _)| *applies) {
         exported.verdict = exported.verdict.max(Verdict::UseWithCare);
-        if !exported.doubts.iter().any(|said| said == doubt) {
+        if !exported.doubts.iter().any(|stated| stated == doubt) {
             exported.doubts.push(doubt.into());
         }
     }

@@ -137,7 +137,7 @@ impl Verdict {
     pub fn of(result: &TestResult) -> Self {
         use massline_result::Verdict;
         let reasons: Vec<Sentence> =
-            result.verdict_reasons.iter().map(|of| Sentence(reason_text(of))).collect();
+            result.verdict_reasons.iter().map(|reason| Sentence(reason_text(reason))).collect();
         let Some(verdict) = result.verdict else { return Self::without_answer(result) };
         let tone = match verdict {
             Verdict::Good => "good",

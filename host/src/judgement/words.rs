@@ -10,8 +10,8 @@ use massline_result::VerdictReason;
 /// What is said of an answer whose standard deviations, if it has any, do not cover all that they should.
 pub const UNCERTAINTY_UNKNOWN: &str = "the 95 % intervals of the answer are not known";
 
-/// As many warnings about single responses with one code are a reason each; of more, the one with the largest value stands for
-/// all. There are dozens of responses, and what is wrong with one of them is mostly wrong with many.
+/// As many warnings about single responses with one code are a reason each; of more, the one with the largest value
+/// stands for all. There are dozens of responses, and what is wrong with one of them is mostly wrong with many.
 const MOST_ALIKE: usize = 2;
 
 /// The reasons of a verdict, the gravest first; `message_of` makes the sentence of a finding.

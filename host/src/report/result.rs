@@ -153,8 +153,8 @@ pub fn limits_text(result: &TestResult) -> String {
 
 /// What the hammer's gain alone accounts for, where that is most.
 pub fn hammer_limit(result: &TestResult) -> Option<&str> {
-    let found = result.diagnostics.iter().find(|of| of.code == FindingCode::HammerGainLimits)?;
-    Some(&found.message)
+    let is_of_hammer = |finding: &&Finding| finding.code == FindingCode::HammerGainLimits;
+    result.diagnostics.iter().find(is_of_hammer).map(|finding| finding.message.as_str())
 }
 
 /// A source of error in words, by its name.

@@ -100,7 +100,8 @@ fn said(text: &str, of_reader: &str, at: usize) -> String {
     format!("{} cannot be read: {advice}", shown(value))
 }
 
-/// Whether a character has no place outside of quotes and does not show: control characters, spaces of print, marks of order.
+/// Whether a character has no place outside of quotes and does not show: control characters, spaces of print, marks of
+/// order.
 fn is_invisible(c: char) -> bool {
     c.is_control() && c != '\t' && c != '\r'
         || matches!(

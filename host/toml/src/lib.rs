@@ -1,5 +1,5 @@
-//! Reads TOML texts that people write: a table is a table, a list has its length, and what is wrong is said to the owner
-//! of the text.
+//! Reads TOML texts that people write: a table is a table, a list has its length, and what is wrong is said to the
+//! owner of the text.
 
 use std::ops::Range;
 
@@ -44,8 +44,8 @@ pub fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, TomlError> {
     DeTable::parse(text).map_err(|error| grammar::error(text, &error))
 }
 
-/// Reads a text as a `T`. Other than with `toml::from_str`, a list is refused where a table belongs, and a list with another
-/// length than that of the array that is asked for.
+/// Reads a text as a `T`. Other than with `toml::from_str`, a list is refused where a table belongs, and a list with
+/// another length than that of the array that is asked for.
 ///
 /// # Errors
 /// What is not TOML, and the first value or key that does not belong there.

@@ -118,11 +118,10 @@ fn instead(written: &str, form: Form, wanted: &str, name: &str) -> String {
     let is_list = wanted == "a sequence" || wanted.starts_with("a list");
     let is_whole = named(wanted).starts_with("a whole number");
     match form {
-        Form::Table if is_list => {
-            "one table stands where a list should: of several tables the name of each is in double brackets, and other lists are \
-             written `name = [1, 2]`"
-                .replace("name =", &format!("{name} ="))
-        }
+        Form::Table if is_list => format!(
+            "one table stands where a list should: of several tables the name of each is in double brackets, and other \
+             lists are written `{name} = [1, 2]`"
+        ),
         Form::Tables if wanted.starts_with("a table") || wanted.starts_with("struct ") => {
             "there is one such table only: write its name in single brackets".into()
         }

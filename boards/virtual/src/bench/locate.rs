@@ -17,7 +17,8 @@ pub struct BenchFileError {
     pub file: String,
     /// Line, counted from 1.
     pub line: usize,
-    /// Dotted path of the key, with `[i]` (from 0) for the entries of arrays where a value is wrong; empty when no key is.
+    /// Dotted path of the key, with `[i]` (from 0) for the entries of arrays where a value is out of range; empty where
+    /// the error is not about a key.
     pub key: String,
     /// What is wrong.
     pub message: String,

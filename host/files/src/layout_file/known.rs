@@ -20,8 +20,8 @@ use super::values::{RawKnown, RawMass};
 
 /// Relative standard deviation of an attached mass that is given as a plain number.
 const ATTACHED_SIGMA: f64 = 0.05;
-/// Smallest relative standard deviation of prior knowledge about a mass or a moment of inertia: what the solvers resolve
-/// beside the readings.
+/// Smallest relative standard deviation of prior knowledge about a mass or a moment of inertia: what the solvers
+/// resolve beside the readings.
 const LEAST_SIGMA: f64 = 1e-6;
 
 /// The `[uncertainty]` table: default uncertainties of sensors and hits.

@@ -273,12 +273,15 @@ fn a_list_is_never_read_as_a_table() {
         ("uncertainty.gain", "[0.01]"),
     ];
     for (key, list) in inner {
-        let said = parse(&format!("{key} = {list}")).unwrap_err().to_string();
-        assert!(said.contains(" stands where ") && said.contains(&format!(": {key}: ")), "{said}");
+        let message = parse(&format!("{key} = {list}")).unwrap_err().to_string();
+        assert!(
+            message.contains(" stands where ") && message.contains(&format!(": {key}: ")),
+            "{message}"
+        );
     }
     for (key, list) in [("attached_mass_kg", "[0.004, 0.0002]"), ("uncertainty", "[0.001]")] {
-        let said = parse(&format!("sensors = [{{ node = 1, {key} = {list} }}]")).unwrap_err();
-        assert!(said.to_string().contains(&format!("{list} stands where ")), "{said}");
+        let message = parse(&format!("sensors = [{{ node = 1, {key} = {list} }}]")).unwrap_err();
+        assert!(message.to_string().contains(&format!("{list} stands where ")), "{message}");
     }
 }
 
@@ -293,9 +296,12 @@ fn a_list_has_the_length_that_is_asked_for() {
         ("test.band_hz", "[10, 20, 30]"),
         ("test.impulse_ns", "[0.1, 0.2, 0.3]"),
     ] {
-        let said = parse(&format!("{key} = {list}")).unwrap_err().to_string();
-        assert!(said.contains(" stand where ") || said.contains("[lowest, highest]"), "{said}");
-        assert!(said.contains(&format!(": {key}: ")), "{said}");
+        let message = parse(&format!("{key} = {list}")).unwrap_err().to_string();
+        assert!(
+            message.contains(" stand where ") || message.contains("[lowest, highest]"),
+            "{message}"
+        );
+        assert!(message.contains(&format!(": {key}: ")), "{message}");
     }
 }
 
@@ -303,8 +309,8 @@ fn a_list_has_the_length_that_is_asked_for() {
 fn no_scale_is_exact() {
     for (key, sigma) in [("mass_kg", 1e-9), ("Jxx_kg_m2", 1e-12)] {
         let text = format!("{GOOD}\n[prior]\n{key} = {{ value = 1.23, sigma = {sigma} }}");
-        let said = parse(&text).unwrap_err().to_string();
-        assert!(said.contains("a millionth of the value"), "{said}");
+        let message = parse(&text).unwrap_err().to_string();
+        assert!(message.contains("a millionth of the value"), "{message}");
     }
     let text = format!("{GOOD}\n[prior]\nmass_kg = {{ value = 1.23, sigma = 2e-6 }}");
     assert!(parse(&text).is_ok());
