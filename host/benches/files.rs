@@ -5,10 +5,10 @@ use divan::Bencher;
 use massline::solve::{Options, solve};
 use massline_files::layout_file::LayoutFile;
 use massline_files::uff::{Encoding, UffFile, functions_of, write};
+use massline_physics::Bench;
+use massline_physics::responses::add_noise;
 use massline_result::Verdict;
 use massline_shared::FrequencyResponses;
-use massline_virtual::bench::Bench;
-use massline_virtual::bench::responses::add_noise;
 use nalgebra::Complex;
 
 const HITS: usize = 20;

@@ -1,17 +1,17 @@
 //! How long the suspension-mode methods take on dense responses of many hits: `cargo bench -p massline`.
 
 use divan::Bencher;
-use massline::identification::Selection;
 use massline::solve::{Options, solve};
+use massline_analysis::identification::Selection;
 use massline_files::layout_file::LayoutFile;
 use massline_files::uff::{Encoding, UffFile, functions_of, write};
+use massline_physics::Bench;
+use massline_physics::responses::{Besides, add_noise, frequency_responses};
 use massline_shared::FrequencyResponses;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::Method;
 use massline_shared::identify::global_fit::{self, GlobalFitSettings, workspace};
 use massline_shared::modes::MOST_LINES;
-use massline_virtual::bench::Bench;
-use massline_virtual::bench::responses::{Besides, add_noise, frequency_responses};
 use nalgebra::Complex;
 
 /// Lines of a file, from 0.5 to 12.5 Hz.

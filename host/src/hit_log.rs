@@ -24,12 +24,10 @@ use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::Swing;
 
-use crate::clock;
-use crate::report::by_code;
+use massline_files::archive::MOST_LOGGED_HITS;
+use massline_files::clock;
+use massline_report::words::by_code;
 use massline_result::{Finding, HitVerdict, LoggedHit};
-
-/// Largest number of hits in a log.
-pub const MOST: usize = 8192;
 
 /// The hits of the campaign that is followed.
 #[derive(Clone, Debug, Default)]
@@ -75,7 +73,7 @@ impl HitLog {
             }
             return;
         }
-        if self.entries.len() >= MOST {
+        if self.entries.len() >= MOST_LOGGED_HITS {
             return;
         }
         self.entries.iter_mut().for_each(|of| of.settled = false);

@@ -6,39 +6,37 @@
 //! is; without a terminal, text is wrapped to [`WIDTH`] columns and tables are as wide as they need to be.
 //!
 //! # JSON documents
-//! A document is one object in one line. Its first key is `schema_version`, the number [`SCHEMA_VERSION`]: a
+//! A document is one object in one line. Its first key is `schema_version`, a number: a
 //! program that reads documents checks it and ignores unknown keys. A command that fails after it has printed
 //! its answer prints the error as a second document; each document has the version. `massline layout schema`
 //! prints a JSON schema with and without `--json`; that schema has no `schema_version`.
 
+mod color;
 mod notes;
 mod shell;
-mod table;
-mod tone;
-mod wrap;
 
-use std::fmt::Display;
+use std::borrow::Cow;
 use std::io::{self, IsTerminal, Write};
 
 use indicatif::ProgressBar;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::document::Failure;
 use crate::{Error, ErrorKind, Result};
+pub use color::ColorChoice;
 use massline_client::interrupt::Interrupt;
-use massline_result::{SCHEMA_VERSION, Verdict};
+use massline_report::document::Failure;
+pub use massline_report::document::versioned;
+use massline_report::table::terminal_width;
+pub use massline_report::table::{Table, align_right, table};
+use massline_report::tone::plain;
+pub use massline_report::tone::{Tone, harmless};
+pub use massline_report::words::counted;
+use massline_report::wrap::wrapped;
+pub use massline_report::wrap::{KEPT, WIDTH};
+use massline_result::Verdict;
 pub use notes::Notes;
 pub use shell::{shell_path, shell_word, this_command_with};
-pub use table::{Table, align_right};
-pub(crate) use tone::harmless;
-pub use tone::{ColorChoice, Tone};
-use tone::{escaped, plain};
-pub use wrap::KEPT;
-use wrap::wrapped;
-
-/// Width of text without a terminal, columns.
-pub const WIDTH: usize = 100;
 
 /// The output streams of a command, and whether the user has pressed Ctrl-C.
 pub struct Output {
@@ -56,14 +54,6 @@ pub struct Output {
     details: Option<Value>,
     /// Whether the command has stated an answer that is not to be used.
     is_unusable: bool,
-}
-
-/// A JSON answer with the version of its schema.
-#[derive(Serialize)]
-struct Document<'a, T> {
-    schema_version: u32,
-    #[serde(flatten)]
-    answer: &'a T,
 }
 
 impl Output {
@@ -203,18 +193,12 @@ impl Output {
         }
     }
 
-    /// Writes the answer, a JSON object, in one line with its [`SCHEMA_VERSION`].
+    /// Writes the answer, a JSON object, in one line with its `schema_version`.
     ///
     /// # Errors
     /// As [`Output::text`], and when `value` is not an object.
     pub fn value(&mut self, value: &impl Serialize) -> Result<()> {
-        let document = Document { schema_version: SCHEMA_VERSION, answer: value };
-        let line = serde_json::to_string(&document).map_err(|e| {
-            Error::internal(
-                "no_object",
-                format!("the answer is not a JSON object: {e}; report this"),
-            )
-        })?;
+        let line = versioned(value)?;
         let written = writeln!(self.out, "{}", escaped(&line)).and_then(|()| self.out.flush());
         check(written)
     }
@@ -326,34 +310,25 @@ impl Output {
     }
 }
 
-/// Width of text: that of the terminal at this moment, or [`WIDTH`] without a terminal.
+/// Width of text: that of the terminal, or [`WIDTH`] without a terminal.
 fn width(on_terminal: bool) -> usize {
-    let columns = || crossterm::terminal::size().ok().map(|(columns, _)| usize::from(columns));
-    // A terminal that does not know its size reports zero.
-    let known = on_terminal.then(columns).flatten().filter(|&columns| columns > 0);
-    known.unwrap_or(WIDTH)
+    on_terminal.then(terminal_width).flatten().unwrap_or(WIDTH)
 }
 
-/// A JSON answer with the version of its schema, as text.
-///
-/// # Errors
-/// When it cannot be written as JSON.
-pub fn versioned(answer: &impl Serialize) -> Result<String> {
-    let document = Document { schema_version: SCHEMA_VERSION, answer };
-    serde_json::to_string(&document)
-        .map_err(|e| Error::internal("document_not_written", format!("{e}; report this")))
-}
-
-/// A number of things that are named by a noun with a regular plural: `1 run`, `2 runs`.
-pub fn counted(count: impl Display, noun: &str) -> String {
-    let count = count.to_string();
-    let ending = if count == "1" { "" } else { "s" };
-    format!("{count} {noun}{ending}")
-}
-
-/// An empty table in the style of this program, as wide as the terminal has room for.
-pub fn table() -> Table {
-    Table::within(io::stdout().is_terminal().then(|| width(true)))
+/// A JSON text whose strings name their control characters by number; serde_json writes those above 0x7e as they are.
+fn escaped(json: &str) -> Cow<'_, str> {
+    if !json.contains(char::is_control) {
+        return json.into();
+    }
+    let mut text = String::new();
+    for c in json.chars() {
+        if c.is_control() {
+            text += &format!("\\u{:04x}", u32::from(c));
+        } else {
+            text.push(c);
+        }
+    }
+    text.into()
 }
 
 fn check(written: io::Result<()>) -> Result<()> {
@@ -396,7 +371,7 @@ mod tests {
         Output::to(true, out.clone(), err.clone()).error(&Error::input("wrong", "so it is"));
         let value: Value = serde_json::from_str(&out.text()).unwrap();
         assert_eq!(value["error"]["exit"], 2);
-        assert_eq!(value["schema_version"], SCHEMA_VERSION);
+        assert_eq!(value["schema_version"], massline_result::SCHEMA_VERSION);
         assert_eq!(err.text(), "");
     }
 

@@ -9,7 +9,7 @@
 //! [`Feeder`] writes them as the rig asks for them, so the emulator's speed does not matter and a run is as
 //! repeatable as its source.
 //!
-//! [`ScanSource`]: massline_virtual::source::ScanSource
+//! [`ScanSource`]: massline_physics::source::ScanSource
 
 mod feeder;
 mod machine;

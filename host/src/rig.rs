@@ -3,9 +3,9 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use massline_physics::source::ScanSource;
 use massline_protocol::message::Identity;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
-use massline_virtual::source::ScanSource;
 
 use crate::{Error, Result};
 use massline_client::Client;

@@ -6,9 +6,9 @@ use massline_shared::layout::{HostLayout, TestProfile};
 use massline_shared::signal::{AdcProperties, ringing_s};
 use nalgebra::Complex;
 
-use crate::archive::{Archive, ArchivedLines};
-use crate::suspension::{DofLines, TestLines};
+use massline_analysis::suspension::{DofLines, TestLines};
 use massline_client::{Client, ClientError, StoredDof};
+use massline_files::archive::{Archive, ArchivedLines};
 
 /// The lines of the DOFs of a result; none in the mass-line profile.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -40,7 +40,7 @@ impl RigLines {
         let mut dofs = Vec::new();
         for head in &result.lines {
             let id = LinesId { result: result.head.number, dof: head.index };
-            dofs.extend(client.lines(id)?.as_ref().map(ArchivedLines::of));
+            dofs.extend(client.lines(id)?.as_ref().map(archived));
         }
         Ok(Self { adc: Some(adc), dofs })
     }
@@ -53,6 +53,15 @@ impl RigLines {
     /// The lines, DOF by DOF.
     pub fn into_dofs(self) -> Vec<ArchivedLines> {
         self.dofs
+    }
+}
+
+/// The lines that a rig has sent, as an archive has them.
+fn archived(stored: &StoredDof) -> ArchivedLines {
+    let parts = |of: &Vec<Complex<f32>>| of.iter().map(|value| [value.re, value.im]).collect();
+    ArchivedLines {
+        dof: stored.head.dof.to_string(),
+        responses: stored.responses.iter().map(parts).collect(),
     }
 }
 

@@ -5,7 +5,7 @@ use massline_shared::diagnosis::{Setting, Subject};
 use massline_shared::layout::{TestProfile, check_settings, highest_frequency};
 use massline_shared::signal::{SPECTRUM_BINS, transform_of};
 
-use crate::report::message;
+use massline_report::words::message;
 
 /// Scans per second of a rig.
 const RATE: f32 = 4000.0;

@@ -10,20 +10,20 @@ use massline_shared::identify::{Estimate, IdentifySettings, Observations};
 use massline_shared::layout::{HostLayout, TestProfile};
 
 use crate::Error;
-use crate::identification::{
+use crate::rig_lines::StoredTest;
+use crate::solve::{band_of_modes, first_error, lacking, no_modal_answer};
+use massline_analysis::identification::{
     Identification, MeasuredLines, Selection, contradicted, identify, layout_of, learned, lines_of,
     sensors_not_rigid,
 };
-use crate::plausibility::suspicions;
-use crate::report::{estimates_of, known, measured, message_in};
-use crate::rig_findings::of_measuring;
-use crate::rig_lines::StoredTest;
-use crate::single_fault::NominalTest;
-use crate::solution::Solution;
-use crate::solve::{band_of_modes, first_error, lacking, no_modal_answer};
-use crate::suspension::{
+use massline_analysis::plausibility::suspicions;
+use massline_analysis::rig_findings::of_measuring;
+use massline_analysis::single_fault::NominalTest;
+use massline_analysis::suspension::{
     Comparison, MassLineAnswers, compare, reciprocity_of_mass_lines, warn_of_flexible_mode,
 };
+use massline_report::solution::Solution;
+use massline_report::words::{estimates_of, known, measured, message_in};
 
 /// Largest difference of the rig's answer, in standard deviations of the program's, that nobody could tell from none. A
 /// corrected layout makes more; single precision a thousandth of it.

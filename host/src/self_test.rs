@@ -8,9 +8,9 @@ use massline_shared::diagnosis::{Diagnostic, Subject};
 use massline_shared::signal::self_test::{ChannelAtRest, KnownSensors, SelfTest, left_capacitors};
 use massline_shared::signal::{AdcProperties, Calibration, HAMMER, Scan};
 
-use crate::document::{ChannelCheck, DeviceCheck};
-use crate::report::{channel_name, message};
 use massline_client::flash::board::circuit_of;
+use massline_report::document::{ChannelCheck, DeviceCheck};
+use massline_report::words::{channel_name, message};
 use massline_result::Finding;
 
 /// What a rig reads at rest, and the faults that this shows.

@@ -30,24 +30,24 @@ use massline_shared::identify::{IdentifySettings, Method, Observable, Observatio
 use massline_shared::layout::{Dof, HostLayout, TestProfile, TestSettings};
 use massline_shared::modes::LinesPerSide;
 
-use crate::archive::Archive;
-use crate::design::assumed_for_solving;
-use crate::identification::{Identification, Selection, identify, learned};
-use crate::plausibility::suspicions;
-use crate::report::message_in;
-use crate::single_fault::{Examination, NominalTest};
-use crate::solution::Solution;
-use crate::suspension::{
-    Comparison, MassLineAnswers, ModeChoice, SuspensionModes, compare, reciprocity_of_mass_lines,
-};
 use crate::{Error, ErrorKind, Result};
 use answer::{Settings, failed, solution};
 use driving_points::{after_points, blame_option, reversed_points};
 use errors::{blame_the_responses, both_errors, undetermined};
 use frfs::{FittedLines, LayoutResponses, stated_band};
 use layout_checks::{admitted, layout_problem};
+use massline_analysis::design::assumed_for_solving;
+use massline_analysis::identification::{Identification, Selection, identify, learned};
+use massline_analysis::plausibility::suspicions;
+use massline_analysis::single_fault::{Examination, NominalTest};
+use massline_analysis::suspension::{
+    Comparison, MassLineAnswers, ModeChoice, SuspensionModes, compare, reciprocity_of_mass_lines,
+};
+use massline_files::archive::Archive;
 use massline_files::layout_file::LayoutFile;
 use massline_files::uff::{Encoding, Quantity, UffFile, write};
+use massline_report::solution::Solution;
+use massline_report::words::message_in;
 use reading::reading_text;
 use suspension::{Looked, ModalPart};
 pub(crate) use suspension::{lacking, no_modal_answer};

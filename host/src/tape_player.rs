@@ -3,10 +3,10 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
+use massline_physics::source::ScanSource;
 use massline_protocol::LayoutHash;
 use massline_shared::layout::{Dof, RigLayout};
 use massline_shared::signal::{AdcProperties, CHANNELS, RECORD_SCANS, Scan};
-use massline_virtual::source::ScanSource;
 
 use crate::{Error, Result};
 use massline_files::tape::{Scans, Segment, Tape};

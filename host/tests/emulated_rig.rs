@@ -14,9 +14,9 @@ use massline_client::campaign::{CampaignOutcome, Observer, StartOptions, begin, 
 use massline_client::interrupt::Interrupt;
 use massline_client::{Client, SerialTransport};
 use massline_files::layout_file::LayoutFile;
+use massline_physics::source::ScanSource;
+use massline_physics::{Bench, BenchSource};
 use massline_protocol::message::Stats;
-use massline_virtual::bench::{Bench, BenchSource};
-use massline_virtual::source::ScanSource;
 use serde_json::Value;
 
 /// A limit that is reached only when something hangs.

@@ -5,18 +5,18 @@
 
 use std::time::{Duration, Instant};
 
-use massline::monte_carlo::measurement::TestLayout;
 use massline::rig::PipeTransport;
+use massline_analysis::monte_carlo::measurement::TestLayout;
 use massline_client::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow};
 use massline_client::interrupt::Interrupt;
 use massline_client::{Client, Timing};
 use massline_files::layout_file::LayoutFile;
+use massline_physics::source::ScanSource;
+use massline_physics::{Bench, BenchSource};
 use massline_protocol::message::Status;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::layout::{Axis, Dof, Hit, RigLayout, Sign};
 use massline_shared::measurement::campaign::Phase;
-use massline_virtual::bench::{Bench, BenchSource};
-use massline_virtual::source::ScanSource;
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 
 /// A wall-clock limit that is reached only when something hangs.

@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Instant;
 
+use massline_physics::source::ScanSource;
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_virtual::VirtualRig;
-use massline_virtual::source::ScanSource;
 
 use crate::campaign::LATE;
 

@@ -10,17 +10,16 @@ pub mod set_up;
 pub mod written;
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::identification::{Identification, Selection, identify};
-use massline::judgement::{Concern, Evidence, Judgement};
-use massline::monte_carlo::MonteCarlo;
-use massline::monte_carlo::measurement::{SimulatedTest, TestLayout};
-use massline::single_fault::{Examination, Mistake, examine};
-use massline::suspension::{MassLineAnswers, compare, reciprocity_of_mass_lines};
-use massline_client::interrupt::Interrupt;
+use massline_analysis::identification::{Identification, Selection, identify};
+use massline_analysis::judgement::{Concern, Evidence, Judgement};
+use massline_analysis::monte_carlo::MonteCarlo;
+use massline_analysis::monte_carlo::measurement::{SimulatedTest, TestLayout};
+use massline_analysis::single_fault::{Examination, Mistake, examine};
+use massline_analysis::suspension::{MassLineAnswers, compare, reciprocity_of_mass_lines};
+use massline_physics::Bench;
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::{DofMassLines, IdentifySettings, Observations};
 use massline_shared::layout::{HOST_SENSORS, HostLayout};
-use massline_virtual::bench::Bench;
 
 use crate::campaign::layout_file;
 
@@ -89,7 +88,7 @@ pub fn measured_tests(bench: &Bench, text: &str, runs: u64, seed: u64) -> Vec<Me
     let nodes: Vec<_> = file.nodes.iter().map(|node| (node.id, node.position)).collect();
     let study =
         MonteCarlo { bench, layout: &layout, calibration: &calibration, seed, runs, threads: None };
-    let runs = study.runs(&Interrupt::new(), |_| ()).expect("the bench takes the layout");
+    let runs = study.runs(&|| false, |_| ()).expect("the bench takes the layout");
     let with = |test| MeasuredTest { layout: layout.clone(), nodes: nodes.clone(), test };
     runs.into_iter().flatten().map(with).collect()
 }

@@ -3,12 +3,12 @@
 use embassy_futures::block_on;
 use massline_firmware::panel::{Button, PanelModel};
 use massline_firmware::store::Store;
+use massline_physics::source::ScanSource;
 use massline_shared::layout::RigLayout;
 use massline_virtual::flash::{Flash, FlashBacking};
 use massline_virtual::framebuffer::Framebuffer;
 use massline_virtual::panel::PanelView;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
-use massline_virtual::source::ScanSource;
 
 use crate::campaign::LATE;
 

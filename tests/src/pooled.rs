@@ -1,8 +1,8 @@
 //! Statistics of simulated tests, pooled over the four tests of the three-bar frame.
 
-use massline::monte_carlo::Run;
-use massline::monte_carlo::measurement::TestLayout;
-use massline::monte_carlo::statistics::MethodStatistics;
+use massline_analysis::monte_carlo::Run;
+use massline_analysis::monte_carlo::measurement::TestLayout;
+use massline_analysis::monte_carlo::statistics::MethodStatistics;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Estimate;
 use massline_shared::identify::maximum_likelihood::{ErrorBudget, RIG_WORKSPACE, Start, solve};

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use massline::commands::bench_test::nominal_calibration;
+use massline_physics::source::ScanSource;
+use massline_physics::{Bench, BenchSource};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Start;
 use massline_shared::measurement::{Measurement, Memory, NextAction};
 use massline_shared::signal::{AdcProperties, DECIMATION, Scan};
 use massline_shared::units::ScanIndex;
-use massline_virtual::bench::{Bench, BenchSource};
-use massline_virtual::source::ScanSource;
 
 /// The scans of every hit of a campaign, by DOF.
 pub type Hits = Arc<Vec<Vec<Vec<Scan>>>>;

@@ -2,8 +2,6 @@
 //!
 //! | module | subject |
 //! | --- | --- |
-//! | [`mod@bench`] | the object on its cords, the hammer, the sensors, the ADC |
-//! | [`source`] | the interface between what makes scans and what consumes them |
 //! | [`sampler`] | hands the scans out, in real or simulated time |
 //! | [`clock`] | the time of the rig, its timers and its executor |
 //! | [`pipe`] | the link as a pipe in memory, with faults on demand |
@@ -15,7 +13,6 @@
 //! | [`tcp`] | a rig served at a TCP address |
 #![deny(unsafe_code)]
 
-pub mod bench;
 pub mod clock;
 #[cfg(test)]
 mod echo;
@@ -27,7 +24,6 @@ pub mod pipe;
 pub mod pty;
 pub mod rig;
 pub mod sampler;
-pub mod source;
 pub mod tcp;
 
 /// Name of this board in the identity of a rig.

@@ -215,10 +215,10 @@ impl PanelView {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::ScanSource;
     use embassy_futures::{block_on, poll_once};
     use embedded_graphics::pixelcolor::BinaryColor;
     use embedded_graphics::prelude::DrawTarget;
+    use massline_physics::source::ScanSource;
     use massline_shared::layout::Dof;
     use massline_shared::signal::{AdcProperties, Scan};
     use massline_shared::units::{Hertz, Seconds, Volts};

@@ -20,7 +20,7 @@ use crate::flash::{Flash, FlashBacking, FlashOpenError};
 use crate::panel::{OperatorPanel, PanelView};
 use crate::pipe::{DEFAULT_CAPACITY, HostEnd, PipeLink, pipe};
 use crate::sampler::{SharedSource, SourceSampler, Timing};
-use crate::source::ScanSource;
+use massline_physics::source::ScanSource;
 
 /// The board that the application runs on here.
 pub type VirtualBoard = Board<SourceSampler, PipeLink, Flash, OperatorPanel>;

@@ -11,7 +11,7 @@ use massline_shared::units::ScanIndex;
 
 use crate::clock;
 use crate::pipe::Backlog;
-use crate::source::ScanSource;
+use massline_physics::source::ScanSource;
 
 /// How the time of scans relates to the wall clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

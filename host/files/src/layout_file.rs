@@ -280,5 +280,15 @@ fn raw(text: &str, file: &str) -> Result<raw::RawLayout, LayoutFileError> {
     })
 }
 
+/// Numbers and positions of the nodes that sensors and hits of a layout stand on, body frame, m: all that a rig stores of them.
+pub fn nodes_of(layout: &HostLayout) -> Vec<(u16, [f64; 3])> {
+    let sensors = layout.sensors.iter().map(|sensor| (sensor.node, sensor.position));
+    let hits = layout.hits.iter().map(|hit| (hit.dof.node, hit.position));
+    let mut nodes: Vec<_> = sensors.chain(hits).collect();
+    nodes.sort_by_key(|&(node, _)| node);
+    nodes.dedup_by_key(|&mut (node, _)| node);
+    nodes
+}
+
 #[cfg(test)]
 mod tests;

@@ -12,13 +12,18 @@
 //! | [`layout_file`] | the layout TOML |
 //! | [`calibration_file`] | the calibration TOML |
 //! | [`tape`] | recorded scans of a rig |
-//! | [`day`] | calendar dates |
+//! | [`archive`] | one file with everything that a test has measured |
+//! | [`embedded`] | results inside an HTML report |
+//! | [`day`], [`clock`] | calendar dates, the clock of this computer |
 //! | [`toml_file`] | TOML files; the errors name file, line and key |
 //! | [`uff`] | universal files, datasets 58, 151 and 164 |
 #![deny(unsafe_code)]
 
+pub mod archive;
 pub mod calibration_file;
+pub mod clock;
 pub mod day;
+pub mod embedded;
 pub mod encoding;
 pub mod file;
 pub mod layout_file;

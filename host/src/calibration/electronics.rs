@@ -17,9 +17,9 @@ use massline_shared::calibration::opposite_hits::OppositeHits;
 use massline_shared::signal::HAMMER;
 use nalgebra::Vector3;
 
-use crate::document;
-use crate::report::{channel_name, deviation, with_sigma};
 use massline_client::flash::board::conversion_order;
+use massline_report::document;
+use massline_report::words::{channel_name, deviation, with_sigma};
 
 /// A value of more standard deviations than this is significant.
 const SIGNIFICANT: f64 = 4.0;

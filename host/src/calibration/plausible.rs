@@ -9,8 +9,8 @@ use massline_shared::calibration::CalibrationRecord;
 use massline_shared::signal::Calibration;
 
 use super::block::Block;
-use crate::report::channel_name;
 use crate::{Error, Result};
+use massline_report::words::channel_name;
 
 /// Largest factor between a sensitivity and what is known about it. The data sheet of the ADXL326 permits 10 %,
 /// and force transducers are sold within 15 %.

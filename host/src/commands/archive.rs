@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use super::files::ReplaceArgs;
 use super::show::Next;
-use crate::archive::{Archive, EXTENSION};
-use crate::clock;
 use crate::output::Output;
-use crate::report::Extent;
 use crate::{Error, Result};
+use massline_files::archive::{Archive, EXTENSION};
+use massline_files::clock;
 use massline_files::file::{self, Existing};
+use massline_report::words::Extent;
 
 /// The options about the archive.
 #[derive(Clone, Debug, Default, clap::Args)]

@@ -4,21 +4,21 @@ use std::f64::consts::FRAC_2_PI;
 use std::path::Path;
 
 use clap::ValueEnum;
+use massline_physics::source::ScanSource;
+use massline_physics::{Bench, BenchError, BenchSource, Bundled, ErrorsFrom, Fault};
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{HostLayout, TestProfile};
 use massline_shared::signal::{Calibration, ChannelCalibration};
 use massline_shared::units::{Hertz, Volts};
-use massline_virtual::bench::{Bench, BenchError, BenchSource, Bundled, ErrorsFrom, Fault};
-use massline_virtual::source::ScanSource;
 
 use super::number::seed;
 use super::simulated::{Simulated, SimulatedCampaign, narrow};
 use crate::Result;
-use crate::archive::{Archive, ArchivedLayout};
-use crate::bench_error::bench_error;
 use crate::output::Output;
 use crate::rig::{RigKind, SimulatedRig};
+use massline_analysis::bench_error::bench_error;
+use massline_files::archive::{Archive, ArchivedLayout};
 use massline_files::layout_file::LayoutFile;
 use massline_files::toml_file;
 

@@ -2,25 +2,25 @@
 
 use std::path::PathBuf;
 
+use massline_physics::source::ScanSource;
 use massline_result::{FilePath, TestResult};
 use massline_shared::calibration::CalibrationRecord;
-use massline_virtual::source::ScanSource;
 
 use super::bench_test::BenchTest;
 use super::compare::Comparison;
 use super::show::{self, Next};
 use super::simulated::{ReportArgs, Simulated, results_of};
 use crate::Result;
-use crate::archive::Archive;
-use crate::document::Simulation;
-use crate::identification::Selection;
 use crate::output::Output;
-use crate::report::{Extent, result_text};
 use crate::rig_lines::RigLines;
 use crate::rig_solution::solve_test;
-use crate::single_fault::NominalTest;
+use massline_analysis::identification::Selection;
+use massline_analysis::single_fault::NominalTest;
+use massline_files::archive::Archive;
 use massline_files::file::Existing;
 use massline_files::layout_file::LayoutFile;
+use massline_report::document::Simulation;
+use massline_report::words::{Extent, result_text};
 
 /// A test on a simulated rig that is shown beside the truth.
 #[derive(Clone, Copy, Debug)]

@@ -7,12 +7,18 @@ use massline_protocol::object::MeasurementResult;
 use massline_shared::layout::RigLayout;
 
 use crate::Result;
-use crate::archive::{Archive, ArchivedSpectra, CampaignId, HitRecord, Part, RecordCollection};
+use crate::archive_part::{CampaignId, Part};
 use crate::hit_log::{self, HitLog};
+use crate::hit_records::RecordCollection;
 use crate::output::Output;
 use crate::spectra::SpectraCollection;
 use massline_client::Client;
+use massline_client::DofSpectra;
+use massline_files::archive::{Archive, ArchivedSpectra, HitRecord, MOST_LOGGED_HITS};
 use massline_result::LoggedHit;
+use massline_shared::layout::Dof;
+use massline_shared::signal::RESPONSES;
+use nalgebra::Complex;
 
 /// Frequency responses, records of hits, and what became of every hit.
 #[derive(Default)]
@@ -116,9 +122,11 @@ impl Collected {
 
     /// The spectra of all DOFs; those read later replace those read before.
     fn archived_spectra(&self, layout: &RigLayout) -> Vec<ArchivedSpectra> {
-        let named = self.spectra.spectra().iter().filter_map(|of| {
-            Some(ArchivedSpectra::of(of, layout.hits.get(usize::from(of.dof))?.dof))
-        });
+        let named = self
+            .spectra
+            .spectra()
+            .iter()
+            .filter_map(|of| Some(archived(of, layout.hits.get(usize::from(of.dof))?.dof)));
         let new: Vec<_> = named.collect();
         let earlier = self.earlier.iter().filter(|of| new.iter().all(|new| new.dof != of.dof));
         earlier.cloned().chain(new.iter().cloned()).collect()
@@ -128,7 +136,7 @@ impl Collected {
     fn hit_log(&self, layout: &RigLayout) -> Vec<LoggedHit> {
         let mut hits = self.earlier_hits.clone();
         hits.extend(self.log.logged(layout));
-        hits.truncate(hit_log::MOST);
+        hits.truncate(MOST_LOGGED_HITS);
         hits
     }
 
@@ -172,4 +180,23 @@ fn missing(archive: &Archive, records: bool) -> Vec<String> {
         format!("the archive has another number of hit records than hits: {}", other.join(", "))
     });
     spectra.into_iter().chain(records).collect()
+}
+
+/// The spectra that a rig has sent for this DOF, as an archive has them.
+fn archived(spectra: &DofSpectra, dof: Dof) -> ArchivedSpectra {
+    let responses = 0..RESPONSES;
+    // A rig sends numbers of single precision.
+    let single = |of: &[f64]| of.iter().map(|&value| value as f32).collect();
+    let parts = |of: &[Complex<f64>]| {
+        of.iter().map(|value| [value.re, value.im].map(|x| x as f32)).collect()
+    };
+    ArchivedSpectra {
+        dof: dof.to_string(),
+        hits: spectra.hits,
+        resolution_hz: spectra.resolution,
+        decay_per_s: spectra.decay,
+        force_auto: single(spectra.force_auto()),
+        cross: responses.clone().filter_map(|k| spectra.cross(k)).map(parts).collect(),
+        response_auto: responses.filter_map(|k| spectra.response_auto(k)).map(single).collect(),
+    }
 }

@@ -3,10 +3,10 @@
 use massline_result::{Estimate, TestResult};
 use massline_shared::body::{INERTIAL_PARAMETERS, RigidBody, scale};
 
-use crate::document::ComparedTest;
 use crate::output::{align_right, table};
-use crate::report::{as_exact_as, in_interval};
 use crate::{Error, Result};
+use massline_report::document::ComparedTest;
+use massline_report::words::{as_exact_as, in_interval};
 
 /// A test whose true answer is known.
 #[derive(Clone, Debug)]
@@ -173,7 +173,7 @@ mod tests {
     use nalgebra::SVector;
 
     use super::*;
-    use crate::report::{estimate_of, message};
+    use massline_report::words::{estimate_of, message};
 
     const TRUTH: [f64; 10] = [2.0, 0.1, 0.2, 0.3, 0.01, 0.02, 0.03, 0.001, 0.002, 0.003];
 

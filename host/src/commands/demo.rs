@@ -12,14 +12,14 @@ use super::files::ReplaceArgs;
 use super::show::{self, DetailsArgs, Next};
 use super::simulated::{ReportArgs, RigArgs, results_of};
 use crate::Result;
-use crate::document::Demo;
-use crate::identification::Selection;
 use crate::output::{Output, Tone};
-use crate::report::{Extent, INERTIA_CONVENTION, heading_text, limits_text, result_text};
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::rig_solution::solve_test;
-use crate::single_fault::NominalTest;
+use massline_analysis::identification::Selection;
+use massline_analysis::single_fault::NominalTest;
 use massline_files::layout_file::LayoutFile;
+use massline_report::document::Demo;
+use massline_report::words::{Extent, INERTIA_CONVENTION, heading_text, limits_text, result_text};
 
 /// The paper's four tests: sensors 1, 2, 3 or 1, 2, 4; hits 1Y, 2Z, 4X or 1X, 2Z, 2Y.
 pub const LAYOUTS: [(&str, &str); 4] = [

@@ -15,11 +15,11 @@ use massline_shared::measurement::campaign;
 use super::connect::PortArgs;
 use super::rest::has_campaign;
 use crate::Result;
-use crate::document::{DeviceAbort, DeviceIdentity, DeviceList, Port};
 use crate::output::{Output, counted};
-use crate::report::hash_text;
 use massline_client::campaign::phase_name;
 use massline_client::{Client, PortFacts, list_ports};
+use massline_report::document::{DeviceAbort, DeviceIdentity, DeviceList, Port};
+use massline_report::words::hash_text;
 use stats::Report;
 
 /// Arguments of `massline device`.

@@ -6,7 +6,6 @@ use massline_boards::BootLoader;
 
 use super::VERSION;
 use crate::Result;
-use crate::document::{Doctor, Looked};
 use crate::output::{Output, Tone};
 use massline_client::firmware::EMULATOR;
 use massline_client::flash::board::{BOARDS, Board};
@@ -14,6 +13,7 @@ use massline_client::flash::drive::{self, Kind};
 use massline_client::flash::usb;
 use massline_client::udev;
 use massline_client::{self, Client, ClientError, PortFacts, Timing, list_ports};
+use massline_report::document::{Doctor, Looked};
 
 /// Arguments of `massline doctor`.
 #[derive(Debug, clap::Args)]

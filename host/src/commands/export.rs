@@ -9,16 +9,16 @@ use massline_shared::layout::HostLayout;
 use super::connect::PortArgs;
 use super::files::{self, ReplaceArgs};
 use super::method;
-use crate::archive::{self, Archive};
-use crate::document::{ExportedAnswer, ExportedFile};
-use crate::export::{
-    Exported, Format, Frame, TestData, UnitSystem, of_archive, of_measurement, read_subject,
-    result_of_archive, test_of_archive, universal_file,
-};
+use crate::measured::{of_archive, of_measurement, result_of_archive, test_of_archive};
 use crate::output::Output;
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::{Error, Result};
+use massline_files::archive::{self, Archive};
 use massline_files::file;
+use massline_report::document::{ExportedAnswer, ExportedFile};
+use massline_report::export::{
+    Exported, Format, Frame, TestData, UnitSystem, read_subject, universal_file,
+};
 use massline_result::Verdict;
 
 /// Arguments of `massline export`.

@@ -7,7 +7,6 @@ use indicatif::ProgressBar;
 use massline_boards::BootLoader;
 
 use crate::commands::device::brown_out::{self, AfterStart};
-use crate::document::{AddressRange, Flashing};
 use crate::output::Output;
 use crate::{Error, Result};
 use massline_client::firmware;
@@ -18,6 +17,7 @@ use massline_client::flash::plan::Plan;
 use massline_client::flash::usb::DfuDevice;
 use massline_client::flash::{ProgressObserver, Step, dfuse};
 use massline_client::interrupt::Interrupt;
+use massline_report::document::{AddressRange, Flashing};
 
 /// Arguments of `massline flash`.
 #[derive(Debug, clap::Args)]

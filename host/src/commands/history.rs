@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use massline_result::TestResult;
 
-use crate::archive::{Archive, EXTENSION, is_named};
-use crate::document::{History, ListedArchive, Unreadable};
 use crate::output::{self, Output, Table};
-use crate::report::Summary;
 use crate::{Error, Result};
+use massline_files::archive::{Archive, EXTENSION, is_named};
+use massline_report::document::{History, ListedArchive, Unreadable};
+use massline_report::words::Summary;
 
 /// Arguments of `massline history`.
 #[derive(Debug, clap::Args)]

@@ -11,12 +11,12 @@ use super::files;
 use super::measure::profile;
 use crate::Result;
 use crate::commands::files::ReplaceArgs;
-use crate::document::{Band, ShownHit, ShownLayout, ShownSensor, ShownSettings};
-use crate::document::{LayoutTemplate, WrittenFile};
 use crate::output::{self, Output};
-use crate::report::hash_text;
 use massline_files::file;
 use massline_files::layout_file::{LayoutFile, schema, template};
+use massline_report::document::{Band, ShownHit, ShownLayout, ShownSensor, ShownSettings};
+use massline_report::document::{LayoutTemplate, WrittenFile};
+use massline_report::words::hash_text;
 
 /// Arguments of `massline layout`.
 #[derive(Debug, clap::Args)]

@@ -24,22 +24,24 @@ use super::connect::PortArgs;
 use super::files;
 use super::rest::begun;
 use super::show::{self, DetailsArgs, Next};
-use crate::archive::{Archive, ArchivedLayout, EXTENSION, Part};
-use crate::clock;
-use crate::design::gravity_to_be_stated;
-use crate::identification::Selection;
-use crate::modes_so_far::{self, ModesMonitor};
+use crate::archive_part::Part;
 use crate::output::{Output, counted};
-use crate::precision::PrecisionMonitor;
-use crate::report;
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::rig_solution::solve_test;
-use crate::single_fault::NominalTest;
 use crate::{Error, Result};
+use massline_analysis::design::gravity_to_be_stated;
+use massline_analysis::identification::Selection;
+use massline_analysis::modes_so_far::ModesMonitor;
+use massline_analysis::precision::PrecisionMonitor;
+use massline_analysis::single_fault::NominalTest;
 use massline_client::campaign::phase_name;
 use massline_client::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, restarted};
 use massline_client::{Client, ClientError};
+use massline_files::archive::{Archive, ArchivedLayout, EXTENSION};
+use massline_files::clock;
 use massline_files::day::age_in_days;
+use massline_report::words;
+use massline_report::words::modes_so_far;
 
 pub use full_screen::ScreenArgs;
 pub(super) use full_screen::Shown;
@@ -399,7 +401,7 @@ pub(super) fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) 
                  hits with `massline device abort` or --restart",
                 phase_name(status.phase),
                 begun(&status),
-                report::hash_text(status.layout_hash).unwrap_or_default(),
+                words::hash_text(status.layout_hash).unwrap_or_default(),
             ),
         ));
     }
@@ -414,7 +416,7 @@ pub fn judge_layout(
     force: bool,
     output: &mut Output,
 ) -> Result<()> {
-    let message_of = |d: &Diagnostic| report::message_in(d, layout);
+    let message_of = |d: &Diagnostic| words::message_in(d, layout);
     if let Some(error) = show::first_error(&answer.diagnostics, message_of)
         && !force
     {

@@ -3,7 +3,7 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use massline_shared::identify::Method;
 
-use crate::identification::Selection;
+use massline_analysis::identification::Selection;
 
 /// The methods that can be applied to a rig's measurement.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]

@@ -8,13 +8,13 @@ use massline_shared::layout::{Dof, HostLayout};
 use super::responses::{PERTURBATIONS, ResponseArgs};
 use super::solve::{archive::with_layout, swapped};
 use crate::Result;
-use crate::archive::{Archive, is_archive};
 use crate::output::Output;
-use crate::report::{
+use crate::solve::{FoundModes, Problem, modes_of_archive, modes_of_problem};
+use massline_files::archive::{Archive, is_archive};
+use massline_report::words::{
     assurance_text, findings, message_in, modes_text, orders_text, sentences, shapes_text,
     shows_flexible_mode, suspension_modes,
 };
-use crate::solve::{FoundModes, Problem, modes_of_archive, modes_of_problem};
 
 /// Arguments of `massline modes`.
 #[derive(Debug, clap::Args)]

@@ -4,16 +4,16 @@ use std::num::{NonZeroU64, NonZeroUsize};
 use std::path::Path;
 
 use clap::ValueEnum;
-use massline_shared::layout::CALIBRATED_HAMMER_GAIN;
-use massline_virtual::bench::{Bench, ErrorsFrom};
+use massline_physics::{Bench, ErrorsFrom};
+use massline_shared::layout::{CALIBRATED_HAMMER_GAIN, HostLayout};
 
 use super::bench_test::{nominal_calibration, source_on};
-use crate::monte_carlo::measurement::TestLayout;
-use crate::monte_carlo::report::StudySettings;
-use crate::monte_carlo::{MonteCarlo, Study, apply_bench_budget, report};
 use crate::output::{Output, Tone};
 use crate::{Error, Result};
+use massline_analysis::monte_carlo::measurement::TestLayout;
+use massline_analysis::monte_carlo::{MonteCarlo, Study, apply_bench_budget};
 use massline_files::layout_file::LayoutFile;
+use massline_report::words::monte_carlo::{self as report, StudySettings};
 
 /// Options of a study.
 #[derive(Clone, Debug, clap::Args)]
@@ -120,10 +120,14 @@ pub fn run(
         threads: args.threads,
     };
     let bar = output.bar(runs.get(), "runs");
-    let mut study = monte_carlo.first_runs(FUTILE_RUNS, output.interrupt())?;
+    let interrupt = output.interrupt();
+    let guard = interrupt.guard();
+    let is_interrupted = || interrupt.pressed();
+    let mut study = monte_carlo.first_runs(FUTILE_RUNS, &is_interrupted)?;
     if !study.is_futile() {
-        study = monte_carlo.run(output.interrupt(), |done| bar.set_position(done))?;
+        study = monte_carlo.run(&is_interrupted, |done| bar.set_position(done))?;
     }
+    drop(guard);
     bar.finish_and_clear();
     let settings = StudySettings {
         seed,
@@ -136,7 +140,7 @@ pub fn run(
         calibrated_hammer: args.calibrated_hammer,
     };
     let value = report::to_json(&study, settings);
-    let Some(error) = shortcoming(&study) else {
+    let Some(error) = shortcoming(&study, &file.layout) else {
         return output.answer(&value, |output| to_text(&study, file, &description, output));
     };
     // The results so far are printed too; with `--json` in the object of the error.
@@ -151,11 +155,11 @@ pub fn run(
 
 fn to_text(study: &Study, file: &LayoutFile, description: &str, output: &Output) -> String {
     let heading = output.toned(&file.title, Tone::Strong);
-    format!("{heading}\n{description}\n{}", report::to_text(study))
+    format!("{heading}\n{description}\n{}", report::to_text(study, &file.layout))
 }
 
 /// The error for a study that is incomplete or has no answer.
-fn shortcoming(study: &Study) -> Option<Error> {
+fn shortcoming(study: &Study, layout: &HostLayout) -> Option<Error> {
     if study.runs < study.wanted && !study.is_futile() {
         let done = format!("interrupted after {} of {} runs", study.runs, study.wanted);
         return Some(Error::interrupted(done));
@@ -170,7 +174,7 @@ fn shortcoming(study: &Study) -> Option<Error> {
         };
         let reason = study.unmeasured.as_ref().map_or_else(
             || "no method has an answer in any run; see massline layout check".to_owned(),
-            |(_, first)| first.to_string(),
+            |(_, first)| report::measure_error_text(first, layout),
         );
         Error::undetermined("no_answer", stopped + &reason)
     })

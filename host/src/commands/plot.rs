@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use super::files::ReplaceArgs;
 use super::sources::SourceArgs;
-use crate::document::DrawnPictures;
 use crate::output::Output;
-use crate::picture::{DrawnFile, FONT_LICENCE, ImageFormat, Picture};
-use crate::result_file::ResultFile;
 use crate::{Error, Result};
 use massline_files::file;
+use massline_report::document::DrawnPictures;
+use massline_report::picture::{DrawnFile, FONT_LICENCE, ImageFormat, Picture};
+use massline_report::result_file::ResultFile;
 use massline_result::FilePath;
 
 /// Arguments of `massline plot`.

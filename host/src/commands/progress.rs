@@ -7,9 +7,9 @@ use massline_shared::layout::{RigLayout, TestProfile};
 use massline_shared::measurement::campaign::{Command, Phase};
 
 use crate::output::Output;
-use crate::report::{HitSaid, swing_words};
 use crate::{Error, Result};
 use massline_client::campaign::{explain_refusal, phase_name};
+use massline_report::words::{HitSaid, swing_words};
 
 /// Shows the progress of one campaign.
 pub struct Progress<'o> {

@@ -19,11 +19,11 @@ use super::files;
 use super::measure::{fits, judge_layout};
 use super::rest::without_campaign;
 use crate::commands::files::ReplaceArgs;
-use crate::document::RecordedTape;
 use crate::output::Output;
 use crate::{Error, Result};
 use massline_files::file::Existing;
 use massline_files::tape::{Sidecar, TapeWriter};
+use massline_report::document::RecordedTape;
 
 /// Arguments of `massline record`.
 #[derive(Debug, clap::Args)]

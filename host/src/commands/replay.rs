@@ -14,9 +14,9 @@ use super::simulated::{RigArgs, SimulatedCampaign};
 use crate::output::Output;
 use crate::rig::SimulatedRig;
 use crate::rig_solution::solve_test;
-use crate::single_fault::NominalTest;
 use crate::tape_player::{TapeProgress, TapeSource};
 use crate::{Error, Result};
+use massline_analysis::single_fault::NominalTest;
 use massline_client::Client;
 use massline_files::tape::Tape;
 

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use super::files::ReplaceArgs;
 use super::sources::SourceArgs;
-use crate::document::WrittenFile;
-use crate::embedded;
-use crate::html_report::html;
 use crate::output::Output;
 use crate::{Error, Result};
+use massline_files::embedded;
 use massline_files::file;
+use massline_report::document::WrittenFile;
+use massline_report::page::html;
 
 /// Arguments of `massline report`.
 #[derive(Debug, clap::Args)]

@@ -3,8 +3,8 @@
 use clap::builder::PossibleValuesParser;
 
 use crate::Result;
-use crate::document::{Described, DescribedDocument, SchemaList};
 use crate::output::{Output, table};
+use massline_report::document::{Described, DescribedDocument, SchemaList};
 
 /// Arguments of `massline schema`.
 #[derive(Debug, clap::Args)]

@@ -6,10 +6,10 @@ use clap::Command;
 use clap_complete::Shell;
 
 use crate::commands::files::ReplaceArgs;
-use crate::document::{Completions, ManualPage, WrittenPages};
 use crate::output::Output;
 use crate::{Error, Result};
 use massline_files::file;
+use massline_report::document::{Completions, ManualPage, WrittenPages};
 use massline_result::FilePath;
 
 /// Arguments of `massline completions`.

@@ -10,11 +10,11 @@ use serde_json::json;
 
 use super::report::page_of;
 use crate::output::{Output, Tone, shell_path, this_command_with};
-use crate::report::{self, Extent, corrected_text, result_text, sentences};
 use crate::rig_solution::nothing_measured;
-use crate::solution::Solution;
 pub(crate) use crate::solve::first_error;
 use crate::{Error, Result};
+use massline_report::solution::Solution;
+use massline_report::words::{self, Extent, corrected_text, result_text, sentences};
 
 /// The option for how much of a result is printed.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
@@ -139,7 +139,7 @@ pub fn require_answer(result: &MeasurementResult) -> Result<()> {
     if result.dofs.is_empty() {
         return Err(nothing_measured(result));
     }
-    Err(first_error(&result.diagnostics, report::message).unwrap_or_else(|| {
+    Err(first_error(&result.diagnostics, words::message).unwrap_or_else(|| {
         Error::undetermined(
             "no_answer",
             format!(
@@ -154,7 +154,7 @@ pub fn require_answer(result: &MeasurementResult) -> Result<()> {
 /// The error for a campaign that the rig interrupted by itself.
 pub fn stopped(status: &Status) -> Error {
     let reasons: Vec<_> =
-        status.diagnostics.iter().filter(|d| d.interrupts()).map(report::message).collect();
+        status.diagnostics.iter().filter(|d| d.interrupts()).map(words::message).collect();
     let code = status.diagnostics.iter().find(|d| d.interrupts()).map(|d| d.code);
     Error::device(
         code.map_or("campaign_stopped", |code| code.name()),
@@ -193,7 +193,7 @@ mod tests {
     fn collinear_sensors_cannot_determine_the_answer_and_an_unknown_node_is_bad_input() {
         let exit = |code| {
             let found = [Diagnostic::whole(code, Severity::Error, 0.0)];
-            first_error(&found, report::message).unwrap().exit_code()
+            first_error(&found, words::message).unwrap().exit_code()
         };
         assert_eq!(exit(Code::SensorsCollinear), 3);
         assert_eq!(exit(Code::UnknownNode), 2);
@@ -202,6 +202,6 @@ mod tests {
     #[test]
     fn warnings_are_no_error() {
         let found = [Diagnostic::whole(Code::IllConditioned, Severity::Warning, 1e4)];
-        assert_eq!(first_error(&found, report::message), None);
+        assert_eq!(first_error(&found, words::message), None);
     }
 }

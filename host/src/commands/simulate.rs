@@ -5,10 +5,10 @@ pub(super) mod object;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use massline_physics::source::ScanSource;
 use massline_protocol::LayoutHash;
 use massline_shared::layout::{Dof, RigLayout};
 use massline_shared::signal::{AdcProperties, Calibration, PRE_TRIGGER_SCANS, RECORD_SCANS, Scan};
-use massline_virtual::source::ScanSource;
 
 use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
 use super::beside_truth::ShownTest;

@@ -16,7 +16,6 @@ use super::collected::Collected;
 use super::measure::judge_layout;
 use super::progress::{Progress, Prompts};
 use super::show;
-use crate::archive::{Archive, ArchivedLayout};
 use crate::output::Output;
 use crate::rig::{RigKind, SimulatedRig};
 use crate::rig_lines::{RigLines, StoredTest};
@@ -26,6 +25,7 @@ use massline_client::Client;
 use massline_client::campaign::{
     CampaignOutcome, Observer, StartOptions, begin, follow, restarted,
 };
+use massline_files::archive::{Archive, ArchivedLayout};
 
 pub use report::{ReportArgs, results_of};
 

@@ -13,13 +13,13 @@ use massline_shared::modes::{LINES_OF_A_SIDE, LinesPerSide};
 use super::method;
 use super::responses::{PERTURBATIONS, ResponseArgs};
 use super::show::{self, DetailsArgs, Next};
-use crate::archive::{EXTENSION, MAX_BYTES, is_archive};
-use crate::embedded;
-use crate::identification::Selection;
 use crate::output::Output;
 use crate::solve::{Options, Problem, ReferencePoint, solve_problem};
-use crate::suspension::ModeChoice;
 use crate::{Error, Result};
+use massline_analysis::identification::Selection;
+use massline_analysis::suspension::ModeChoice;
+use massline_files::archive::{EXTENSION, MAX_BYTES, is_archive};
+use massline_files::embedded;
 
 /// Arguments of `massline solve`.
 #[derive(Debug, clap::Args)]

@@ -4,9 +4,9 @@ use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 use std::time::Duration;
 
+use massline_physics::{Bench, TapHandle};
 use massline_protocol::BootReason;
 use massline_shared::layout::{Dof, HostLayout};
-use massline_virtual::bench::{Bench, TapHandle};
 use massline_virtual::flash::FlashBacking;
 use massline_virtual::pipe::HostEnd;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
@@ -16,12 +16,12 @@ use massline_virtual::tcp::TcpServer;
 use super::bench_test::{BenchArgs, source_on};
 use super::demo::LAYOUTS;
 use super::files;
-use crate::bench_error::bench_error;
-use crate::document::VirtualPort;
 use crate::output::Output;
 use crate::{Error, Result};
+use massline_analysis::bench_error::bench_error;
 use massline_files::file;
 use massline_files::layout_file::LayoutFile;
+use massline_report::document::VirtualPort;
 
 #[cfg_attr(unix, path = "virtual_rig/own_port_unix.rs")]
 #[cfg_attr(not(unix), path = "virtual_rig/own_port_elsewhere.rs")]

@@ -3,9 +3,9 @@
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 
 use super::{Hit, Hits};
-use crate::document::{self, Decided, GradedHit, HitFinding};
 use crate::output;
-use crate::report::{code_name, message};
+use massline_report::document::{self, Decided, GradedHit, HitFinding};
+use massline_report::words::{code_name, message};
 
 impl Hit {
     /// `rejected`, `warning` or `accepted`, by its most severe finding.

@@ -1,10 +1,10 @@
 //! What was understood of a recording: printed before it is used.
 
-use crate::document::{ColumnLeftOut, RecordedChannel, RecordingSummary};
 use crate::output::counted;
 use massline_files::recording::{
     Channel, LeftOut, Rate, RateSource, Recording, Scale, Source, UnitSource, column, six_digits,
 };
+use massline_report::document::{ColumnLeftOut, RecordedChannel, RecordingSummary};
 
 /// What was understood of a recording.
 #[derive(Clone, Debug, PartialEq)]

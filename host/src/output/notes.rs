@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::tone::{harmless, plain};
 use super::width;
-use super::wrap::wrapped;
 use crate::terminal::RawMode;
+use massline_report::tone::{harmless, plain};
+use massline_report::wrap::wrapped;
 
 /// The stream of what is said beside the answer. Clones write to the same stream.
 #[derive(Clone)]

@@ -7,7 +7,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use massline_mps2_an386::ring::Writer;
-use massline_virtual::source::ScanSource;
+use massline_physics::source::ScanSource;
 
 use super::memory::Psram;
 

@@ -12,8 +12,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use massline_physics::source::ScanSource;
 use massline_shared::signal::AdcProperties;
-use massline_virtual::source::ScanSource;
 use nix::fcntl::OFlag;
 
 use super::feeder::Feeder;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use massline_virtual::source::ScanSource;
+use massline_physics::source::ScanSource;
 
 use super::Machine;
 use crate::qemu::{EmulatedRig, Feeder, build_firmware};

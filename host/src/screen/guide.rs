@@ -12,10 +12,10 @@ use super::interim::InterimEstimate;
 use super::pace::Pace;
 pub use super::pages::AnswerSoFar;
 use super::pages::Pages;
-use crate::precision::PrecisionReport;
-use crate::readings::Readings;
-use crate::report::HitSaid;
+use massline_analysis::precision::PrecisionReport;
 use massline_client::DofSpectra;
+use massline_report::readings::Readings;
+use massline_report::words::HitSaid;
 use massline_result::ModesSoFar;
 
 /// Characters of a title that are kept: more than any terminal shows in a line.

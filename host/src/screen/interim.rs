@@ -3,8 +3,8 @@
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::design::Widths;
 
-use crate::precision::PrecisionReport;
-use crate::report::{as_exact_as, two_digits};
+use massline_analysis::precision::PrecisionReport;
+use massline_report::words::{as_exact_as, precision, two_digits};
 
 /// What is known after some of the DOFs.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,10 +39,10 @@ impl InterimEstimate {
         });
         Self {
             measured: report.measured,
-            progress: report.progress(),
-            widths: report.precision.as_ref().map(|precision| precision.widths()),
+            progress: precision::progress(report),
+            widths: report.precision.as_ref().map(|known| known.widths()),
             properties: properties.collect(),
-            advice: report.advice(),
+            advice: precision::advice(report),
         }
     }
 }

@@ -7,10 +7,10 @@ use massline_shared::layout::{HOST_SENSORS, HostLayout};
 use super::suspension::ModalPart;
 use super::{MassLinePart, ReferencePoint};
 use crate::Error;
-use crate::report::{hash_text, known};
-use crate::solution::Solution;
-use crate::suspension::warn_of_flexible_mode;
+use massline_analysis::suspension::warn_of_flexible_mode;
 use massline_files::layout_file::{LayoutFile, Reference};
+use massline_report::solution::Solution;
+use massline_report::words::{hash_text, known};
 
 /// What the result says about how it was made.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,8 +7,8 @@ use massline_shared::layout::HostLayout;
 
 use super::frfs::LayoutResponses;
 use super::{Options, first_error, undetermined};
-use crate::report::message_in;
 use crate::{Error, ErrorKind, Result};
+use massline_report::words::message_in;
 
 /// Part of the readings a quarter of a period from the force from which they are no accelerations: those of a free body are
 /// in its phase but for the lines next to elastic modes, and of noise half are.

@@ -3,9 +3,9 @@
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::HostLayout;
 
-use crate::report;
-use crate::single_fault::Examination;
 use crate::{Error, ErrorKind};
+use massline_analysis::single_fault::Examination;
+use massline_report::words;
 
 /// Why neither mass lines nor suspension modes answer; a bad file outweighs data that determine nothing.
 pub(super) fn both_errors(of_lines: Error, of_modes: Error) -> Error {
@@ -35,7 +35,7 @@ pub(crate) fn first_error(
     let errors: Vec<&Diagnostic> = found.iter().filter(|d| d.is_error()).collect();
     let first = errors.first()?;
     let text = errors.iter().map(|d| message_of(d)).collect::<Vec<_>>().join("; ");
-    let code = report::code_name(first);
+    let code = words::code_name(first);
     Some(match first.code {
         Code::TwoSensorsOnOneNode
         | Code::UnknownNode
@@ -62,8 +62,10 @@ pub(super) fn blame_the_responses(
 ) -> Error {
     match error {
         Error { kind: ErrorKind::Undetermined, code, message } => {
-            let mistakes: Vec<String> =
-                examination.findings(layout).into_iter().map(|found| found.message).collect();
+            let mistakes: Vec<String> = words::findings_in(examination, layout)
+                .into_iter()
+                .map(|found| found.message)
+                .collect();
             let mistakes = mistakes.join("; ");
             Error::undetermined(
                 code,

@@ -12,8 +12,8 @@ use nalgebra::Complex;
 use super::pair::Pair;
 use super::reading::{Reading, Response};
 use super::selection::Selection;
-use crate::identification::MeasuredLines;
 use crate::{Error, Result};
+use massline_analysis::identification::MeasuredLines;
 use massline_files::uff::{Frf, NodeDirection, Quantity, UffFile};
 
 /// The frequency responses of a layout: hit by hit, sensor by sensor, axis by axis.

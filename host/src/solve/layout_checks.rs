@@ -6,9 +6,9 @@ use massline_shared::identify::{Applicability, Method};
 use massline_shared::layout::HostLayout;
 
 use super::errors::first_error;
-use crate::report::message_in;
 use crate::{Error, ErrorKind, Result};
 use massline_files::layout_file::LayoutFile;
+use massline_report::words::message_in;
 
 /// The methods that the layout admits, and the others with the reasons.
 pub(super) fn admitted(

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use nalgebra::Complex;
 
 use super::selection::Selection;
-use crate::plausibility::{Doubt, Suspicion};
 use crate::{Error, Result};
+use massline_analysis::plausibility::{Doubt, Suspicion};
 use massline_files::uff::{Frf, UffFile, Understood, UnitSource};
 use massline_result::{FrequencyResponsesRead, UnitsRead};
 

@@ -1,7 +1,6 @@
 //! The frequency responses of a universal file as pictures show them.
 
 use massline_shared::layout::{Axis, Hit, HostLayout};
-use nalgebra::Complex;
 
 use super::SUSPENSION_BAND_HZ;
 use super::frfs::LayoutResponses;
@@ -9,22 +8,7 @@ use super::pair::Pair;
 use super::selection::Selection;
 use crate::Result;
 use massline_files::uff::{Quantity, UffFile};
-
-/// The responses to all hits of a layout, at the same frequencies.
-pub struct FileResponses {
-    /// Frequencies of the bins, Hz, ascending.
-    pub frequency_hz: Vec<f64>,
-    /// Those of each hit.
-    pub hits: Vec<HitResponses>,
-}
-
-/// The responses to one hit: sensor by sensor, axis by axis.
-pub struct HitResponses {
-    /// Accelerance bin by bin, (m/s²)/N.
-    pub accelerance: Vec<Vec<Complex<f64>>>,
-    /// Coherence bin by bin; empty unless the file has that of every response.
-    pub coherence: Vec<Vec<f64>>,
-}
+use massline_report::result_file::{FileResponses, HitResponses};
 
 /// The responses to the hits of a layout, with the coherence where the file has it.
 ///

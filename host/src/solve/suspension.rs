@@ -9,14 +9,15 @@ use massline_shared::modes::MOST_FORCES;
 use super::frfs::{LayoutResponses, LinesOfBand};
 use super::suspension_lines::FEWEST_LINES;
 use super::{Options, first_error, undetermined};
-use crate::identification::{Selection, contradicted};
-use crate::modes_so_far::lacking_modes;
-use crate::report::{message_in, new_direction};
-use crate::suspension::{
+use crate::{Error, ErrorKind, Result};
+use massline_analysis::identification::{Selection, contradicted};
+use massline_analysis::modes_so_far::lacking_modes;
+use massline_analysis::suspension::{
     FirstLook, MassLineAnswers, ModalSettings, ModeChoice, SuspensionModes, SuspensionSolution,
     find_modes, modes, solve,
 };
-use crate::{Error, ErrorKind, Result};
+use massline_analysis::where_to_hit::new_direction;
+use massline_report::words::{message_in, modes_so_far};
 
 /// The answers from the suspension modes.
 pub(super) struct ModalPart {
@@ -155,7 +156,8 @@ pub(crate) fn lacking(
     reasons: &[Diagnostic],
 ) -> Option<String> {
     let not_converged = |reason: &Diagnostic| reason.code == Code::NotConverged;
-    reasons.iter().any(not_converged).then(|| lacking_modes(layout, readings))?
+    let lacking = reasons.iter().any(not_converged).then(|| lacking_modes(layout, readings))??;
+    Some(modes_so_far::lacking(&lacking))
 }
 
 /// The errors of a method, and which hit would show what is missing; what the fit is `lacking` is said first.

@@ -1,8 +1,8 @@
 use serde_json::json;
 
 use super::*;
-use crate::design::body_for_checks;
-use crate::report::{Extent, hash_text, result_text};
+use massline_analysis::design::body_for_checks;
+use massline_report::words::{Extent, hash_text, result_text};
 use massline_shared::body::scale;
 use massline_shared::layout::LayoutReport;
 

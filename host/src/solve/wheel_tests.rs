@@ -5,20 +5,18 @@ mod doubts;
 mod exact;
 mod warnings;
 
+use massline_physics::Bench;
+use massline_physics::responses::{Besides, Dashpot, SprungPart, add_noise, frequency_responses};
+use massline_physics::suspension::Suspension;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::Estimate;
 use massline_shared::identify::agreement::Outcome;
-use massline_virtual::bench::Bench;
-use massline_virtual::bench::responses::{
-    Besides, Dashpot, SprungPart, add_noise, frequency_responses,
-};
-use massline_virtual::bench::suspension::Suspension;
 use nalgebra::Complex;
 use serde_json::json;
 
 use super::*;
-use crate::report::{Extent, result_text};
 use massline_files::uff::{Encoding, Frf, NodeDirection, write};
+use massline_report::words::{Extent, result_text};
 
 const LAYOUT: &str = include_str!("../../examples/wheel.toml");
 /// Nothing besides the body on its springs.

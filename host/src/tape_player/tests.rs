@@ -1,8 +1,8 @@
+use massline_physics::source::ScanSource;
 use massline_protocol::LayoutHash;
 use massline_shared::layout::RigLayout;
 use massline_shared::signal::{RECORD_SCANS, Scan};
 use massline_shared::units::{Hertz, Seconds, Volts};
-use massline_virtual::source::ScanSource;
 
 use massline_files::layout_file::LayoutFile;
 use massline_files::tape::Sidecar;

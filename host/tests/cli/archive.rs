@@ -5,8 +5,9 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use massline::archive::{Archive, Part};
+use massline::archive_part::Part;
 use massline_client::{self, Client};
+use massline_files::archive::Archive;
 use massline_result::HitVerdict;
 use massline_shared::measurement::campaign::{self, Phase};
 use nix::pty::openpty;

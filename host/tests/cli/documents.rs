@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use jsonschema::Validator;
-use massline::document::Described;
+use massline_report::document::Described;
 use serde_json::Value;
 
 /// Strict validators by the name of the document: no key may be missing in a schema, though readers have to admit new ones.

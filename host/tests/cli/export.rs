@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use massline::archive::Archive;
+use massline_files::archive::Archive;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 

@@ -451,7 +451,7 @@ fn in_the_suspension_profile_what_is_not_determined_is_so_for_every_method() {
 #[test]
 fn in_the_suspension_profile_the_predicted_noise_is_that_of_a_test_with_these_settings() {
     let folder = tempfile::tempdir().unwrap();
-    let bench_text = include_str!("../../../boards/virtual/benches/wheel.toml");
+    let bench_text = include_str!("../../../shared/physics/benches/wheel.toml");
     for (part, decay) in [(1.0, 0.1), (0.25, 0.1), (1.0, 0.2)] {
         let [impulses, forces, weak] = [[0.8, 1.3], [88.0, 109.0], [15.0, 25.0]]
             .map(|[low, high]| format!("= [{}, {}]", low * part, high * part));

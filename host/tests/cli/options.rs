@@ -87,7 +87,7 @@ fn a_day_that_the_calendar_does_not_have_is_refused_by_the_name_of_its_option() 
 fn the_help_names_every_bundled_bench() {
     for command in ["simulate", "demo", "virtual"] {
         let help = run(&[command, "--help"]).stdout;
-        for bundled in massline_virtual::bench::Bench::BUNDLED {
+        for bundled in massline_physics::Bench::BUNDLED {
             assert!(help.contains(&format!("`{}`", bundled.name)), "{command}: {help}");
         }
     }

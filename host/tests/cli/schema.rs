@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use massline::document::Described;
+use massline_report::document::Described;
 use serde_json::Value;
 
 use crate::program::{run, success};

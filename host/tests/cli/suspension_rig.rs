@@ -323,7 +323,7 @@ mod on_a_rig {
 
     /// The bench of the wheel on four cords that are all the same.
     fn equal_cords() -> String {
-        let text = include_str!("../../../boards/virtual/benches/wheel.toml");
+        let text = include_str!("../../../shared/physics/benches/wheel.toml");
         let (before, rest) = text.split_once("[[suspension.cord]]").unwrap();
         let (_, after) = rest.split_once("# The data sheet of the ADXL326").unwrap();
         let cord = |[x, y]: [f64; 2]| {

@@ -5,9 +5,8 @@
 //! With cargo-fuzz: `RUSTC_BOOTSTRAP=1 cargo fuzz run --fuzz-dir tests/fuzz --features libfuzzer
 //! --sanitizer none uff`.
 
-use massline::archive::Archive;
-use massline::export::{Format, Frame, UnitSystem, of_document};
 use massline::hits;
+use massline_files::archive::Archive;
 use massline_files::layout_file::LayoutFile;
 use massline_files::recording::{Recording, StatedUnit, Statements};
 use massline_files::tape::{Sidecar, scans_of_npy};
@@ -19,6 +18,7 @@ use massline_protocol::message::{
     Identity, LayoutAnswer, Refusal, ResultPage, StartRequest, Stats, Status,
 };
 use massline_protocol::object::{Chunk, ChunkRequest, DofResult, MeasurementResult, ObjectInfo};
+use massline_report::export::{Format, Frame, UnitSystem, of_document};
 use massline_shared::layout::LayoutReport;
 use massline_shared::measurement::campaign::Command;
 use massline_shared::signal::expand_response;
@@ -70,8 +70,11 @@ pub fn fuzz_deframer(bytes: &[u8]) {
             lines.for_each(|line| assert!(line.re.is_finite() && line.im.is_finite()));
         }
         if let Ok(result) = postcard::from_bytes::<MeasurementResult>(&body) {
-            let of_rig = massline::judgement::result_of_rig(&result);
-            let _ = massline::report::result_text(&of_rig, massline::report::Extent::Details);
+            let of_rig = massline_report::words::result_of_rig(&result);
+            let _ = massline_report::words::result_text(
+                &of_rig,
+                massline_report::words::Extent::Details,
+            );
         }
     }
 }
@@ -154,11 +157,11 @@ pub fn fuzz_archive(bytes: &[u8]) {
     let again = archive.to_bytes("fuzz.massline").unwrap();
     assert!(Archive::parse(&again, "fuzz.massline").unwrap() == archive);
     let _ = archive.frfs().unwrap();
-    let of_rig = massline::judgement::result_of_rig(&archive.result);
+    let of_rig = massline_report::words::result_of_rig(&archive.result);
     let answers = archive.answers().unwrap_or(&of_rig);
-    let _ = massline::report::Summary::of(answers).document();
-    let _ = massline::report::result_text(answers, massline::report::Extent::Details);
-    let _ = archive.layout.nominal();
+    let _ = massline_report::words::Summary::of(answers).document();
+    let _ = massline_report::words::result_text(answers, massline_report::words::Extent::Details);
+    let _ = massline_analysis::single_fault::NominalTest::of_archive(&archive.layout);
 }
 
 /// The layout reader, and the diagnosis of the layouts that it accepts.
@@ -183,10 +186,10 @@ pub fn fuzz_layout(bytes: &[u8]) {
             }
         }
     }
-    let (body, _) = massline::design::body_for_checks(&file);
+    let (body, _) = massline_analysis::design::body_for_checks(&file);
     let report = LayoutReport::new(&file.layout, Some(&body));
     for diagnostic in &report.diagnostics {
-        let _ = massline::report::message_in(diagnostic, &file.layout);
+        let _ = massline_report::words::message_in(diagnostic, &file.layout);
     }
     let _ = file.hash();
 }

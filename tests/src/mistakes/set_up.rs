@@ -1,10 +1,10 @@
 //! Mistakes on the bench, made before a test is measured.
 
+use massline_physics::Bench;
+use massline_physics::faults::Fault;
+use massline_physics::suspension::Suspension;
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::Axis;
-use massline_virtual::bench::Bench;
-use massline_virtual::bench::faults::Fault;
-use massline_virtual::bench::suspension::Suspension;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 

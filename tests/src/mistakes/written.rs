@@ -1,6 +1,6 @@
 //! Mistakes in the layout, the cables or the readings of a test that was measured without them.
 
-use massline::single_fault::{Mistake, SizedFault};
+use massline_analysis::single_fault::{Mistake, SizedFault};
 use massline_shared::identify::single_fault::{AxisMap, SingleFault};
 use massline_shared::layout::{Axis, Prior, RIG_SENSORS};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};

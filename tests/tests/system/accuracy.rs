@@ -1,12 +1,12 @@
 //! Whole campaigns on the virtual rig: the real firmware, the real client and the simulated bench in the
 //! paper's four tests, compared with the true properties over fixed seeds.
 
+use massline_physics::Bench;
 use massline_protocol::object::StoredEstimate;
 use massline_shared::body::{INERTIAL_PARAMETERS, scale};
 use massline_shared::identify::Method;
 use massline_tests::campaign::{self, THREE_BAR_TESTS};
 use massline_tests::long;
-use massline_virtual::bench::Bench;
 
 /// Characteristic length of the frame: errors are relative to m, L three times, and m L² six times.
 const LENGTH: f64 = 0.14;

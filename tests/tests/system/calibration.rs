@@ -20,6 +20,7 @@ use massline::commands::demo::LAYOUTS;
 use massline::commands::measure::ScreenArgs;
 use massline::output::Output;
 use massline_files::layout_file::LayoutFile;
+use massline_physics::{Bench, TumbleSource};
 use massline_protocol::message::StartRequest;
 use massline_shared::Estimated;
 use massline_shared::calibration::block::BlockMass;
@@ -28,7 +29,6 @@ use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 use massline_shared::diagnosis::Code;
 use massline_shared::measurement::campaign::{Command, Object, Phase, Start};
 use massline_shared::units::Hertz;
-use massline_virtual::bench::{Bench, TumbleSource};
 
 fn output() -> Output {
     Output::to(false, io::sink(), io::sink())
@@ -106,7 +106,7 @@ fn a_block_alone_gives_the_sensors_against_the_hammer_within_its_stated_uncertai
     assert_eq!(record.method, CalibrationMethod::Block);
     assert_eq!(record.sigma.hammer_gain, 0.0);
     assert!(record.sigma.gain < 0.015, "{:?}", record.sigma);
-    let truth = massline_virtual::bench::TumbleSource::new(&bench, 3, 4).unwrap();
+    let truth = massline_physics::TumbleSource::new(&bench, 3, 4).unwrap();
     let truth = truth.errors();
     let nominal = nominal_calibration(&bench);
     for (k, sensor) in truth.sensors.iter().enumerate() {

@@ -1,11 +1,11 @@
 //! From the same mass lines the rig, in single precision, computes the same results as the host in double
 //! precision.
 
-use massline::identification::{Selection, identify, lines_of};
-use massline::report::estimates_of;
+use massline_analysis::identification::{Selection, identify, lines_of};
+use massline_physics::Bench;
+use massline_report::words::estimates_of;
 use massline_shared::identify::{IdentifySettings, Observations};
 use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, measure, scans};
-use massline_virtual::bench::Bench;
 
 /// The first test with other sensors, hits and further tables.
 fn first_with(sensors: &str, hits: &str, tables: &str) -> String {

@@ -1,6 +1,8 @@
 //! A measurement driven without the firmware equals that of the rig byte for byte.
 
 use massline::commands::bench_test::nominal_calibration;
+use massline_physics::source::ScanSource;
+use massline_physics::{Bench, BenchSource};
 use massline_protocol::object::{DofResult, MeasurementResult, StoredEstimate};
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::{HitTreatment, RigLayout};
@@ -8,8 +10,6 @@ use massline_shared::measurement::campaign::Start;
 use massline_shared::measurement::{Measurement, Memory, NextAction};
 use massline_shared::units::ScanIndex;
 use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, measure};
-use massline_virtual::bench::{Bench, BenchSource};
-use massline_virtual::source::ScanSource;
 
 /// The result from the same scans without firmware, executor, flash and link; the head is taken from the
 /// rig's.

@@ -7,13 +7,12 @@ mod row;
 mod table;
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::monte_carlo::measurement::TestLayout;
-use massline::monte_carlo::{MonteCarlo, Run, seed_of_run};
-use massline::report::cannot_see;
-use massline_client::interrupt::Interrupt;
+use massline_analysis::monte_carlo::measurement::TestLayout;
+use massline_analysis::monte_carlo::{MonteCarlo, Run, seed_of_run};
+use massline_physics::{Bench, BenchSource};
+use massline_report::words::cannot_see;
 use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, steady_hand, with_calibrated_hammer};
 use massline_tests::long;
-use massline_virtual::bench::{Bench, BenchSource};
 
 use crate::disturbances::row::Row;
 use crate::disturbances::table::{ALL, CANNOT_BE_SEEN, Disturbance, boards};
@@ -39,7 +38,7 @@ fn measured(bench: &Bench, layout: &TestLayout) -> Vec<Run> {
         runs: runs(),
         threads: None,
     };
-    study.runs(&Interrupt::new(), |_| ()).expect("the bench takes the layout")
+    study.runs(&|| false, |_| ()).expect("the bench takes the layout")
 }
 
 /// The runs under a disturbance, each beside the undisturbed one of the same seed.

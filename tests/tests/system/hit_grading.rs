@@ -1,6 +1,8 @@
 //! Hits of the simulated bench, graded: good ones pass, and each fault is found.
 
 use massline_client::campaign::Observer;
+use massline_physics::source::ScanSource;
+use massline_physics::{Bench, BenchSource, Fault};
 use massline_protocol::event::HitEvent;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
@@ -10,8 +12,6 @@ use massline_shared::signal::{
 };
 use massline_shared::units::{Newtons, ScanIndex};
 use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, measure};
-use massline_virtual::bench::{Bench, BenchSource, Fault};
-use massline_virtual::source::ScanSource;
 
 fn layout(test: &str) -> (HostLayout, RigLayout) {
     let file = layout_file(test);

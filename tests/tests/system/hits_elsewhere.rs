@@ -2,11 +2,11 @@
 //!
 //! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- hits_elsewhere:: --nocapture` counts more of them.
 
+use massline_physics::Bench;
 use massline_shared::diagnosis::Code;
 use massline_tests::campaign::{THREE_BAR_TESTS, half_as_well, steady_hand};
 use massline_tests::long;
 use massline_tests::mistakes::measured_tests;
-use massline_virtual::bench::Bench;
 
 /// Chosen before the first run.
 const SEED: u64 = 20_261_128;

@@ -5,15 +5,14 @@
 //! tests/README.md.
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::monte_carlo::statistics::MethodStatistics;
-use massline::monte_carlo::{MonteCarlo, apply_bench_budget};
-use massline_client::interrupt::Interrupt;
+use massline_analysis::monte_carlo::statistics::MethodStatistics;
+use massline_analysis::monte_carlo::{MonteCarlo, apply_bench_budget};
+use massline_physics::Bench;
 use massline_shared::identify::Method;
 use massline_shared::layout::{HitUncertainty, SensorUncertainty};
 use massline_tests::campaign::{THREE_BAR_TESTS, steady_hand, with_calibrated_hammer};
 use massline_tests::long;
 use massline_tests::pooled::{Pooled, pooled, solved_again};
-use massline_virtual::bench::Bench;
 
 /// Chosen before the first run.
 const SEED: u64 = 20_261_122;
@@ -63,7 +62,7 @@ fn compare(bench: &Bench) -> [Pooled; 3] {
             runs: runs(),
             threads: None,
         };
-        let runs = study.runs(&Interrupt::new(), |_| ()).expect("the bench takes the layout");
+        let runs = study.runs(&|| false, |_| ()).expect("the bench takes the layout");
         let mut methods = study.study(&runs).methods;
         let learned = methods.swap_remove(0);
         assert_eq!(learned.method, Some(Method::MaximumLikelihood));

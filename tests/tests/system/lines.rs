@@ -7,6 +7,7 @@ use massline_firmware::store::{
     CampaignSize, DOFS, DofWithLines, LAYOUTS, MAX_DOF, MAX_LINES, MAX_LINES_HEAD, MAX_PROGRESS,
     MAX_RESULT_HEAD, RESULTS, Shortage, Source, Store, StoreError,
 };
+use massline_physics::Bench;
 use massline_protocol::LayoutHash;
 use massline_protocol::crc32;
 use massline_protocol::lines::{CURRENT_CAMPAIGN, LinesId, split_dof};
@@ -23,7 +24,6 @@ use massline_shared::measurement::campaign::{Command, Phase};
 use massline_shared::nalgebra::Complex;
 use massline_shared::signal::{CompactLines, RESPONSES, expand_response};
 use massline_tests::campaign::{phase, scans, start, three_bar, wait_for};
-use massline_virtual::bench::Bench;
 use massline_virtual::flash::{
     Chip, ChipFlash, Cut, F411, FlashBacking, FlashMemory, G474, VirtualChip, W25q,
 };

@@ -2,17 +2,18 @@
 //! bound.
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::monte_carlo::measurement::{SimulatedTest, TestLayout, measure};
-use massline::monte_carlo::statistics::MethodStatistics;
-use massline::monte_carlo::{MonteCarlo, Study, apply_bench_budget, report, seed_of_run};
+use massline_analysis::monte_carlo::measurement::{SimulatedTest, TestLayout, measure};
+use massline_analysis::monte_carlo::statistics::MethodStatistics;
+use massline_analysis::monte_carlo::{MonteCarlo, Study, apply_bench_budget, seed_of_run};
 use massline_client::interrupt::Interrupt;
+use massline_physics::{Bench, BenchSource};
 use massline_protocol::object::MeasurementResult;
+use massline_report::words::monte_carlo as report;
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::Method;
 use massline_shared::layout::{HitPolicy, HitTreatment};
 use massline_tests::campaign::{self, THREE_BAR_TESTS};
 use massline_tests::long;
-use massline_virtual::bench::{Bench, BenchSource};
 
 fn layout(test: &str) -> TestLayout {
     campaign::layout_file(test).layout.cast().expect("fits the rig")
@@ -113,7 +114,7 @@ fn study(test: &str, apply_budget: impl FnOnce(&mut TestLayout, &Bench)) -> Stud
     apply_budget(&mut layout, &bench);
     let (layout, calibration) = (&layout, &calibration);
     MonteCarlo { bench: &bench, layout, calibration, seed: SEED, runs: runs(), threads: None }
-        .run(&Interrupt::new(), |_| ())
+        .run(&|| false, |_| ())
         .expect("the bench takes the layout")
 }
 
@@ -130,7 +131,7 @@ fn of(method: Method, study: &Study) -> &MethodStatistics {
 fn maximum_likelihood_reaches_the_bound_and_its_intervals_hold_the_truth_as_often_as_stated() {
     for (number, test) in (1..).zip(THREE_BAR_TESTS) {
         let study = study(test, apply_bench_budget);
-        println!("test {number}\n{}", report::to_text(&study));
+        println!("test {number}\n{}", report::to_text(&study, &layout(test)));
         let ml = of(Method::MaximumLikelihood, &study);
         let (mean, worst) = (ml.geometric_mean_ratio().unwrap(), ml.worst_ratio().unwrap());
         assert!(mean <= 1.10 * (1.0 + of_rms(2.3)), "test {number}: {mean}");
@@ -152,7 +153,7 @@ fn maximum_likelihood_reaches_the_bound_and_its_intervals_hold_the_truth_as_ofte
 fn with_a_wider_budget_the_intervals_hold_the_truth_more_often_than_stated() {
     for (number, test) in (1..).zip(THREE_BAR_TESTS) {
         let study = study(test, |_, _| ());
-        println!("test {number}\n{}", report::to_text(&study));
+        println!("test {number}\n{}", report::to_text(&study, &layout(test)));
         let coverage = of(Method::MaximumLikelihood, &study).pooled_coverage95().unwrap();
         assert!(coverage >= 0.95 - of_coverage(2.3), "test {number}: {coverage}");
     }
@@ -167,7 +168,7 @@ fn the_answer_does_not_depend_on_the_number_of_threads() {
         let threads = std::num::NonZeroUsize::new(threads);
         let (bench, layout, calibration) = (&bench, &layout, &calibration);
         MonteCarlo { bench, layout, calibration, seed, runs: 6, threads }
-            .run(&Interrupt::new(), |_| ())
+            .run(&|| false, |_| ())
             .expect("the bench takes the layout")
     };
     let one = study(1, 9);
@@ -191,9 +192,9 @@ fn an_interrupted_study_tells_what_is_done() {
         threads: std::num::NonZeroUsize::new(2),
     };
     let study = study
-        .run(&interrupt, |done| {
+        .run(&|| interrupt.pressed(), |done| {
             if done == 3 {
-                interrupt.press();
+                interrupt.press_key();
             }
         })
         .expect("the bench takes the layout");

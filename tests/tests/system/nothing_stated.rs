@@ -7,18 +7,17 @@ use std::io;
 
 use massline::commands::bench_test::nominal_calibration;
 use massline::commands::calibrate::demo::{calibrate, sensitivity_errors};
-use massline::monte_carlo::measurement::TestLayout;
-use massline::monte_carlo::statistics::MethodStatistics;
-use massline::monte_carlo::{MonteCarlo, Run, apply_bench_budget, seed_of_run};
 use massline::output::Output;
-use massline_client::interrupt::Interrupt;
+use massline_analysis::monte_carlo::measurement::TestLayout;
+use massline_analysis::monte_carlo::statistics::MethodStatistics;
+use massline_analysis::monte_carlo::{MonteCarlo, Run, apply_bench_budget, seed_of_run};
+use massline_physics::Bench;
 use massline_shared::calibration::{CalibrationRecord, CalibrationSigma, without_calibration};
 use massline_shared::identify::Method;
 use massline_shared::signal::Calibration;
 use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, steady_hand};
 use massline_tests::long;
 use massline_tests::pooled::{Pooled, pooled, solved_again};
-use massline_virtual::bench::Bench;
 
 /// Chosen before the first run.
 const SEED: u64 = 20_261_124;
@@ -46,7 +45,7 @@ fn layout_of(test: &str, calibrated: Option<CalibrationSigma>) -> TestLayout {
 /// One run of a test with its own seed.
 fn run(bench: &Bench, layout: &TestLayout, calibration: &Calibration, seed: u64) -> Run {
     let study = MonteCarlo { bench, layout, calibration, seed, runs: 1, threads: None };
-    study.runs(&Interrupt::new(), |_| ()).expect("the bench takes the layout").remove(0)
+    study.runs(&|| false, |_| ()).expect("the bench takes the layout").remove(0)
 }
 
 /// The statistics with the true errors stated, which are those of `bench`, and with what the runs have learned.

@@ -10,6 +10,8 @@ use massline_firmware::panel::menu::DIGITS;
 use massline_firmware::panel::self_test::SelfTestState;
 use massline_firmware::panel::{Button, Cue, PanelModel};
 use massline_firmware::store::Store;
+use massline_physics::source::ScanSource;
+use massline_physics::{Bench, BenchSource, TumbleHandle, TumbleSource};
 use massline_shared::calibration::tumble::Position;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 use massline_shared::layout::Target;
@@ -18,10 +20,8 @@ use massline_shared::signal::{AdcProperties, Scan};
 use massline_tests::campaign::{layout_file, scans, steady_hand, three_bar, with_every_dof};
 use massline_tests::held_scans::HeldScans;
 use massline_tests::person::{Person, power_on, provisioned_with};
-use massline_virtual::bench::{Bench, BenchSource, TumbleHandle, TumbleSource};
 use massline_virtual::flash::{Flash, FlashBacking};
 use massline_virtual::framebuffer::Framebuffer;
-use massline_virtual::source::ScanSource;
 
 /// The clock in the title and the level bars, which depend on the speed of this machine.
 const LIVE: [pictures::Mask; 2] = [(90..128, 0..11), (0..128, 52..64)];

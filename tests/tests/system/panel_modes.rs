@@ -3,12 +3,12 @@
 use crate::pictures;
 use massline_files::layout_file::LayoutFile;
 use massline_firmware::panel::{Button, Cue};
+use massline_physics::BenchSource;
 use massline_shared::layout::{TestProfile, TestSettings};
 use massline_shared::measurement::campaign::Phase;
 use massline_tests::campaign::{scans, steady_hand, three_bar};
 use massline_tests::held_scans::HeldScans;
 use massline_tests::person::{Person, power_on, provisioned_with};
-use massline_virtual::bench::BenchSource;
 use massline_virtual::framebuffer::Framebuffer;
 
 use Button::{Back, Next, Ok as Yes};

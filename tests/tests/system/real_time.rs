@@ -6,6 +6,7 @@ use massline_client::{Client, Event};
 use massline_firmware::board::SampleError;
 use massline_firmware::panel::PanelModel;
 use massline_firmware::scan_ring::FAULTS_TO_STOP;
+use massline_physics::source::ScanSource;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{Reason, Stats, Status};
 use massline_shared::diagnosis::Code;
@@ -14,7 +15,6 @@ use massline_shared::signal::Scan;
 use massline_tests::campaign::{LATE, scans, steady_hand, three_bar};
 use massline_tests::faulty_sampler::{Strikes, rig_that_loses};
 use massline_tests::held_scans::HeldScans;
-use massline_virtual::source::ScanSource;
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 
 /// Number of scans lost at a time.

@@ -7,6 +7,7 @@ use massline_client::campaign::{
 };
 use massline_client::interrupt::Interrupt;
 use massline_files::layout_file::LayoutFile;
+use massline_physics::Bench;
 use massline_protocol::LayoutHash;
 use massline_protocol::message::Status;
 use massline_protocol::object::{DofResult, MeasurementResult, ObjectId, ObjectKind};
@@ -14,7 +15,6 @@ use massline_shared::diagnosis::{Code, Subject};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::{Command, Phase};
 use massline_tests::campaign::{LATE, phase, scans, start, three_bar_with_hits, wait_for};
-use massline_virtual::bench::Bench;
 use massline_virtual::flash::{Cut, FlashBacking, FlashMemory};
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 

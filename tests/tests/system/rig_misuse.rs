@@ -7,6 +7,8 @@ use massline_client::campaign::{CampaignOutcome, StartOptions, StartOutcome, beg
 use massline_client::interrupt::Interrupt;
 use massline_client::{Client, Event};
 use massline_firmware::board::SampleError;
+use massline_physics::source::ScanSource;
+use massline_physics::{Bench, TumbleSource};
 use massline_protocol::message::{Reason, Status};
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::RigLayout;
@@ -14,10 +16,8 @@ use massline_shared::measurement::campaign::{Command, Phase};
 use massline_shared::signal::RECORD_SCANS;
 use massline_tests::campaign::{LATE, phase, scans, start, three_bar, wait_for};
 use massline_tests::faulty_sampler::rig_that_loses;
-use massline_virtual::bench::{Bench, TumbleSource};
 use massline_virtual::flash::FlashBacking;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
-use massline_virtual::source::ScanSource;
 
 fn rig(flash: &FlashBacking) -> (VirtualRig, Client, RigLayout) {
     let file = three_bar();

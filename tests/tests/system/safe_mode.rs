@@ -10,11 +10,11 @@ use massline_client::{Client, ClientError};
 use massline_firmware::Memory;
 use massline_firmware::board::{Board, BootReason};
 use massline_firmware::panel::{Button, Cue};
+use massline_physics::BenchSource;
 use massline_protocol::message::Reason;
 use massline_shared::measurement::campaign::Phase;
 use massline_tests::campaign::{connect, scans, steady_hand, three_bar};
 use massline_tests::person::{Person, power_on, provisioned_with};
-use massline_virtual::bench::BenchSource;
 use massline_virtual::flash::{Flash, FlashBacking};
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 

@@ -8,12 +8,12 @@ use std::sync::Arc;
 
 use massline::self_test::Check;
 use massline_firmware::board::{Clock, Supply};
+use massline_physics::source::ScanSource;
+use massline_physics::{Bench, BenchSource};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_tests::campaign::{connect, steady_hand, three_bar};
-use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
-use massline_virtual::source::ScanSource;
 
 use circuit::{Circuit, RealBoard};
 

@@ -1,13 +1,14 @@
 //! Gross mistakes are made on the bench; the whole chain must identify them.
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::monte_carlo::measurement::measure;
-use massline::report::corrected_text;
-use massline::single_fault::{Examination, Outcome, examine};
+use massline_analysis::monte_carlo::measurement::measure;
+use massline_analysis::single_fault::{Examination, Outcome, examine};
 use massline_files::layout_file::LayoutFile;
+use massline_physics::Bench;
+use massline_report::words::corrected_text;
+use massline_report::words::{findings_in, single_faults_in};
 use massline_tests::campaign::{FIVE_HITS, scans};
 use massline_tests::long;
-use massline_virtual::bench::Bench;
 use serde_json::json;
 
 const KNOWN_MASS: &str = "[prior]\nmass_kg = { value = 1.23, sigma = 0.001 }\n";
@@ -32,13 +33,13 @@ fn examined_on(bench: &Bench, text: &str, seed: u64) -> (LayoutFile, Examination
 
 /// What an examination says.
 fn said(found: &Examination, file: &LayoutFile) -> Vec<String> {
-    found.findings(&file.layout).into_iter().map(|finding| finding.message).collect()
+    findings_in(found, &file.layout).into_iter().map(|finding| finding.message).collect()
 }
 
 /// The messages of all suspects, the most likely first.
 fn suspected(text: &str, fault: &str, seed: u64) -> Vec<String> {
     let (file, examination) = examined(text, &[fault], seed);
-    let json = json!(examination.single_faults(&file.layout));
+    let json = json!(single_faults_in(&examination, &file.layout));
     let suspects = json["suspects"].as_array().expect("a list");
     suspects.iter().map(|s| s["message"].as_str().expect("text").to_owned()).collect()
 }
@@ -92,8 +93,8 @@ fn all_axes_reversed_are_named_with_the_properties_as_they_would_be() {
     let corrected = only.corrected.as_ref().expect("an answer");
     // The frame weighs 1.23 kg; the hammer of the bench is exact within 2 %, and that is two standard deviations.
     assert!((corrected.body.mass / 1.23 - 1.0).abs() < 0.04, "{corrected:?}");
-    let faults = found.single_faults(&file.layout);
-    let said = &found.findings(&file.layout)[0].message;
+    let faults = single_faults_in(&found, &file.layout);
+    let said = &findings_in(&found, &file.layout)[0].message;
     assert!(
         said.contains("sensor 2 (on node 2) has all three axes reversed: that explains"),
         "{said}"
@@ -109,13 +110,13 @@ fn all_axes_reversed_are_named_with_the_properties_as_they_would_be() {
 fn a_common_scale_is_named_when_a_mass_is_known() {
     let text = format!("{FIVE_HITS}{KNOWN_MASS}");
     let (file, found) = examined(&text, &["scale:1.1"], 21);
-    let json = json!(found.single_faults(&file.layout));
+    let json = json!(single_faults_in(&found, &file.layout));
     let [only] = &json["suspects"].as_array().expect("a list")[..] else { panic!("{json}") };
     assert_eq!(only["code"], "common_scale");
     // The gains of nine channels, 0.5 % each on the bench, and noise: 0.3 %; four times that is allowed.
     let scale = only["gain"]["value"].as_f64().expect("a number");
     assert!((scale - 1.1).abs() < 0.012, "{json}");
-    let said = json!(found.findings(&file.layout));
+    let said = json!(findings_in(&found, &file.layout));
     assert_eq!(
         (&said[0]["code"], &said[0]["severity"]),
         (&"common_scale".into(), &"warning".into())
@@ -142,7 +143,7 @@ fn what_cannot_be_seen_is_said_and_not_guessed() {
     for (seed, fault) in [(41, "hit:2:4"), (42, "hit:5:1")] {
         let (file, found) = examined(FIVE_HITS, &[fault], seed);
         assert_eq!(found.outcome, Outcome::NothingSuspicious);
-        let json = json!(found.single_faults(&file.layout));
+        let json = json!(single_faults_in(&found, &file.layout));
         let hidden: Vec<_> = json["not_visible"]
             .as_array()
             .expect("a list")
@@ -157,7 +158,7 @@ fn what_cannot_be_seen_is_said_and_not_guessed() {
 fn two_mistakes_at_once_are_not_blamed_on_one() {
     let (file, found) = examined(FIVE_HITS, &["flip:1x", "hit:2:1"], 51);
     assert_eq!(found.outcome, Outcome::Unexplained, "{:?}", said(&found, &file));
-    let said = json!(found.findings(&file.layout));
+    let said = json!(findings_in(&found, &file.layout));
     assert_eq!(said[0]["code"], "no_single_fault_explains");
 }
 
@@ -190,7 +191,7 @@ fn hits_that_miss_their_marks_by_five_millimeters_are_not_said_to_be_at_another_
             bench.tap.offset_m = 0.005;
             let (file, found) = examined_on(&bench, text, seed);
             searched += usize::from(found.plain.is_none_or(|plain| plain.rejects_budget()));
-            let findings = json!(found.findings(&file.layout));
+            let findings = json!(findings_in(&found, &file.layout));
             if findings.as_array().unwrap().iter().any(|d| d["code"] == "hit_at_wrong_node") {
                 accused.push(format!("seed {seed}: {:?}", said(&found, &file)));
             }

@@ -6,11 +6,11 @@
 
 use std::collections::BTreeMap;
 
-use massline::single_fault::{Examination, Outcome};
+use massline_analysis::single_fault::{Examination, Outcome};
+use massline_physics::Bench;
 use massline_tests::campaign::{FIVE_HITS, THREE_BAR_TESTS, half_as_well, steady_hand};
 use massline_tests::long;
 use massline_tests::mistakes::{Culprit, MeasuredTest, measured_tests, written};
-use massline_virtual::bench::Bench;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

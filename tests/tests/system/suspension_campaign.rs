@@ -12,6 +12,7 @@ use massline_client::campaign::{CampaignOutcome, StartOptions, StartOutcome, beg
 use massline_client::interrupt::Interrupt;
 use massline_firmware::panel::{Button, PanelModel};
 use massline_firmware::store::Store;
+use massline_physics::source::ScanSource;
 use massline_protocol::lines::{CURRENT_CAMPAIGN, LinesId};
 use massline_protocol::message::Reason;
 use massline_protocol::object::{ObjectId, ObjectKind};
@@ -23,7 +24,6 @@ use massline_tests::campaign::{LATE, layout_file, phase, start, steady_hand, wai
 use massline_tests::held_scans::HeldScans;
 use massline_tests::taped_hits::{Hits, TapedHits, take_hits};
 use massline_virtual::flash::{Cut, Flash, FlashBacking, FlashError, FlashMemory, FlashStep};
-use massline_virtual::source::ScanSource;
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 
 /// Hits that show all six modes of the wheel.

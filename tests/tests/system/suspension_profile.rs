@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::monte_carlo::{MonteCarlo, report};
-use massline::suspension::{DofLines, TestLines};
-use massline_client::interrupt::Interrupt;
+use massline_analysis::monte_carlo::MonteCarlo;
+use massline_analysis::suspension::{DofLines, TestLines};
 use massline_files::layout_file::LayoutFile;
+use massline_physics::source::ScanSource;
+use massline_physics::{Bench, BenchSource, ErrorsFrom};
+use massline_report::words::monte_carlo as report;
 use massline_shared::identify::Method;
 use massline_shared::layout::{CALIBRATED_HAMMER_GAIN, RigLayout};
 use massline_shared::measurement::campaign::Start;
@@ -17,8 +19,6 @@ use massline_shared::signal::{
 };
 use massline_shared::units::ScanIndex;
 use massline_tests::long;
-use massline_virtual::bench::{Bench, BenchSource, ErrorsFrom};
-use massline_virtual::source::ScanSource;
 
 /// Hits at each DOF: fewer than usual, so that the poles of noise stand beside the modes.
 const HITS: u8 = 2;
@@ -142,9 +142,9 @@ fn errors_within_the_budget_are_not_refused_and_the_intervals_hold_the_truth() {
     let (layout, calibration) = (&layout, &calibration);
     let runs = if long() { 100 } else { 3 };
     let study = MonteCarlo { bench: &bench, layout, calibration, seed: 2026, runs, threads: None }
-        .run(&Interrupt::new(), |_| ())
+        .run(&|| false, |_| ())
         .expect("the bench takes the layout");
-    println!("{}", report::to_text(&study));
+    println!("{}", report::to_text(&study, layout));
     let combined = study.methods.last().expect("a combined answer");
     // Each of the checks has a false alarm in at most one of a hundred tests.
     let refused = if long() { 3 } else { 0 };

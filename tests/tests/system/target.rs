@@ -5,10 +5,9 @@
 //! tests/README.md.
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::monte_carlo::measurement::TestLayout;
-use massline::monte_carlo::statistics::StoppingStatistics;
-use massline::monte_carlo::{MonteCarlo, Study};
-use massline_client::interrupt::Interrupt;
+use massline_analysis::monte_carlo::measurement::TestLayout;
+use massline_analysis::monte_carlo::statistics::StoppingStatistics;
+use massline_analysis::monte_carlo::{MonteCarlo, Study};
 use massline_shared::layout::Target;
 use massline_tests::campaign::{
     THREE_BAR_TESTS, steady_hand, with_calibrated_hammer, with_every_dof,
@@ -43,7 +42,7 @@ fn study(layout: &TestLayout, target: Target<f64>) -> Study {
         runs: runs(),
         threads: None,
     };
-    monte_carlo.run(&Interrupt::new(), |_| ()).expect("the bench takes the layout")
+    monte_carlo.run(&|| false, |_| ()).expect("the bench takes the layout")
 }
 
 fn pooled(of_tests: &[StoppingStatistics]) -> StoppingStatistics {

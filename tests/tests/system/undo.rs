@@ -8,6 +8,8 @@ use std::time::Duration;
 use massline_client::campaign::{CampaignOutcome, Observer, explain_refusal, follow};
 use massline_client::interrupt::Interrupt;
 use massline_client::{Client, Event};
+use massline_physics::BenchSource;
+use massline_physics::source::ScanSource;
 use massline_protocol::message::{Reason, Status};
 use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::diagnosis::Code;
@@ -16,9 +18,7 @@ use massline_shared::signal::{AdcProperties, RECORD_SCANS, Scan};
 use massline_tests::campaign::{
     LATE, phase, scans, start, steady_hand, three_bar_with_hits, wait_for,
 };
-use massline_virtual::bench::BenchSource;
 use massline_virtual::flash::{Cut, FlashBacking, FlashMemory};
-use massline_virtual::source::ScanSource;
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 
 /// DOFs of the layout, and hits at each.

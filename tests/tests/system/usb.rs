@@ -8,6 +8,8 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Duration;
 
 use massline_client::{Client, Event};
+use massline_physics::BenchSource;
+use massline_physics::source::ScanSource;
 use massline_protocol::event::{SCAN_BLOCK_BYTES, ScanBlock};
 use massline_protocol::message::{Identity, ResultEntry};
 use massline_protocol::object::{ObjectId, ObjectKind};
@@ -17,9 +19,7 @@ use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::{AdcProperties, Record, Scan};
 use massline_tests::campaign::{LATE, connect, scans, steady_hand, three_bar};
 use massline_tests::garbage::{garbage, question};
-use massline_virtual::bench::BenchSource;
 use massline_virtual::pipe::HostEnd;
-use massline_virtual::source::ScanSource;
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

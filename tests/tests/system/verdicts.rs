@@ -6,12 +6,12 @@
 
 use std::collections::BTreeMap;
 
+use massline_physics::{Bench, ErrorsFrom};
 use massline_result::Verdict;
 use massline_shared::identify::Estimate;
 use massline_tests::campaign::{THREE_BAR_TESTS, steady_hand};
 use massline_tests::long;
 use massline_tests::mistakes::{Culprit, MeasuredTest, measured_tests, set_up, written};
-use massline_virtual::bench::{Bench, ErrorsFrom};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -4,8 +4,8 @@
 //! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- without_repeats:: --nocapture` prints the table of
 //! shared/THEORY.md with random numbers of its own.
 
-use massline::monte_carlo::measurement::TestLayout;
-use massline::monte_carlo::statistics::MethodStatistics;
+use massline_analysis::monte_carlo::measurement::TestLayout;
+use massline_analysis::monte_carlo::statistics::MethodStatistics;
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::maximum_likelihood::{

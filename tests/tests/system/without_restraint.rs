@@ -2,14 +2,14 @@
 //! the test agrees with what the fit returns after it.
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::monte_carlo::measurement::measure;
+use massline_analysis::monte_carlo::measurement::measure;
 use massline_files::layout_file::LayoutFile;
+use massline_physics::Bench;
 use massline_shared::Real;
 use massline_shared::identify::maximum_likelihood::{ErrorBudget, RIG_WORKSPACE, Start, solve};
 use massline_shared::identify::{Applicability, DofMassLines, Estimate, Method};
 use massline_shared::layout::{Layout, RIG_HITS, RIG_SENSORS, assumed_body};
 use massline_tests::campaign::{THREE_BAR_TESTS, scans};
-use massline_virtual::bench::Bench;
 
 type RigLayoutIn<R> = Layout<R, RIG_SENSORS, RIG_HITS>;
 type Dofs<R> = Vec<DofMassLines<R, RIG_SENSORS>>;

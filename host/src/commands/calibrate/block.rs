@@ -19,16 +19,16 @@ use crate::calibration::cutoffs::cutoffs;
 use crate::calibration::electronics::ConversionOrder;
 use crate::calibration::plausible;
 use crate::calibration::verify::{DriftVerdict, drifts};
-use crate::clock;
 use crate::commands::measure::{ScreenArgs, fits, make_room, paused};
 use crate::commands::{files, show};
-use crate::document::BlockCalibration;
 use crate::output::Output;
-use crate::report::message_in;
 use crate::spectra::SpectraCollection;
 use crate::{Error, Result};
 use massline_client::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, restarted};
+use massline_files::clock;
 use massline_files::layout_file::LayoutFile;
+use massline_report::document::BlockCalibration;
+use massline_report::words::message_in;
 
 /// The default layout of the block.
 pub const LAYOUT: &str = include_str!("../../../examples/block.toml");

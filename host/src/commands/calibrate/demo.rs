@@ -1,30 +1,32 @@
 //! `massline calibrate demo`: both tests on the simulated bench, and a measurement before and after.
 
+use massline_physics::{Bench, TumbleSource};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::block::BlockMass;
 use massline_shared::calibration::tumble::TumbleLimits;
 use massline_shared::signal::HAMMER;
-use massline_virtual::bench::{Bench, TumbleSource};
 
 use super::block::{BlockTest, LAYOUT};
 use super::helper::Lines;
 use super::rig::{BlockRig, TumbleRig};
 use super::{report, store, tumble};
-use crate::bench_error::bench_error;
 use crate::calibration::tumble::TumbleFile;
 use crate::commands::bench_test::{BenchTest, nominal_calibration};
 use crate::commands::compare::Comparison;
 use crate::commands::demo::LAYOUTS;
 use crate::commands::measure::ScreenArgs;
 use crate::commands::simulated::narrow;
-use crate::document::{BeforeAndAfter, CalibratedTest, CalibrationDemo, CalibrationErrors};
-use crate::identification::Selection;
 use crate::output::{self, Output, Tone};
 use crate::rig::RigKind;
 use crate::rig_solution::solve_test;
-use crate::single_fault::NominalTest;
 use crate::{Error, Result};
+use massline_analysis::bench_error::bench_error;
+use massline_analysis::identification::Selection;
+use massline_analysis::single_fault::NominalTest;
 use massline_files::layout_file::LayoutFile;
+use massline_report::document::{
+    BeforeAndAfter, CalibratedTest, CalibrationDemo, CalibrationErrors,
+};
 
 /// Arguments of `massline calibrate demo`.
 #[derive(Debug, clap::Args)]

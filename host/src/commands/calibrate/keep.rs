@@ -7,10 +7,10 @@ use massline_shared::calibration::CalibrationRecord;
 use super::{report, rig::RigArgs, store};
 use crate::Result;
 use crate::commands::files::ReplaceArgs;
-use crate::document::WrittenFile;
 use crate::output::Output;
 use massline_files::calibration_file::{CalibrationFile, to_toml};
 use massline_files::file;
+use massline_report::document::WrittenFile;
 
 /// Arguments of `massline calibrate show`.
 #[derive(Debug, clap::Args)]

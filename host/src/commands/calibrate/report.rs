@@ -12,12 +12,12 @@ use crate::calibration::block::Block;
 use crate::calibration::cutoffs::{CutoffError, FoundCutoff, RcCutoff};
 use crate::calibration::electronics::Memory;
 use crate::calibration::verify::{Drift, DriftVerdict, by_sensor};
-use crate::document::{
+use crate::output::{self, Tone};
+use massline_report::document::{
     self, AxisDrift, Calibration, CalibrationCheck, HammerCalibration, HammerRatio,
     SensorCalibration, SensorCheck, TumbledSensor,
 };
-use crate::output::{self, Tone};
-use crate::report::{findings, message, with_sigma};
+use massline_report::words::{findings, message, with_sigma};
 use massline_result::Finding;
 use massline_result::Verdict;
 

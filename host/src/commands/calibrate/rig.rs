@@ -3,17 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use massline_physics::source::ScanSource;
+use massline_physics::{Bench, BenchSource, TumbleHandle, TumbleSource};
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{Identity, Status};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::tumble::Position;
 use massline_shared::layout::HostLayout;
-use massline_virtual::bench::{Bench, BenchSource, TumbleHandle, TumbleSource};
 use massline_virtual::flash::FlashBacking;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
-use massline_virtual::source::ScanSource;
 
-use crate::bench_error::bench_error;
 use crate::commands::bench_test::{bench_help, open_bench};
 use crate::commands::connect::PortArgs;
 use crate::commands::measure::{ScreenArgs, Shown, Watching, watch};
@@ -22,6 +21,7 @@ use crate::output::Output;
 use crate::rig::PipeTransport;
 use crate::spectra::{Collecting, SpectraCollection};
 use crate::{Error, Result};
+use massline_analysis::bench_error::bench_error;
 use massline_client::Client;
 use massline_client::campaign::{CampaignOutcome, Observer, follow};
 

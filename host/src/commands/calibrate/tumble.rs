@@ -12,11 +12,11 @@ use crate::calibration::electronics::{ConversionOrder, Memory};
 use crate::calibration::orientation::check_position;
 use crate::calibration::tumble::{TumbleFile, check_rest};
 use crate::commands::rest::without_campaign;
-use crate::document::{Hum, TumbleCalibration};
 use crate::output::Output;
-use crate::report::channel_name;
 use crate::{Error, ErrorKind, Result};
 use massline_files::units::GRAVITY_ON_EARTH;
+use massline_report::document::{Hum, TumbleCalibration};
+use massline_report::words::channel_name;
 
 /// Arguments of `massline calibrate tumble`.
 #[derive(Debug, clap::Args)]

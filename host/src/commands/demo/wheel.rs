@@ -16,18 +16,18 @@ use crate::commands::files::ReplaceArgs;
 use crate::commands::number::seed;
 use crate::commands::show::DetailsArgs;
 use crate::commands::simulated::ReportArgs;
-use crate::document::{DemoWheel, DemoWheelFiles};
-use crate::identification::Selection;
 use crate::output::{Output, Tone, align_right, counted, table};
-use crate::report::{Extent, message_in, result_text};
-use crate::result_file::ResultFile;
 use crate::rig::RigKind;
-use crate::solution::Solution;
-use crate::solve::{Options, solve};
+use crate::solve::{Options, responses_of, solve};
 use crate::{Error, Result};
+use massline_analysis::identification::Selection;
 use massline_files::file::{self, Existing};
 use massline_files::layout_file::LayoutFile;
 use massline_files::uff::UffFile;
+use massline_report::document::{DemoWheel, DemoWheelFiles};
+use massline_report::result_file::ResultFile;
+use massline_report::solution::Solution;
+use massline_report::words::{Extent, message_in, result_text};
 use study::{Row, SET_NAMES, Study, Wheel};
 
 /// Arguments of `massline demo wheel`.
@@ -132,7 +132,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let page = || {
         let name = file.title.clone();
         let mut source = ResultFile::of_result(answer.result.clone(), Some(&file), name)?;
-        source.add_responses(&uff, None)?;
+        source.add_responses(|layout| responses_of(layout, &uff, None))?;
         Ok(vec![source])
     };
     let report = args.report.write(page, existing);

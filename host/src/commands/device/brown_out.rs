@@ -3,11 +3,11 @@
 use std::time::{Duration, Instant};
 
 use crate::commands::connect::PortArgs;
-use crate::document::DeviceBrownOut;
 use crate::output::Output;
 use crate::{Error, Result};
 use massline_client::{Client, ClientError};
 use massline_protocol::message::Reason;
+use massline_report::document::DeviceBrownOut;
 
 /// Arguments of `massline device brown-out`.
 #[derive(Debug, clap::Args)]

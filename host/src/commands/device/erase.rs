@@ -2,9 +2,9 @@
 
 use super::is_in_safe_mode;
 use crate::commands::connect::PortArgs;
-use crate::document::DeviceErase;
 use crate::output::Output;
 use crate::{Error, Result};
+use massline_report::document::DeviceErase;
 
 /// Arguments of `massline device erase`.
 #[derive(Debug, clap::Args)]

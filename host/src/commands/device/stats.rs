@@ -5,7 +5,7 @@ use std::fmt::Write;
 use massline_protocol::message::{Battery, Hardware, Identity, STEP_LIMIT_MS, Stats};
 use massline_protocol::{BootReason, Clock};
 
-use crate::document::{BatteryCharge, CounterFinding, DeviceStats};
+use massline_report::document::{BatteryCharge, CounterFinding, DeviceStats};
 
 /// Identity and counters of a rig.
 #[derive(Debug)]

@@ -8,14 +8,15 @@ use massline_shared::layout::{HostLayout, Sensor, TestProfile};
 use super::super::bench_test::open_bench;
 use super::super::number::positive;
 use super::super::{files, show};
-use crate::design::{
-    Assumptions, DesignReport, Forecast, LayoutCriterion, MassRange, forecast, report,
-};
 use crate::output::Output;
-use crate::report::{glued, has_undeclared_mass, message_in};
 use crate::rig_settings::not_for_a_rig;
 use crate::{Error, Result};
+use massline_analysis::design::{
+    Assumptions, DesignReport, Forecast, LayoutCriterion, MassRange, forecast,
+};
 use massline_files::layout_file::LayoutFile;
+use massline_report::words::layout_check as report;
+use massline_report::words::{glued, has_undeclared_mass, mass_warning, masses_text, message_in};
 
 /// Arguments of `massline layout check`.
 #[derive(Debug, clap::Args)]
@@ -140,7 +141,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let message_of = |d: &Diagnostic| message_in(d, &file.layout);
     let asked = has_undeclared_mass(&file.layout).then(|| ask_for_mass(&file));
     let masses = MassRange::of(&file.layout, &assumed.body);
-    let outside = args.assumed.mass(&file, &assumed).and_then(|mass| masses?.warning(mass));
+    let outside =
+        args.assumed.mass(&file, &assumed).and_then(|mass| mass_warning(masses.as_ref()?, mass));
     let notes = asked.iter().cloned().chain(file.suspicions()).chain(not_for_a_rig(&file));
     let notes = notes.chain(outside.clone()).collect();
     let document =
@@ -164,7 +166,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
                 file.layout.sensors.len(),
                 file.layout.hits.len(),
                 report::design_report_text(&design_report, &file).trim_end(),
-                masses.map_or_else(String::new, |masses| masses.sentence()),
+                masses.map_or_else(String::new, |masses| masses_text(&masses)),
                 forecast.unwrap_or_default(),
             )
             .trim_end()

@@ -10,14 +10,14 @@ use super::super::number::seed;
 use super::super::show;
 use super::check::{AssumptionArgs, forecast_of};
 use crate::commands::files::{self, ReplaceArgs};
-use crate::design::{Options, Wanted, report, suggest};
-use crate::document::LayoutSuggestion;
 use crate::output::Output;
-use crate::report::message_in;
 use crate::rig_settings::not_for_a_rig;
 use crate::{Error, Result};
+use massline_analysis::design::{Options, Wanted, suggest};
 use massline_files::file::{self, Existing};
 use massline_files::layout_file::{LayoutFile, MAX_BYTES};
+use massline_report::document::LayoutSuggestion;
+use massline_report::words::{layout_check as report, message_in};
 use massline_result::FilePath;
 
 /// Arguments of `massline layout suggest`.
@@ -90,8 +90,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let noise = args.assumed.noise(&file.layout, &assumed)?;
     let options = options(args, &file, noise);
     let bar = output.bar(u64::from(args.starts), "starts");
-    let found =
-        suggest(&file, &assumed, &options, output.interrupt(), |done| bar.set_position(done));
+    let interrupt = output.interrupt();
+    let guard = interrupt.guard();
+    let is_interrupted = || interrupt.pressed();
+    let found = suggest(&file, &assumed, &options, &is_interrupted, |done| bar.set_position(done));
+    drop(guard);
     bar.finish_and_clear();
     let suggestion = found.map_err(|error| error.within(args.layout.display()))?;
     if let Some(path) = &args.write {

@@ -13,11 +13,11 @@ use super::presenter::Presenter;
 use crate::Result;
 use crate::commands::keyboard::{Keyboard, no_terminal};
 use crate::output::{Output, harmless};
-use crate::precision::PrecisionReport;
-use crate::readings::Chain;
 use crate::screen::guide::{Guide, HitReadings, Wanted};
 use crate::screen::{Screen, View};
+use massline_analysis::precision::PrecisionReport;
 use massline_client::{Client, ClientError};
+use massline_report::readings::Chain;
 use massline_result::ModesSoFar;
 
 /// Time between two requests for the levels.

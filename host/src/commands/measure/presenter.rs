@@ -11,8 +11,8 @@ use massline_client::campaign::explain_refusal;
 use massline_result::ModesSoFar;
 
 use crate::Result;
-use crate::modes_so_far;
-use crate::precision::PrecisionReport;
+use massline_analysis::precision::PrecisionReport;
+use massline_report::words::{modes_so_far, precision};
 
 /// Shows a campaign to a person.
 pub(super) trait Presenter {
@@ -76,7 +76,7 @@ impl Presenter for Progress<'_> {
     }
 
     fn precision(&mut self, report: &PrecisionReport<'_>) {
-        Progress::line(self, &report.to_text());
+        Progress::line(self, &precision::text(report));
     }
 
     fn modes(&mut self, report: &ModesSoFar) {

@@ -8,19 +8,20 @@ use massline_protocol::message::{Reason, Status};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::{Command, Phase};
 
-use crate::archive::RecordCollection;
 use crate::commands::keyboard::{self, Keyboard, Pressed};
 use crate::commands::progress::{Progress, Prompts};
 use crate::hit_log::HitLog;
-use crate::modes_so_far::ModesMonitor;
+use crate::hit_records::RecordCollection;
 use crate::output::{Output, counted};
-use crate::precision::PrecisionMonitor;
 use crate::rig_lines::lines_of;
 use crate::screen::guide::{AnswerSoFar, Wanted};
 use crate::spectra::{Collecting, SpectraCollection};
 use crate::{Error, Result};
+use massline_analysis::modes_so_far::ModesMonitor;
+use massline_analysis::precision::PrecisionMonitor;
 use massline_client::Client;
 use massline_client::campaign::{CampaignOutcome, Observer, dofs_left, follow, open_dof};
+use massline_report::words::precision;
 
 use super::full_screen::{FullScreen, Shown};
 use super::presenter::Presenter;
@@ -159,7 +160,11 @@ impl Person<'_> {
             || "target reached".to_owned(),
             |monitor| {
                 let report = monitor.latest();
-                format!("target reached after {}: {}", report.progress(), report.widths())
+                format!(
+                    "target reached after {}: {}",
+                    precision::progress(&report),
+                    precision::widths(&report)
+                )
             },
         );
         if self.asks() {

@@ -112,8 +112,8 @@ impl HitCapture {
 
 #[cfg(test)]
 mod tests {
-    use massline_virtual::bench::{Bench, BenchSource};
-    use massline_virtual::source::ScanSource;
+    use massline_physics::source::ScanSource;
+    use massline_physics::{Bench, BenchSource};
 
     use super::*;
     use crate::commands::bench_test::nominal_calibration;

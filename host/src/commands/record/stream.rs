@@ -11,11 +11,11 @@ use super::Recording;
 use super::finder::{Found, HitFinder, Settings};
 use crate::commands::keyboard::{Keyboard, Pressed};
 use crate::output::Output;
-use crate::report;
 use crate::{Error, Result};
 use massline_client::campaign::is_out_of_reach;
 use massline_client::{Client, Event, scans_of};
 use massline_files::tape::{Segment, TapeWriter};
+use massline_report::words;
 
 /// A rig that streams sends a block at least this often.
 const SILENCE: Duration = Duration::from_secs(5);
@@ -242,7 +242,7 @@ impl<'r> Stream<'r> {
         let Some(hit) = self.recording.layout.hits.get(self.dof) else { return };
         let force = report.peak_force.0;
         if !report.good() {
-            let reasons = report::messages(&report.findings);
+            let reasons = words::messages(&report.findings);
             output.note(format!("{}  {force:.1} N  rejected: {reasons}", hit.dof));
             // Prompts the operator again.
             self.prompted = None;

@@ -6,7 +6,6 @@ use massline_shared::measurement::campaign::{Command, Phase};
 use massline_shared::signal::Scan;
 
 use super::Recording;
-use crate::clock;
 use crate::commands::progress::{Progress, Prompts};
 use crate::commands::show;
 use crate::output::Output;
@@ -15,6 +14,7 @@ use massline_client::Client;
 use massline_client::campaign::{
     CampaignOutcome, Observer, StartOptions, begin, follow, is_out_of_reach, restarted,
 };
+use massline_files::clock;
 use massline_files::tape::{LEAD_IN_SCANS, Segment, TapeWriter};
 
 /// Runs a campaign with the layout on the rig, and writes the record of every good hit; returns the number of hits.

@@ -2,9 +2,9 @@
 
 use super::numbers::Numbers;
 use crate::commands::connect::PortArgs;
-use crate::document::DeletedResults;
 use crate::output::Output;
 use crate::{Error, Result};
+use massline_report::document::DeletedResults;
 
 /// Arguments of `massline results delete`.
 #[derive(Debug, clap::Args)]

@@ -5,20 +5,21 @@ use std::path::PathBuf;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::layout::HostLayout;
 
-use crate::archive::{Archive, ArchivedLayout, EXTENSION};
 use crate::commands::archive::ArchiveArgs;
 use crate::commands::connect::PortArgs;
 use crate::commands::files;
 use crate::commands::show::{self, DetailsArgs, Next};
-use crate::identification::Selection;
-use crate::judgement::result_of_rig;
 use crate::output::{Output, shell_path};
-use crate::report::hash_text;
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::rig_solution::solve_test;
 use crate::{Error, Result};
+use massline_analysis::identification::Selection;
+use massline_analysis::single_fault::NominalTest;
 use massline_client::Client;
+use massline_files::archive::{Archive, ArchivedLayout, EXTENSION};
 use massline_files::layout_file::LayoutFile;
+use massline_report::words::hash_text;
+use massline_report::words::result_of_rig;
 use massline_result::{FilePath, TestResult};
 
 /// Arguments of `massline results get`.
@@ -82,7 +83,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let next = (args.details.extent(), &next);
     let (answers, printed) = match &layout {
         Some(layout) => {
-            let solution = solve_test(test, &layout.nominal(), Selection::All);
+            let solution = solve_test(test, &NominalTest::of_archive(layout), Selection::All);
             let archive = args.archive.path().map(FilePath::from);
             let answers = TestResult { archive, ..solution.result() };
             let printed = show::print(&solution, &answers, next, output);

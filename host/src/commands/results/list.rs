@@ -4,10 +4,10 @@ use massline_protocol::object::MeasurementResult;
 
 use crate::Result;
 use crate::commands::connect::PortArgs;
-use crate::document::{KeptResult, ResultsList};
-use crate::judgement::result_of_rig;
 use crate::output::{self, Output, Table};
-use crate::report::{Summary, hash_text};
+use massline_report::document::{KeptResult, ResultsList};
+use massline_report::words::result_of_rig;
+use massline_report::words::{Summary, hash_text};
 
 /// Arguments of `massline results list`.
 #[derive(Debug, clap::Args)]

@@ -2,20 +2,20 @@
 
 use std::path::Path;
 
+use massline_physics::Bench;
+use massline_physics::suspension::Suspension;
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::body::RigidBody;
 use massline_shared::layout::{HostLayout, TestProfile};
 use massline_shared::signal::Calibration;
-use massline_virtual::bench::Bench;
-use massline_virtual::bench::suspension::Suspension;
 use nalgebra::{SVector, Vector3};
 
-use crate::bench_error::bench_error;
 use crate::commands::bench_test::{BenchArgs, open_bench};
 use crate::output::counted;
-use crate::report::as_exact_as;
 use crate::{Error, Result};
+use massline_analysis::bench_error::bench_error;
 use massline_files::layout_file::LayoutFile;
+use massline_report::words::as_exact_as;
 
 /// Frequency of the highest suspension mode of an object whose mass lines are measured, Hz: cords that are soft enough for
 /// the default band.

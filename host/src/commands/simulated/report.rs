@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use crate::Result;
-use crate::archive::Archive;
-use crate::html_report::html;
+use crate::commands::sources;
 use crate::output::{Output, this_command_with};
-use crate::result_file::ResultFile;
+use massline_files::archive::Archive;
 use massline_files::file::{self, Existing};
+use massline_report::page::html;
+use massline_report::result_file::ResultFile;
 
 /// The option for a report.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -71,5 +72,5 @@ impl ReportArgs {
 /// # Errors
 /// When the layout of one cannot be read.
 pub fn results_of(tests: impl IntoIterator<Item = (String, Archive)>) -> Result<Vec<ResultFile>> {
-    tests.into_iter().map(|(name, archive)| ResultFile::of(archive, name)).collect()
+    tests.into_iter().map(|(name, archive)| sources::of_archive(archive, name)).collect()
 }

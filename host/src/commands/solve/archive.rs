@@ -5,16 +5,16 @@ use std::path::Path;
 use massline_shared::identify::{Method, Observable};
 use massline_shared::layout::{HostLayout, TestProfile};
 
-use crate::archive::Archive;
 use crate::commands::files;
 use crate::commands::show::{self, Next};
-use crate::identification::Selection;
 use crate::output::Output;
-use crate::report::Extent;
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::rig_solution::solve_test;
-use crate::single_fault::NominalTest;
 use crate::{Error, Result};
+use massline_analysis::identification::Selection;
+use massline_analysis::single_fault::NominalTest;
+use massline_files::archive::Archive;
+use massline_report::words::Extent;
 
 /// Prints what this program finds from the mass lines of an archive, or from its lines about the suspension modes, with the
 /// archive's layout or the one of a file.
@@ -30,7 +30,7 @@ pub(super) fn solve(
 ) -> Result<()> {
     let archive = Archive::read(path)?;
     let nominal = match layout {
-        None => archive.layout.nominal(),
+        None => NominalTest::of_archive(&archive.layout),
         Some(layout) => with_layout(layout, path, &archive, output)?,
     };
     if let Selection::Only(method) = selection {

@@ -8,10 +8,10 @@ use ratatui::widgets::Paragraph;
 
 use super::bar::columns;
 use super::framed;
-use crate::report::two_digits;
 use crate::screen::Theme;
 use crate::screen::guide::Guide;
 use crate::screen::interim::InterimEstimate;
+use massline_report::words::two_digits;
 
 /// Width of a property with its interval, and of the name of a width.
 const PROPERTY: usize = 22;

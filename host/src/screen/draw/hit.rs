@@ -9,9 +9,9 @@ use ratatui::widgets::{Paragraph, Wrap};
 use super::curves::{Curves, pair, plot};
 use super::framed;
 use crate::output::Tone;
-use crate::report::swing_words;
 use crate::screen::Theme;
 use crate::screen::guide::{Guide, HitReadings};
+use massline_report::words::swing_words;
 
 /// Rows of the verdict, with its frame.
 pub(super) const HEIGHT: u16 = 6;

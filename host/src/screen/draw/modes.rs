@@ -6,9 +6,9 @@ use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 
 use super::framed;
-use crate::modes_so_far;
 use crate::screen::Theme;
 use crate::screen::guide::Guide;
+use massline_report::words::modes_so_far;
 
 /// The modes after the last closed DOF.
 pub(super) fn modes(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {

@@ -10,9 +10,9 @@ use ratatui::text::Span;
 use ratatui::widgets::canvas::{Canvas, Context, Line, Points};
 
 use super::framed;
-use crate::projection::across;
 use crate::screen::Theme;
 use crate::screen::guide::Guide;
+use massline_report::projection::across;
 
 /// Fewest rows, with the frame.
 pub(super) const LOWEST: u16 = 6;

@@ -13,10 +13,10 @@ use ratatui::backend::TestBackend;
 use super::curves::{Curves, plot};
 use super::*;
 use crate::output::harmless;
-use crate::readings::Readings;
 use crate::screen::guide::HitReadings;
 use crate::screen::guide::tests::{ALL, guide, layout, status};
 use crate::screen::positions::Lying;
+use massline_report::readings::Readings;
 
 /// Sizes below that of the full view.
 const SMALL: [[u16; 2]; 3] = [[20, 5], [40, 12], [59, 17]];

@@ -109,12 +109,9 @@ fn a_record_that_ends_too_early_is_named() {
     // What is left of every mode at the end of 8 s multiplies its residue; here the sum is of the modes themselves.
     let layout = LayoutFile::parse(LAYOUT, "wheel.toml").unwrap().layout;
     let bench = Bench::named("wheel").unwrap();
-    let modes = massline_virtual::bench::suspension::rigid_modes(
-        &bench.body,
-        &bench.suspension,
-        &bench.gravity,
-    )
-    .unwrap();
+    let modes =
+        massline_physics::suspension::rigid_modes(&bench.body, &bench.suspension, &bench.gravity)
+            .unwrap();
     let record = 8.0;
     let truncated = |f: f64, channel: usize, hit: usize, _: Complex<f64>| {
         let s = Complex::new(0.0, std::f64::consts::TAU * f);

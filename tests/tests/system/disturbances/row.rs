@@ -3,13 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use massline::monte_carlo::measurement::SimulatedTest;
+use massline_analysis::monte_carlo::measurement::SimulatedTest;
+use massline_physics::BenchSource;
+use massline_physics::source::ScanSource;
+use massline_physics::taps::TapKind;
 use massline_shared::diagnosis::Severity;
 use massline_shared::measurement::GradedHit;
 use massline_tests::long;
-use massline_virtual::bench::BenchSource;
-use massline_virtual::bench::taps::TapKind;
-use massline_virtual::source::ScanSource;
 
 use crate::disturbances::table::{CANNOT_BE_SEEN, Disturbance};
 

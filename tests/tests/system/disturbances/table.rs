@@ -1,8 +1,8 @@
 //! The disturbances, each with what has to be true of its runs.
 
+use massline_physics::Bench;
+use massline_physics::suspension::Suspension;
 use massline_shared::layout::{Attached, Sensor};
-use massline_virtual::bench::Bench;
-use massline_virtual::bench::suspension::Suspension;
 use nalgebra::{Rotation3, Vector3};
 
 /// A disturbance, and what has to be true of its runs.

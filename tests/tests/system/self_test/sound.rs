@@ -1,12 +1,12 @@
 //! Rigs without a fault: sensors, hammers and supplies as they come, and what the mains and the screen may do to them.
 
+use massline_physics::errors::TestErrors;
+use massline_physics::{Bench, BenchSource};
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 use massline_shared::signal::{Calibration, CrossAxis};
 use massline_shared::units::Volts;
 use massline_tests::campaign::three_bar;
-use massline_virtual::bench::errors::TestErrors;
-use massline_virtual::bench::{Bench, BenchSource};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

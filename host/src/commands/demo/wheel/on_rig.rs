@@ -1,15 +1,15 @@
 //! The wheel, measured by a simulated rig in the suspension profile.
 
-use massline_virtual::bench::Bench;
+use massline_physics::Bench;
 
 use super::{Args, LAYOUT};
 use crate::Result;
-use crate::bench_error::bench_error;
 use crate::commands::bench_test::{BenchTest, nominal_calibration};
 use crate::commands::beside_truth::ShownTest;
 use crate::commands::simulate::object::describe;
 use crate::output::Output;
 use crate::rig::RigKind;
+use massline_analysis::bench_error::bench_error;
 use massline_files::layout_file::LayoutFile;
 
 /// Measures the wheel, and prints the result beside the truth.

@@ -1,25 +1,25 @@
 //! Answers to the wheel's responses with noise, against the truth.
 
+use massline_physics::Bench;
+use massline_physics::responses::{Besides, SprungPart, add_noise, frequency_responses};
 use massline_shared::FrequencyResponses;
 use massline_shared::body::{RigidBody, scale};
 use massline_shared::identify::global_fit::{GlobalFitSettings, GlobalFitSolution};
 use massline_shared::identify::{HALF_WIDTH_95, METHODS, Method};
 use massline_shared::layout::{HitUncertainty, HostLayout, SensorUncertainty, TestProfile};
 use massline_shared::modes::Reduction;
-use massline_virtual::bench::Bench;
-use massline_virtual::bench::responses::{Besides, SprungPart, add_noise, frequency_responses};
 use nalgebra::{Complex, SVector};
 
 use crate::Result;
-use crate::bench_error::bench_error;
-use crate::document::{ComparedMethod, ForceSet};
-use crate::parallel::pieces;
 use crate::solve::SUSPENSION_BAND_HZ;
-use crate::suspension::{
+use massline_analysis::bench_error::bench_error;
+use massline_analysis::parallel::pieces;
+use massline_analysis::suspension::{
     Answered, Asked, GlobalAnswer, HostFit, ModeChoice, Survey, Variant, answered,
 };
 use massline_client::interrupt::Interrupt;
 use massline_files::uff::{Encoding, functions_of, write};
+use massline_report::document::{ComparedMethod, ForceSet};
 
 /// Names of the sets of forces.
 pub(super) const SET_NAMES: [&str; 5] = ["all", "A", "B", "C", "D"];
@@ -161,7 +161,8 @@ impl Wheel {
         let forces = SETS[place];
         let memory = || Box::new(Reduction::new());
         let one = |memory: &mut Box<Reduction<f64>>, run: u64| self.run(forces, seed, run, memory);
-        let made = pieces(runs, interrupt, progress, memory, one);
+        let _guard = interrupt.guard();
+        let made = pieces(runs, &|| interrupt.pressed(), progress, memory, one);
         let rows = rows(&made);
         let layout = self.with_forces(forces);
         let forces = layout.hits.iter().map(|hit| hit.dof.to_string()).collect();

@@ -9,11 +9,11 @@ use massline_client::campaign::{CampaignOutcome, Observer, StartOptions, begin, 
 use massline_client::interrupt::Interrupt;
 use massline_client::{Client, SerialTransport};
 use massline_files::layout_file::LayoutFile;
+use massline_physics::source::ScanSource;
+use massline_physics::{Bench, BenchSource};
 use massline_protocol::lines::LinesId;
 use massline_protocol::object::MeasurementResult;
 use massline_tests::campaign::with_every_dof;
-use massline_virtual::bench::{Bench, BenchSource};
-use massline_virtual::source::ScanSource;
 
 /// A limit that is reached only when something hangs.
 const LATE: Duration = Duration::from_secs(120);

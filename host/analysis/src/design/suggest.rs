@@ -1,0 +1,250 @@
+//! Chooses sensors and hits among the nodes of a layout file.
+
+use massline_shared::design::{Choice, Counts, Found, Predict, Search, SearchError};
+use massline_shared::identify::maximum_likelihood::workspace;
+use massline_shared::layout::{
+    HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS, TestProfile, extent,
+};
+
+use super::{Assumptions, Candidates, LayoutCriterion, LayoutFindings, Predicted};
+use crate::parallel::{Interrupted, pieces};
+use crate::{Error, Result};
+use massline_files::layout_file::LayoutFile;
+
+/// How many sensors or hits are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// Exactly those in the file.
+    Keep,
+    /// The best choice of this many candidates.
+    Best(usize),
+}
+
+/// Settings of a search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Sensors.
+    pub sensors: Wanted,
+    /// Hit DOFs.
+    pub hits: Wanted,
+    /// Accepted hits at each DOF.
+    pub hits_per_dof: u8,
+    /// Noise of one accelerance of one hit, relative to 1/m.
+    pub noise: f64,
+    /// Number of random starts.
+    pub starts: u32,
+    /// Equal seeds give equal suggestions.
+    pub seed: u64,
+}
+
+/// A layout with a smaller predicted uncertainty.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Suggestion {
+    /// The file's layout with the chosen sensors and hits.
+    pub layout: HostLayout,
+    /// Its predicted uncertainty.
+    pub predicted: Predicted,
+    /// The predicted uncertainty of the file's own layout in the same scale; `None` when it does not
+    /// determine the ten properties.
+    pub before: Option<Predicted>,
+    /// Applicable methods and findings of the suggested layout; contains no errors.
+    pub findings: LayoutFindings,
+    /// The candidates of the search.
+    pub candidates: Candidates,
+    /// L of the scale of both predictions: [`HostLayout::characteristic_length`] of the suggestion, m.
+    pub length: f64,
+    /// The criterion of the predictions: body, noise and scale.
+    pub criterion: LayoutCriterion,
+    /// A sentence that names the body of the criterion.
+    pub whose: String,
+}
+
+/// The sensors and hits among the nodes of a file with the smallest predicted sum of relative variances.
+/// `progress` is called after every completed start. The search uses all cores; the answer does not depend on
+/// their number.
+///
+/// # Errors
+/// Exit 2 when there are fewer candidates than wanted, exit 3 when no choice of them determines the ten
+/// properties, 130 when it `is_interrupted`.
+pub fn suggest(
+    file: &LayoutFile,
+    assumed: &Assumptions,
+    options: &Options,
+    is_interrupted: Interrupted<'_>,
+    progress: impl FnMut(u64) + Send,
+) -> Result<Suggestion> {
+    let mut candidates = Candidates::of(file);
+    let wanted = Counts {
+        sensors: narrow(&mut candidates.sensors, options.sensors, &file.layout.sensors),
+        hits: narrow(&mut candidates.hits, options.hits, &file.layout.hits),
+    };
+    enough(wanted, &candidates)?;
+    // The sensors, whose extent is the scale of a layout, are not chosen yet: their candidates stand for them.
+    let (_, spread) = extent(candidates.sensors.iter().map(|sensor| sensor.position));
+    let criterion = assumed.criterion(&file.layout, spread, options.noise);
+    let mut empty = file.layout.clone();
+    empty.sensors.clear();
+    empty.hits.clear();
+    empty.test.hits_per_dof = options.hits_per_dof;
+    let job = Job { file, criterion: &criterion, candidates: &candidates, empty: &empty };
+    let search = Search {
+        candidates: Counts { sensors: candidates.sensors.len(), hits: candidates.hits.len() },
+        wanted,
+        starts: options.starts,
+        seed: options.seed,
+    };
+    let layout = if wanted.sensors <= RIG_SENSORS && wanted.hits <= RIG_HITS {
+        job.search::<RIG_SENSORS, RIG_HITS>(&search, is_interrupted, progress)?
+    } else {
+        job.search::<HOST_SENSORS, HOST_HITS>(&search, is_interrupted, progress)?
+    };
+    let nothing = || nothing(file.layout.test.profile);
+    let layout = layout.ok_or_else(nothing)?;
+    let length = layout.characteristic_length();
+    let criterion = assumed.criterion(&layout, length, options.noise);
+    let findings = LayoutFindings::new(&layout, criterion.body());
+    if !findings.admits_any() {
+        return Err(nothing());
+    }
+    Ok(Suggestion {
+        predicted: Predicted::of(&criterion, &layout).ok_or_else(nothing)?,
+        before: Predicted::of(&criterion, &file.layout),
+        layout,
+        findings,
+        candidates,
+        length,
+        criterion,
+        whose: assumed.whose.clone(),
+    })
+}
+
+/// The number wanted; with [`Wanted::Keep`] the present entries become the only candidates.
+fn narrow<T: Copy>(candidates: &mut Vec<T>, wanted: Wanted, present: &[T]) -> usize {
+    match wanted {
+        Wanted::Best(count) => count,
+        Wanted::Keep => {
+            *candidates = present.to_vec();
+            present.len()
+        }
+    }
+}
+
+fn enough(wanted: Counts, candidates: &Candidates) -> Result<()> {
+    let few = |what: &str, wanted: usize, there: usize, how: &str| {
+        let text = format!(
+            "{wanted} {what} are wanted and the nodes have places for {there}; add [[node]]s, {how}, \
+             or want fewer"
+        );
+        Err(Error::input("too_few_candidates", text))
+    };
+    let (sensors, hits) = (candidates.sensors.len(), candidates.hits.len());
+    if wanted.sensors > sensors {
+        return few("sensors", wanted.sensors, sensors, "allow more (can_carry_sensor)");
+    }
+    if wanted.hits > hits {
+        return few("hit DOFs", wanted.hits, hits, "allow more (can_hit)");
+    }
+    Ok(())
+}
+
+fn nothing(profile: TestProfile) -> Error {
+    let why = match profile {
+        TestProfile::MassLine => {
+            "the lines of the hits must not all meet in one point and the nodes must not all be on one line"
+        }
+        TestProfile::Suspension => {
+            "the hits must move every mode and the nodes must not all be on one line"
+        }
+    };
+    let text = format!(
+        "no choice of these nodes determines the ten properties: {why}; add nodes elsewhere, allow more directions \
+         (can_hit), or want more sensors and hits"
+    );
+    Error::undetermined("ten_parameters_not_identifiable", text)
+}
+
+/// The inputs that all starts share.
+struct Job<'a> {
+    file: &'a LayoutFile,
+    criterion: &'a LayoutCriterion,
+    candidates: &'a Candidates,
+    /// The file's layout without sensors and hits.
+    empty: &'a HostLayout,
+}
+
+impl Job<'_> {
+    /// The best layout of all starts, computed in matrices of the smallest sufficient capacity, which is
+    /// several times faster; `None` when no choice determines the ten properties.
+    fn search<const S: usize, const H: usize>(
+        &self,
+        search: &Search,
+        is_interrupted: Interrupted<'_>,
+        progress: impl FnMut(u64) + Send,
+    ) -> Result<Option<HostLayout>> {
+        let empty: Layout<f64, S, H> =
+            self.empty.cast().ok_or_else(|| nothing(self.empty.test.profile))?;
+        let first = self.present::<S, H>(search);
+        // The file's own layout is an additional start.
+        let starts = search.starts + u32::from(first.is_some());
+        let start = |index: u32| match index.checked_sub(search.starts) {
+            None => search.start(index),
+            Some(_) => first.clone().ok_or(SearchError::NothingFound),
+        };
+        let memory = || vec![0.0; workspace(S)];
+        let found = pieces(starts.into(), is_interrupted, progress, memory, |memory, index| {
+            let cost =
+                |choice: &Choice<S, H>| self.criterion.cost(&self.layout(&empty, choice), memory);
+            start(index as u32).map(|start| search.improve(start, cost))
+        });
+        if found.len() < starts as usize {
+            let text = format!("interrupted after {} of {starts} starts", found.len());
+            return Err(Error::interrupted(text));
+        }
+        let mut best: Option<Found<f64, S, H>> = None;
+        for found in found {
+            let found = found.map_err(|e| Error::input("too_few_candidates", e.to_string()))?;
+            if let Some(found) = found
+                && best.as_ref().is_none_or(|best| found.cost < best.cost)
+            {
+                best = Some(found);
+            }
+        }
+        Ok(best.and_then(|best| self.layout(&empty, &ordered(best.choice)).cast()))
+    }
+
+    /// The file's own sensors and hits as a choice, if all are candidates and their numbers are those wanted.
+    fn present<const S: usize, const H: usize>(&self, search: &Search) -> Option<Choice<S, H>> {
+        let layout = &self.file.layout;
+        let mut choice = Choice::default();
+        for sensor in &layout.sensors {
+            let index = self.candidates.sensors.iter().position(|s| s.node == sensor.node)?;
+            choice.sensors.push(index).ok()?;
+        }
+        for hit in &layout.hits {
+            let index = self.candidates.hits.iter().position(|h| h.dof == hit.dof)?;
+            choice.hits.push(index).ok()?;
+        }
+        let counts = Counts { sensors: choice.sensors.len(), hits: choice.hits.len() };
+        (counts == search.wanted).then_some(choice)
+    }
+
+    fn layout<const S: usize, const H: usize>(
+        &self,
+        empty: &Layout<f64, S, H>,
+        choice: &Choice<S, H>,
+    ) -> Layout<f64, S, H> {
+        let Candidates { sensors, hits } = self.candidates;
+        Layout {
+            sensors: choice.sensors.iter().filter_map(|&i| sensors.get(i).copied()).collect(),
+            hits: choice.hits.iter().filter_map(|&j| hits.get(j).copied()).collect(),
+            ..empty.clone()
+        }
+    }
+}
+
+/// Sorts a choice in the order of the candidates, which is that of the nodes.
+fn ordered<const S: usize, const H: usize>(mut choice: Choice<S, H>) -> Choice<S, H> {
+    choice.sensors.sort_unstable();
+    choice.hits.sort_unstable();
+    choice
+}
