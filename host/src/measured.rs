@@ -56,36 +56,32 @@ fn answered(solution: Solution, source: &str) -> Result<TestResult> {
 /// The result of an archive, with nodes and frequency responses.
 ///
 /// # Errors
-/// As [`of_measurement`], and as [`test_of_archive`].
+/// As [`of_measurement`].
 pub fn of_archive(archive: &Archive, source: &str, method: Option<Method>) -> Result<Exported> {
     let result = answered(solution_of_archive(archive), source)?;
     let exported = of_result(&result, source, method)?;
-    let test = test_of_archive(archive, source)?;
+    let test = test_of_archive(archive, source);
     Ok(exported.with_test(|of_document| TestData { notes: of_document.notes, ..test }))
 }
 
 /// What an archive holds besides answers: there is also one of a test without an answer.
-///
-/// # Errors
-/// Exit 2 when no rig can use the calibration in the archive.
-pub fn test_of_archive(archive: &Archive, source: &str) -> Result<TestData> {
+pub fn test_of_archive(archive: &Archive, source: &str) -> TestData {
     let layout = &archive.layout;
     let node = |&ArchivedNode { id, position_m, axes }: &ArchivedNode| Node {
         id,
         position: position_m,
         axes,
     };
-    let responses = match archive.decay_per_s() {
-        Some(decay_per_s) => {
-            Some(Responses { frfs: archive.frfs()?, layout: layout.resolved.clone(), decay_per_s })
-        }
-        None => None,
-    };
+    let responses = archive.decay_per_s().map(|decay_per_s| Responses {
+        frfs: archive.frfs(),
+        layout: layout.resolved.clone(),
+        decay_per_s,
+    });
     let test = TestData {
         nodes: layout.nodes.iter().map(node).collect(),
         responses,
         layout_hash: Some(archive.result.head.layout_hash),
         ..TestData::of_source(source)
     };
-    Ok(test.titled(&layout.title))
+    test.titled(&layout.title)
 }

@@ -4,10 +4,10 @@
 //! The file must hold one frequency response function for every sensor axis and hit of the layout; one that is
 //! stored for the opposite direction is negated. Where the file has a band for it, a mass line is fitted to every
 //! accelerance with equal weights and passed to [`identification`] as the average of as many hits as `[test]` asks
-//! for. Where it has the lines of the suspension modes, they go to [`suspension`](crate::suspension). What both say
+//! for. Where it has the lines of the suspension modes, they go to [`suspension`](massline_analysis::suspension). What both say
 //! is compared.
 //!
-//! [`identification`]: crate::identification
+//! [`identification`]: massline_analysis::identification
 
 mod answer;
 mod driving_points;
@@ -344,7 +344,7 @@ pub fn modes_of_archive(
     options: &Options,
     progress: impl FnMut(u32, u32) + Send,
 ) -> Result<FoundModes> {
-    let frfs = archive.frfs()?;
+    let frfs = archive.frfs();
     let Some(decay) = archive.decay_per_s().filter(|_| !frfs.is_empty()) else {
         let text = format!(
             "{}: it holds no frequency responses; `massline measure -o` keeps them, `results get -o` cannot",

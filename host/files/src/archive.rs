@@ -285,29 +285,23 @@ impl Archive {
     }
 
     /// The calibration in force during the test; `None` when it is not known.
-    ///
-    /// # Errors
-    /// Exit 2 when the file holds one that no rig can use.
-    pub fn calibration(&self) -> Result<Option<CalibrationRecord>> {
-        self.calibration.as_ref().map(CalibrationTable::record).transpose()
+    pub fn calibration(&self) -> Option<CalibrationRecord> {
+        self.calibration.as_ref().map(CalibrationTable::record)
     }
 
     /// The frequency responses of all DOFs with lines, or else H1 of those with spectra, at every sensor, corrected for
     /// cross-axis sensitivities. They are those at `s = σ + iω`, with σ of [`Self::decay_per_s`]. From spectra, empty when
     /// the calibration is not known.
-    ///
-    /// # Errors
-    /// As [`Archive::calibration`].
-    pub fn frfs(&self) -> Result<Vec<Frf>> {
+    pub fn frfs(&self) -> Vec<Frf> {
         let sensors = &self.layout.resolved.sensors;
         let nodes: Vec<u16> = sensors.iter().map(|sensor| sensor.node).collect();
         if !self.lines.is_empty() {
             let spacing = resolution::<f64>(&self.rig.sampler.adc, TestProfile::Suspension);
-            return Ok(self.lines.iter().flat_map(|of| of.frfs(&nodes, spacing)).collect());
+            return self.lines.iter().flat_map(|of| of.frfs(&nodes, spacing)).collect();
         }
-        let Some(calibration) = self.calibration()? else { return Ok(Vec::new()) };
+        let Some(calibration) = self.calibration() else { return Vec::new() };
         let frfs = |of: &ArchivedSpectra| of.frfs(&nodes, &calibration.calibration);
-        Ok(self.spectra.iter().flat_map(frfs).collect())
+        self.spectra.iter().flat_map(frfs).collect()
     }
 
     /// Decay rate σ of the exponential window of the frequency responses, 1/s; `None` without them.

@@ -70,8 +70,7 @@ impl CalibrationFile {
     /// As [`CalibrationFile::read`].
     pub fn parse(text: &str, file: &str) -> Result<Self> {
         let table: CalibrationTable = toml_file::parse(text, file, MALFORMED)?;
-        let record = table.record().map_err(|e| e.within(file))?;
-        Ok(Self { record, sensors: table.sensor })
+        Ok(Self { record: table.record(), sensors: table.sensor })
     }
 
     /// The calibration for a layout. A sensor of the layout that names a calibration gets that one, any other
@@ -83,9 +82,9 @@ impl CalibrationFile {
         let mut record = self.record.clone();
         for (k, sensor) in layout.sensors.iter().take(SENSORS).enumerate() {
             let Some(wanted) = &sensor.calibration else { continue };
-            let found = self.sensors.iter().find(|s| s.id.as_ref() == Some(wanted));
+            let found = self.sensors.iter().find(|s| s.id() == Some(wanted.as_str()));
             let found = found.ok_or_else(|| {
-                let ids = self.sensors.iter().filter_map(|s| s.id.as_deref());
+                let ids = self.sensors.iter().filter_map(SensorTable::id);
                 Error::input(
                     "calibration_unknown",
                     format!(
@@ -97,7 +96,7 @@ impl CalibrationFile {
                     ),
                 )
             })?;
-            found.write(k, &mut record)?;
+            found.write(k, &mut record);
         }
         Ok(record)
     }
@@ -188,13 +187,20 @@ mod tests {
             let text = format!("[hammer]\nzero_v = {zero}\nsensitivity_v_per_n = {gain}\n");
             CalibrationFile::parse(&text, "c.toml").unwrap_err().to_string()
         };
-        assert!(hammer("0.1", "0").contains("sensitivity = 0"));
-        assert!(hammer("nan", "0.02").contains("zero_v"));
-        let cutoff = hammer("0.1", "0.02\nrc_cutoff_hz = -3");
-        assert!(cutoff.contains("hammer: rc_cutoff_hz = -3"), "{cutoff}");
+        for gain in ["0", "0.0", "1e-50", "1e39"] {
+            let error = hammer("0.1", gain);
+            let said = "c.toml:3: hammer.sensitivity_v_per_n: ";
+            assert!(
+                error.starts_with(said) && error.contains("a number that is not zero"),
+                "{error}"
+            );
+        }
+        assert!(hammer("nan", "0.02").starts_with("c.toml:2: hammer.zero_v: NaN is not valid"));
+        let cutoff = hammer("0.1", "0.02\nrc_cutoff_hz = -0.3");
+        assert!(cutoff.starts_with("c.toml:4: hammer.rc_cutoff_hz: -0.3 is not valid"), "{cutoff}");
         let range = "sensor_range_m_per_s2 = 19.6\n[hammer]\nzero_v = 0\nsensitivity_v_per_n = 1\n";
         let error = CalibrationFile::parse(range, "c.toml").unwrap_err().to_string();
-        assert!(error.contains("sensor_range_m_per_s2 = 19.6"), "{error}");
+        assert!(error.starts_with("c.toml:1: sensor_range_m_per_s2: 19.6 is not valid"), "{error}");
         assert!(hammer("0.1", "x").starts_with("c.toml:3: "), "{}", hammer("0.1", "x"));
     }
 
@@ -218,6 +224,10 @@ mod tests {
         assert!(error(sensor).contains("at most 12"), "{}", error(sensor));
         let sensor = "[[sensor]]\nzero_v = [1, 1, 1]\nsensitivity_v_per_m_per_s2 = [1, 1, 1]\n\
                       cross_axis = { xy = 0.5, xz = 0, yx = 0, yz = 0, zx = 0, zy = 0 }";
-        assert!(error(sensor).contains("cross_axis"), "{}", error(sensor));
+        let said = "c.toml:7: sensor[1].cross_axis: ";
+        assert!(error(sensor).starts_with(said), "{}", error(sensor));
+        let sensor =
+            "[[sensor]]\nzero_v = [1,\n  0.5,\n  1e39]\nsensitivity_v_per_m_per_s2 = [1, 1, 1]";
+        assert!(error(sensor).starts_with("c.toml:4: "), "{}", error(sensor));
     }
 }

@@ -30,6 +30,7 @@ pub mod layout_file;
 pub mod limited;
 pub mod npy;
 pub mod recording;
+mod single;
 pub mod tape;
 pub mod toml_file;
 pub mod uff;

@@ -109,11 +109,14 @@ impl OriginArgs {
             );
             return Err(Error::input("sensor_ids", message));
         }
-        let sensors = self.sensor_ids.iter().map(|id| short("--sensor-ids", Some(id)));
+        let id = |option: &str, text: &str| {
+            short(text).map_err(|what| Error::input("id_too_long", format!("{option}: {what}")))
+        };
+        let sensors = self.sensor_ids.iter().map(|text| id("--sensor-ids", text));
         Ok(Origin {
             date: self.date.unwrap_or_else(Day::today).text(),
             temperature: self.temperature,
-            hammer: short("--hammer-id", self.hammer_id.as_deref())?,
+            hammer: id("--hammer-id", self.hammer_id.as_deref().unwrap_or_default())?,
             sensors: sensors.collect::<Result<_>>()?,
         })
     }

@@ -254,7 +254,11 @@ fn suspension_of(table: SuspensionTable, at: &Located) -> Result<Suspension, Ben
                 }
             }
             None => {
-                at.within(cord.axial_n_per_m, &STIFFNESS, &key("axial_n_per_m"))?;
+                let Some(axial) = cord.axial_n_per_m else {
+                    let text = "has no stiffness: give axial_n_per_m (N/m along the cord) or spring_n_per_m";
+                    return Err(at.error(&format!("suspension.cord[{i}]"), text));
+                };
+                at.within(axial, &STIFFNESS, &key("axial_n_per_m"))?;
                 at.within(cord.length_m, &(1e-3..=1e3), &key("length_m"))?;
                 let pointed = cord.direction.iter().any(|&d| d != 0.0);
                 at.require(pointed, &key("direction"), "must not be zero")?;

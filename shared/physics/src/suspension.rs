@@ -41,8 +41,7 @@ pub struct Cord {
     #[serde(default = "up")]
     pub direction: [f64; 3],
     /// Stiffness along the cord, N/m.
-    #[serde(default)]
-    pub axial_n_per_m: f64,
+    pub axial_n_per_m: Option<f64>,
     /// Length between object and ceiling under load, m; tension over length is the lateral stiffness.
     #[serde(default = "quarter_meter")]
     pub length_m: f64,
@@ -164,7 +163,7 @@ fn cord_stiffness(
                 let along = Vector3::from(cord.direction).normalize();
                 let axial = along * along.transpose();
                 turning += geometric(&(along * tension), &point);
-                axial * cord.axial_n_per_m
+                axial * cord.axial_n_per_m.unwrap_or_default()
                     + (Matrix3::identity() - axial) * (tension / cord.length_m)
             }
         };
@@ -271,7 +270,7 @@ mod tests {
         Cord {
             point_m: [x, y, z],
             direction: [0.0, 0.0, 1.0],
-            axial_n_per_m: axial,
+            axial_n_per_m: Some(axial),
             length_m: length,
             spring_n_per_m: None,
         }

@@ -5,10 +5,12 @@ use std::path::Path;
 use massline_shared::layout::Dof;
 use massline_shared::signal::{AdcProperties, CHANNELS};
 use massline_shared::units::{Hertz, Seconds, Volts};
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Segment, Sidecar};
 use crate::calibration_file::CalibrationTable;
+use crate::single::number;
 use crate::toml_file;
 use massline_result::{Error, Result};
 
@@ -18,11 +20,11 @@ const MALFORMED: &str = "sidecar_malformed";
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SidecarTable {
-    scan_rate_hz: f32,
-    channels: u8,
-    adc_bits: u8,
-    adc_reference_v: f32,
-    channel_delay_s: f32,
+    scan_rate_hz: ScanRate,
+    channels: ChannelCount,
+    adc_bits: Bits,
+    adc_reference_v: Reference,
+    channel_delay_s: Delay,
     pre_trigger_scans: u32,
     layout_hash: u32,
     calibration: CalibrationTable,
@@ -34,7 +36,65 @@ struct SidecarTable {
 #[serde(deny_unknown_fields, expecting = "a table [[segment]]")]
 struct SegmentTable {
     start: u64,
-    dof: String,
+    #[serde(serialize_with = "written", deserialize_with = "parsed")]
+    dof: Dof,
+}
+
+number!(
+    /// Scans per second.
+    ScanRate,
+    |value| value > 0.0,
+    "a positive number"
+);
+number!(
+    /// Reference of the converter, V.
+    Reference,
+    |value| value > 0.0,
+    "a positive voltage"
+);
+number!(
+    /// Time from channel to channel of a scan, s.
+    Delay,
+    |value| value >= 0.0,
+    "zero to a tenth of the time of a scan"
+);
+
+/// Bits of the converter.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(try_from = "u8")]
+struct Bits(u8);
+
+impl TryFrom<u8> for Bits {
+    type Error = String;
+
+    fn try_from(bits: u8) -> std::result::Result<Self, String> {
+        let is_good = (1..=16).contains(&bits);
+        is_good.then_some(Self(bits)).ok_or_else(|| format!("{bits} is not valid; use 1 to 16"))
+    }
+}
+
+/// Number of channels of a scan.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(try_from = "u8")]
+struct ChannelCount(u8);
+
+impl TryFrom<u8> for ChannelCount {
+    type Error = String;
+
+    fn try_from(count: u8) -> std::result::Result<Self, String> {
+        let wanted = "use 4, 7 or 10: the hammer and three channels a sensor";
+        let is_good = matches!(count, 4 | 7 | 10);
+        is_good.then_some(Self(count)).ok_or_else(|| format!("{count} is not valid; {wanted}"))
+    }
+}
+
+fn written<S: Serializer>(dof: &Dof, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_str(dof)
+}
+
+fn parsed<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Dof, D::Error> {
+    let text = String::deserialize(deserializer)?;
+    text.parse().map_err(|e| D::Error::custom(format!("\"{text}\": {e}")))
 }
 
 impl Sidecar {
@@ -57,21 +117,17 @@ impl Sidecar {
 
     /// The TOML text of this sidecar.
     pub fn to_toml(&self) -> String {
-        let segment = self
-            .segments
-            .iter()
-            .map(|s| SegmentTable { start: s.start, dof: s.dof.to_string() })
-            .collect();
+        let segment = |s: &Segment| SegmentTable { start: s.start, dof: s.dof };
         let table = SidecarTable {
-            scan_rate_hz: self.adc.rate.0,
-            channels: self.adc.channels,
-            adc_bits: self.adc.bits,
-            adc_reference_v: self.adc.reference.0,
-            channel_delay_s: self.adc.channel_delay.0,
+            scan_rate_hz: ScanRate(self.adc.rate.0),
+            channels: ChannelCount(self.adc.channels),
+            adc_bits: Bits(self.adc.bits),
+            adc_reference_v: Reference(self.adc.reference.0),
+            channel_delay_s: Delay(self.adc.channel_delay.0),
             pre_trigger_scans: self.pre_trigger_scans,
             layout_hash: self.layout_hash,
             calibration: CalibrationTable::of(&self.calibration),
-            segment,
+            segment: self.segments.iter().map(segment).collect(),
         };
         // Numbers and tables only, so this cannot fail.
         toml::to_string(&table).unwrap_or_default()
@@ -80,50 +136,26 @@ impl Sidecar {
 
 impl SidecarTable {
     fn resolve(self) -> Result<Sidecar> {
-        let bad = |key: &str, value: &dyn std::fmt::Display, wanted: &str| {
-            Error::input(MALFORMED, format!("{key} = {value} is not valid; use {wanted}"))
-        };
-        let positive = |v: f32| v.is_finite() && v > 0.0;
-        if !positive(self.scan_rate_hz) {
-            return Err(bad("scan_rate_hz", &self.scan_rate_hz, "a positive number"));
+        let (rate, delay) = (self.scan_rate_hz.0, self.channel_delay_s.0);
+        if delay * CHANNELS as f32 > 1.0 / rate {
+            let text = format!(
+                "channel_delay_s = {delay} is not valid at scan_rate_hz = {rate}; use zero to a tenth of the time of a scan"
+            );
+            return Err(Error::input(MALFORMED, text));
         }
-        if !positive(self.adc_reference_v) {
-            return Err(bad("adc_reference_v", &self.adc_reference_v, "a positive voltage"));
-        }
-        if !(1..=16).contains(&self.adc_bits) {
-            return Err(bad("adc_bits", &self.adc_bits, "1 to 16"));
-        }
-        if !matches!(self.channels, 4 | 7 | 10) {
-            let wanted = "4, 7 or 10: the hammer and three channels a sensor";
-            return Err(bad("channels", &self.channels, wanted));
-        }
-        let delay = self.channel_delay_s;
-        if !(delay.is_finite()
-            && delay >= 0.0
-            && delay * CHANNELS as f32 <= 1.0 / self.scan_rate_hz)
-        {
-            return Err(bad("channel_delay_s", &delay, "zero to a tenth of the time of a scan"));
-        }
-        let calibration = self.calibration.calibration()?;
-        let mut segments = Vec::new();
-        for segment in self.segment {
-            let dof: Dof = segment.dof.parse().map_err(|e| {
-                Error::input(MALFORMED, format!("segment.dof = \"{}\": {e}", segment.dof))
-            })?;
-            segments.push(Segment { start: segment.start, dof });
-        }
+        let segment = |segment: SegmentTable| Segment { start: segment.start, dof: segment.dof };
         Ok(Sidecar {
             adc: AdcProperties {
-                rate: Hertz(self.scan_rate_hz),
-                channels: self.channels,
-                bits: self.adc_bits,
-                reference: Volts(self.adc_reference_v),
+                rate: Hertz(rate),
+                channels: self.channels.0,
+                bits: self.adc_bits.0,
+                reference: Volts(self.adc_reference_v.0),
                 channel_delay: Seconds(delay),
             },
-            calibration,
+            calibration: self.calibration.record().calibration,
             pre_trigger_scans: self.pre_trigger_scans,
             layout_hash: self.layout_hash,
-            segments,
+            segments: self.segment.into_iter().map(segment).collect(),
         })
     }
 }

@@ -109,7 +109,7 @@ impl DrivingPoints {
         );
         let Some(inverse) = inverse.filter(|of| of.rank == 6) else { return Ok(None) };
         let mut points = Vec::new();
-        for of in source.responses()? {
+        for of in source.responses() {
             let Some(hit) = layout.hits.get(of.hit) else { continue };
             let band = match &of.band {
                 Band::Suspension(ends) => Shown::Suspension(*ends),

@@ -69,7 +69,7 @@ impl HitsOfDof {
     /// When the calibration of the archive is not one.
     pub fn of(source: &ResultFile) -> Result<Vec<Self>> {
         let Some(archive) = source.archive() else { return Ok(Vec::new()) };
-        let Some(calibration) = archive.calibration()? else { return Ok(Vec::new()) };
+        let Some(calibration) = archive.calibration() else { return Ok(Vec::new()) };
         let sampler = archive.rig.sampler;
         let records = Records { archive, calibration: &calibration.calibration, sampler };
         let dofs = archive.layout.resolved.hits.iter().map(|hit| hit.dof);

@@ -183,8 +183,14 @@ fn a_wrong_file_is_refused_with_line_and_key() {
         (
             "[[suspension.cord]]\npoint_m = [0, 0, 0]",
             1,
+            "suspension.cord[0]",
+            "has no stiffness: give axial_n_per_m",
+        ),
+        (
+            "[[suspension.cord]]\npoint_m = [0, 0, 0]\naxial_n_per_m = 0",
+            3,
             "suspension.cord[0].axial_n_per_m",
-            "out of range",
+            "0.0 is out of range",
         ),
         (
             "[[suspension.cord]]\npoint_m = [0, 0, 0]\naxial_n_per_m = 100",

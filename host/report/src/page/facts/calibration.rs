@@ -22,7 +22,7 @@ pub(super) fn group(source: &ResultFile) -> Result<Group> {
     let mut group = Group::new("Calibration", Vec::new());
     let checksum = match source.archive() {
         Some(archive) => {
-            match archive.calibration()? {
+            match archive.calibration() {
                 Some(record) => {
                     group.rows = rows(&record, archive.measured.as_deref());
                     group.more = Some(channels(&record));
@@ -53,7 +53,7 @@ pub(super) fn group(source: &ResultFile) -> Result<Group> {
 /// When that of the archive is not one.
 pub(in super::super) fn method_and_day(source: &ResultFile) -> Result<String> {
     let Some(archive) = source.archive() else { return Ok(String::new()) };
-    Ok(archive.calibration()?.map_or_else(String::new, |record| {
+    Ok(archive.calibration().map_or_else(String::new, |record| {
         let method = spelled(record.method);
         match record.date.as_str() {
             "" => method.to_owned(),
