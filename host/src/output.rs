@@ -381,7 +381,7 @@ mod tests {
         let mut output = Output::to(true, out.clone(), io::sink());
         output.value(&json!({ "a": [1], "z": null })).unwrap();
         assert_eq!(out.text(), "{\"schema_version\":1,\"a\":[1],\"z\":null}\n");
-        assert_eq!(output.value(&json!([1])).unwrap_err().code(), "no_object");
+        assert_eq!(output.value(&json!([1])).unwrap_err().code(), "document_not_written");
     }
 
     #[test]

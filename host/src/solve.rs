@@ -398,7 +398,7 @@ fn combine(
     asked: Asked,
     (mass_lines, comparison): (Option<Result<MassLinePart>>, Comparison),
     modal: Option<Result<ModalPart>>,
-    mut notes: Vec<String>,
+    notes: Vec<String>,
 ) -> Result<Solution> {
     let (mass_lines, modal) = match (mass_lines, modal) {
         (Some(Err(of_lines)), Some(Err(of_modes))) => return Err(both_errors(of_lines, of_modes)),
@@ -407,15 +407,14 @@ fn combine(
         both => both,
     };
     let mut without_answer = Vec::new();
-    let mut noted = |what: &str, methods: Vec<Method>, error: &Error| {
-        notes.push(format!("no answer from {what}: {error}"));
+    let mut failed_by = |methods: Vec<Method>, error: &Error| {
         without_answer.extend(methods.into_iter().map(|method| failed(method, error)));
     };
     if let Some(Err(error)) = &mass_lines {
-        noted("mass lines", asked.of_mass_lines, error);
+        failed_by(asked.of_mass_lines, error);
     }
     if let Some(Err(error)) = &modal {
-        noted("suspension modes", asked.of_modes, error);
+        failed_by(asked.of_modes, error);
     }
     let (mass_lines, modal) = (mass_lines.and_then(Result::ok), modal.and_then(Result::ok));
     let mut solution = solution(settings, mass_lines, modal, notes);
