@@ -224,7 +224,7 @@ mod tests {
         assert!(error(sensor).contains("at most 12"), "{}", error(sensor));
         let sensor = "[[sensor]]\nzero_v = [1, 1, 1]\nsensitivity_v_per_m_per_s2 = [1, 1, 1]\n\
                       cross_axis = { xy = 0.5, xz = 0, yx = 0, yz = 0, zx = 0, zy = 0 }";
-        let said = "c.toml:7: sensor[1].cross_axis: ";
+        let said = "c.toml:4: sensor.cross_axis: ";
         assert!(error(sensor).starts_with(said), "{}", error(sensor));
         let sensor =
             "[[sensor]]\nzero_v = [1,\n  0.5,\n  1e39]\nsensitivity_v_per_m_per_s2 = [1, 1, 1]";

@@ -294,3 +294,35 @@ fn a_long_value_is_shortened() {
     let words = "… stands where a number should";
     assert_eq!(message.chars().count(), MOST_SHOWN + words.chars().count());
 }
+
+/// A number that is checked after it has been read.
+#[derive(Debug, serde::Deserialize)]
+#[serde(try_from = "f64")]
+struct Positive;
+
+impl TryFrom<f64> for Positive {
+    type Error = String;
+
+    fn try_from(value: f64) -> Result<Self, String> {
+        (value > 0.0).then_some(Self).ok_or_else(|| format!("{value} is not positive"))
+    }
+}
+
+#[test]
+fn a_value_that_is_refused_after_it_was_read_is_told_with_its_own_line() {
+    #[derive(Debug, serde::Deserialize)]
+    #[allow(dead_code)]
+    struct Table {
+        one: Positive,
+        several: [Positive; 3],
+    }
+    let refused = |text: &str| {
+        let error = read::<Table>(text).unwrap_err();
+        (error.line(text), error.key, error.message)
+    };
+    let several = "several = [1,\n  2,\n  3]\n";
+    let said = (4, "one".into(), "-1 is not positive".into());
+    assert_eq!(refused(&format!("{several}one = -1.0")), said);
+    let in_list = "one = 1.0\nseveral = [1.0,\n  2.0,\n  -3.0]\n";
+    assert_eq!(refused(in_list), (4, "several".into(), "-3 is not positive".into()));
+}

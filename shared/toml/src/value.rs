@@ -192,8 +192,11 @@ impl<'de> SeqAccess<'de> for Elements<'de> {
         &mut self,
         seed: T,
     ) -> Result<Option<T::Value>, Refusal> {
-        let text = self.text;
-        self.rest.next().map(|element| seed.deserialize(Value::of(element, text))).transpose()
+        let Some(element) = self.rest.next() else { return Ok(None) };
+        let value = Value::of(element, self.text);
+        // What is wrong with a value may show only after it has been read.
+        let place = value.place();
+        seed.deserialize(value).map(Some).map_err(|refusal| refusal.at(&place))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -231,7 +234,8 @@ where
         let Some((name, value)) = self.value.take() else {
             return Err(Refusal::custom("a value was asked for without its key"));
         };
-        seed.deserialize(value).map_err(|refusal| refusal.under(&name))
+        let place = value.place();
+        seed.deserialize(value).map_err(|refusal| refusal.at(&place).under(&name))
     }
 
     fn size_hint(&self) -> Option<usize> {

@@ -204,10 +204,12 @@ fn a_bad_sidecar_is_named() {
         assert!(good.contains(from), "{good}");
         Sidecar::parse(&good.replacen(from, to, 1), "s.toml").unwrap_err().to_string()
     };
-    assert!(error("channels = 10", "channels = 9").contains("channels = 9"));
-    assert!(error("adc_bits = 16", "adc_bits = 24").contains("adc_bits"));
-    assert!(error("1:+Y", "1:up").contains("1:up"));
-    assert!(error("scan_rate_hz = 4000.0", "scan_rate_hz = nan").contains("scan_rate_hz"));
+    let channels = error("channels = 10", "channels = 9");
+    assert!(channels.starts_with("s.toml:2: channels: 9 is not valid"), "{channels}");
+    assert!(error("adc_bits = 16", "adc_bits = 24").starts_with("s.toml:3: adc_bits: 24 is"));
+    assert!(error("1:+Y", "1:up").contains("segment.dof: \"1:up\""), "{}", error("1:+Y", "1:up"));
+    let rate = error("scan_rate_hz = 4000.0", "scan_rate_hz = nan");
+    assert!(rate.starts_with("s.toml:1: scan_rate_hz: NaN is not valid"), "{rate}");
     assert!(error("pre_trigger_scans", "pretrigger").starts_with("s.toml:6: "));
 }
 
