@@ -9,11 +9,14 @@
 //! | [`calibration`] | dates of calibrations, and the RC cutoffs from the spectra of a block test |
 //! | [`solve`] | the offline solver |
 //! | [`rig_solution`] | a rig's test, solved on the host |
+//! | [`measured`] | results that a rig has measured, for exports and pictures |
 //! | [`rig_lines`] | the lines of a rig's result in the suspension profile |
 //! | [`hit_log`] | what became of every hit of a campaign |
 //! | [`spectra`] | collects the spectra of a campaign, DOF by DOF |
 //! | [`tape_player`] | recorded scans, played to a rig |
 //! | [`hits`] | grades the hits of a recording |
+//! | [`self_test`] | what a rig finds about itself |
+//! | `screen`, `terminal` | the full screen of a campaign and of a tumble test |
 //! | [`rig`] | simulated rigs, virtual or emulated |
 //! | `qemu` | the emulated rig, where the system has ptys |
 #![deny(unsafe_code)]
@@ -24,7 +27,6 @@ pub mod commands;
 pub mod hit_log;
 mod hit_records;
 pub mod hits;
-
 pub mod measured;
 pub mod output;
 #[cfg(unix)]

@@ -280,7 +280,7 @@ fn raw(text: &str, file: &str) -> Result<raw::RawLayout, LayoutFileError> {
     })
 }
 
-/// Numbers and positions of the nodes that sensors and hits of a layout stand on, body frame, m: all that a rig stores of them.
+/// Numbers and positions, body frame, m, of the nodes of a layout's sensors and hits: all that a rig stores of nodes.
 pub fn nodes_of(layout: &HostLayout) -> Vec<(u16, [f64; 3])> {
     let sensors = layout.sensors.iter().map(|sensor| (sensor.node, sensor.position));
     let hits = layout.hits.iter().map(|hit| (hit.dof.node, hit.position));

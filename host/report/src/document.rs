@@ -1,8 +1,8 @@
 //! The JSON documents that commands print with `--json`, as types. Schemas of those that other programs read are generated
 //! from them ([`Described`]).
 //!
-//! [`words`](crate::words) and the commands fill them. A key whose value is not known is `null`; numbers are in SI units, which their
-//! keys state.
+//! [`words`](crate::words) and the commands fill them. A key whose value is not known is `null`; numbers are in SI units,
+//! which their keys state.
 //!
 //! Most of them are read as well as written, which a test does with each. Receipts (`hits`, `list`, `rig_files`,
 //! `written`) are only written: they say what a command did, and nothing here reads them again.

@@ -209,7 +209,7 @@ fn take_record(
 }
 
 fn refused(rig: &Measurement<'_, f64>, error: StartError) -> MeasureError {
-    let found = rig.layout().map(|layout| rig.check(layout));
-    let errors = found.iter().flatten().filter(|found| found.is_error()).copied();
+    let findings = rig.layout().map(|layout| rig.check(layout));
+    let errors = findings.iter().flatten().filter(|finding| finding.is_error()).copied();
     MeasureError::Refused(error, errors.collect())
 }

@@ -139,7 +139,8 @@ impl SidecarTable {
         let (rate, delay) = (self.scan_rate_hz.0, self.channel_delay_s.0);
         if delay * CHANNELS as f32 > 1.0 / rate {
             let text = format!(
-                "channel_delay_s = {delay} is not valid at scan_rate_hz = {rate}; use zero to a tenth of the time of a scan"
+                "channel_delay_s = {delay} is not valid at scan_rate_hz = {rate}; use zero to a tenth of the time of a \
+                 scan"
             );
             return Err(Error::input(MALFORMED, text));
         }
