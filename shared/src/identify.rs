@@ -1,8 +1,8 @@
 //! Identifies the ten rigid body properties with their covariance from the observations of a test.
 //!
 //! [`identify`] is the entry point: it takes [`Observations`] and the requested [`Method`]s, and returns a
-//! list of [`Estimate`]s. A method is one file with an [`Entry`] and a solver, and one line in the list
-//! below; programs that show or store answers read that list.
+//! list of [`Estimate`]s. A method is one file with an [`Entry`] and a solver, and a variant of
+//! [`Method`]; programs that show or store answers read [`Method::ALL`].
 
 pub mod agreement;
 pub mod conti_bretl;
@@ -51,28 +51,160 @@ pub use weighting::{PlacementErrors, Weighting};
 
 use crate::Real;
 use crate::body::RigidBody;
-use crate::diagnosis::Diagnostics;
+use crate::diagnosis::{Code, Diagnostics, fatal};
+use crate::listed::listed;
+use method::Solver;
 
-method::methods! {
-    in steps {
+listed! {
+    /// How the ten properties were identified; the best method stands first.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    pub enum Method {
         /// Maximum likelihood with the complete covariance.
-        MaximumLikelihood = 2 in maximum_likelihood;
+        MaximumLikelihood,
         /// The linear inertia restraint method (IRM).
-        InertiaRestraint = 1 in inertia_restraint;
+        InertiaRestraint,
         /// Body and suspension fitted to all bins.
-        GlobalFit = 3 in global_fit;
-    }
-    of suspension modes {
+        GlobalFit,
         /// Orthogonality of the mode shapes.
-        ToivolaNuutila = 5 in toivola_nuutila;
+        ToivolaNuutila,
         /// Mass matrix from six mode shapes.
-        ContiBretl = 4 in conti_bretl;
+        ContiBretl,
         /// Direct identification, viscous damping.
-        Dppim = 6 in dppim;
+        Dppim,
         /// Direct identification, structural damping.
-        DppimStructural = 7 in dppim::structural;
+        DppimStructural,
         /// Inertia restraint on the constant of the modal fit.
-        ModalConstant = 8 in modal_constant;
+        ModalConstant,
+    }
+}
+
+/// Number of methods.
+pub const METHODS: usize = Method::ALL.len();
+
+impl Method {
+    /// Description given in the method's file. Inlined, so that a rig links only the texts that it shows.
+    #[inline(always)]
+    pub const fn entry(self) -> Entry {
+        match self {
+            Self::MaximumLikelihood => maximum_likelihood::ENTRY,
+            Self::InertiaRestraint => inertia_restraint::ENTRY,
+            Self::GlobalFit => global_fit::ENTRY,
+            Self::ToivolaNuutila => toivola_nuutila::ENTRY,
+            Self::ContiBretl => conti_bretl::ENTRY,
+            Self::Dppim => dppim::ENTRY,
+            Self::DppimStructural => dppim::structural::ENTRY,
+            Self::ModalConstant => modal_constant::ENTRY,
+        }
+    }
+
+    /// Number of the method in stored results; never changes.
+    pub const fn number(self) -> u8 {
+        match self {
+            Self::InertiaRestraint => 1,
+            Self::MaximumLikelihood => 2,
+            Self::GlobalFit => 3,
+            Self::ContiBretl => 4,
+            Self::ToivolaNuutila => 5,
+            Self::Dppim => 6,
+            Self::DppimStructural => 7,
+            Self::ModalConstant => 8,
+        }
+    }
+
+    /// The answer of a method that uses the suspension modes; `None` for any other.
+    pub fn of_suspension<R: Real>(
+        self,
+        observed: &suspension::Suspension<'_, R>,
+    ) -> Option<Result<suspension::Answer<R>, Diagnostics>> {
+        Some(match self {
+            Self::MaximumLikelihood | Self::InertiaRestraint | Self::GlobalFit => return None,
+            Self::ToivolaNuutila => toivola_nuutila::answer(observed),
+            Self::ContiBretl => conti_bretl::answer(observed),
+            Self::Dppim => dppim::answer(observed),
+            Self::DppimStructural => dppim::structural::answer(observed),
+            Self::ModalConstant => modal_constant::answer(observed),
+        })
+    }
+}
+
+/// The running method. The variant without a method is all zeros, so a static value takes no room in the image.
+#[derive(Clone, Debug)]
+#[repr(u8)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "one is carried out at a time, without an allocator; on 32 bits the sizes are alike"
+)]
+enum Running<R> {
+    /// No method is running.
+    No,
+    /// Maximum likelihood.
+    MaximumLikelihood(maximum_likelihood::Solver<R>),
+    /// The inertia restraint method.
+    InertiaRestraint(inertia_restraint::Solver<R>),
+    /// The global fit.
+    GlobalFit(global_fit::Solver<R>),
+}
+
+impl<R> Running<R> {
+    /// The running method.
+    fn method(&self) -> Option<Method> {
+        match self {
+            Self::No => None,
+            Self::MaximumLikelihood(_) => Some(Method::MaximumLikelihood),
+            Self::InertiaRestraint(_) => Some(Method::InertiaRestraint),
+            Self::GlobalFit(_) => Some(Method::GlobalFit),
+        }
+    }
+}
+
+impl<R: Real> Running<R> {
+    fn start<const S: usize, const H: usize, L: SpectrumBins<R>>(
+        method: Method,
+        observed: &Observations<'_, R, S, H, L>,
+        settings: &IdentifySettings<R>,
+        start: Option<&RigidBody<R>>,
+    ) -> Result<Self, Diagnostics> {
+        match method {
+            Method::MaximumLikelihood => {
+                Solver::start(observed, settings, start).map(Self::MaximumLikelihood)
+            }
+            Method::InertiaRestraint => {
+                Solver::start(observed, settings, start).map(Self::InertiaRestraint)
+            }
+            Method::GlobalFit => Solver::start(observed, settings, start).map(Self::GlobalFit),
+            // These are answered together, from what they share.
+            Method::ToivolaNuutila
+            | Method::ContiBretl
+            | Method::Dppim
+            | Method::DppimStructural
+            | Method::ModalConstant => Err(fatal(Code::FrfMissing, 0.0)),
+        }
+    }
+
+    fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
+        &mut self,
+        observed: &Observations<'_, R, S, H, L>,
+        workspace: &mut [R],
+    ) -> Result<Progress, Diagnostics> {
+        match self {
+            Self::No => Ok(Progress::Done),
+            Self::MaximumLikelihood(solver) => Solver::step(solver, observed, workspace),
+            Self::InertiaRestraint(solver) => Solver::step(solver, observed, workspace),
+            Self::GlobalFit(solver) => Solver::step(solver, observed, workspace),
+        }
+    }
+
+    fn finish<const S: usize, const H: usize, L: SpectrumBins<R>>(
+        &mut self,
+        observed: &Observations<'_, R, S, H, L>,
+        workspace: &mut [R],
+    ) -> Result<Estimate<R>, Diagnostics> {
+        match self {
+            Self::No => Err(Diagnostics::new()),
+            Self::MaximumLikelihood(solver) => Solver::finish(solver, observed, workspace),
+            Self::InertiaRestraint(solver) => Solver::finish(solver, observed, workspace),
+            Self::GlobalFit(solver) => Solver::finish(solver, observed, workspace),
+        }
     }
 }
 

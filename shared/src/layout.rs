@@ -7,6 +7,7 @@
 
 mod check;
 mod dof;
+mod error_source;
 mod kinematics;
 mod policy;
 mod profile;
@@ -21,6 +22,7 @@ pub use check::{
     extent,
 };
 pub use dof::{AXIS_LETTERS, Axis, Dof, DofError, Sign};
+pub use error_source::ErrorSource;
 pub use kinematics::{balanced_force, balanced_motion, motion_at, sensor_shift, unit_force};
 pub use policy::{HitPolicy, HitTreatment};
 pub use profile::TestProfile;
@@ -31,8 +33,8 @@ pub use uncertain_quantities::{
     GRAVITY_QUANTITIES, HIT_QUANTITIES, SENSOR_QUANTITIES, UncertainQuantity,
 };
 pub use uncertainty::{
-    Attached, CALIBRATED_HAMMER_GAIN, DEFAULT_CONVERTER_GAIN, DEFAULT_GRAVITY_DIRECTION,
-    DEFAULT_HAMMER_GAIN, DEFAULT_HIT_GAIN, HitUncertainty, MAX_ATTACHED, Prior, SensorUncertainty,
+    ApparatusUncertainty, Attached, CALIBRATED_HAMMER_GAIN, DEFAULT_HAMMER_GAIN, HitUncertainty,
+    MAX_ATTACHED, Prior, SensorUncertainty, UncertaintyKey, UncertaintyUnit, uncertainty_keys,
 };
 
 use heapless::{String, Vec};
@@ -226,23 +228,15 @@ pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     pub title: String<48>,
     /// Gravity in the body frame of the suspended object, m/s², if given.
     pub gravity: Option<[R; 3]>,
-    /// Standard deviation of the direction of gravity about each axis across it, rad.
-    pub gravity_direction: R,
     /// The sensors, in the order of the rig's channels.
     pub sensors: Vec<Sensor<R>, SENSORS>,
     /// The hits, in the order of the campaign.
     pub hits: Vec<Hit<R>, HITS>,
     /// How the test is run.
     pub test: TestSettings<R>,
-    /// Standard deviation of the hammer's gain against the sensors', relative.
-    pub hammer_gain: R,
-    /// Standard deviation of the mean force from hit DOF to hit DOF, relative: the hammer's linearity. The methods that
-    /// use the suspension modes count it, maximum likelihood of mass lines does not.
-    pub hit_gain: R,
-    /// Standard deviation of the gain that a nonlinear converter gives to responses of a few codes, relative. Only
-    /// [`TestProfile::Suspension`] counts it.
-    pub converter_gain: R,
-    /// True when a calibration supplies [`Self::hammer_gain`], because none is stated.
+    /// Uncertainty of hammer, converter and gravity.
+    pub apparatus: ApparatusUncertainty<R>,
+    /// True when a calibration supplies the uncertainty of the hammer's gain, because none is stated.
     pub calibrated_hammer: bool,
     /// True when the error budget is a prior that the data may correct (theory, section 12); otherwise it is
     /// used as stated.
@@ -277,13 +271,10 @@ impl<R: Real, const S: usize, const H: usize> Default for Layout<R, S, H> {
         Self {
             title: String::new(),
             gravity: None,
-            gravity_direction: R::of(DEFAULT_GRAVITY_DIRECTION),
             sensors: Vec::new(),
             hits: Vec::new(),
             test: TestSettings::default(),
-            hammer_gain: R::of(DEFAULT_HAMMER_GAIN),
-            hit_gain: R::of(DEFAULT_HIT_GAIN),
-            converter_gain: R::of(DEFAULT_CONVERTER_GAIN),
+            apparatus: ApparatusUncertainty::default(),
             calibrated_hammer: false,
             learn_budget: true,
             target: Target::default(),
@@ -322,13 +313,10 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
         Some(Layout {
             title: self.title.clone(),
             gravity: self.gravity.map(|g| g.map(to)),
-            gravity_direction: to(self.gravity_direction),
             sensors,
             hits,
             test: self.test.cast(),
-            hammer_gain: to(self.hammer_gain),
-            hit_gain: to(self.hit_gain),
-            converter_gain: to(self.converter_gain),
+            apparatus: self.apparatus.cast(),
             calibrated_hammer: self.calibrated_hammer,
             learn_budget: self.learn_budget,
             target: self.target.cast(),

@@ -40,6 +40,7 @@ pub mod frequency_responses;
 pub mod identify;
 pub mod layout;
 mod linalg;
+mod listed;
 pub mod mass_line;
 #[cfg(feature = "signal")]
 pub mod measurement;

@@ -5,11 +5,13 @@ mod complex_least_squares;
 mod eigenvalues;
 mod elimination;
 mod least_squares;
+mod packed;
 
 pub(crate) use complex_least_squares::ComplexLeastSquares;
 pub(crate) use eigenvalues::eigenvalues;
 pub(crate) use elimination::Elimination;
 pub(crate) use least_squares::LeastSquares;
+pub(crate) use packed::{Packed, dot, lower_places, triangle};
 
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen, Vector3};
 

@@ -67,7 +67,7 @@ pub fn three_bar() -> LayoutFile {
 #[track_caller]
 pub fn with_calibrated_hammer(text: &str) -> TestLayout {
     let mut layout: TestLayout = layout_file(text).layout.cast().expect("fits the rig");
-    (layout.hammer_gain, layout.calibrated_hammer) = (0.0, false);
+    (layout.apparatus.hammer_gain, layout.calibrated_hammer) = (0.0, false);
     layout
 }
 

@@ -31,7 +31,7 @@ pub type HostObservations<'a, L> = Observations<'a, f64, HOST_SENSORS, HOST_HITS
 /// Selected methods.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Selection {
-    /// All methods that answer without being named, the best first.
+    /// All methods, the best first.
     #[default]
     All,
     /// One method.
@@ -42,7 +42,7 @@ impl Selection {
     /// The selected methods, the best first.
     pub fn methods(self) -> Methods {
         match self {
-            Self::All => Method::usual().collect(),
+            Self::All => Method::ALL.into_iter().collect(),
             Self::Only(method) => [method].into_iter().collect(),
         }
     }

@@ -26,7 +26,7 @@ use massline_shared::diagnosis::{Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::maximum_likelihood::{self, RIG_WORKSPACE};
 use massline_shared::identify::{Estimate, Method};
-use massline_shared::layout::{CalibratedGains, RIG_SENSORS, TestProfile};
+use massline_shared::layout::{ApparatusUncertainty, CalibratedGains, RIG_SENSORS, TestProfile};
 use massline_shared::responses::Responses;
 use massline_shared::signal::Calibration;
 use rayon::ThreadPoolBuilder;
@@ -255,9 +255,8 @@ pub fn apply_bench_budget(layout: &mut TestLayout, bench: &Bench) {
     for (hit, uncertainty) in layout.hits.iter_mut().zip(sizes.hits) {
         hit.uncertainty = uncertainty;
     }
-    layout.hammer_gain = sizes.hammer_gain;
-    layout.hit_gain = sizes.hit_gain;
-    layout.gravity_direction = sizes.gravity_direction;
+    let converter_gain = layout.apparatus.converter_gain;
+    layout.apparatus = ApparatusUncertainty { converter_gain, ..sizes.apparatus };
     layout.calibrated_hammer = false;
     layout.learn_budget = false;
 }

@@ -7,6 +7,7 @@
 
 mod entry;
 mod error;
+mod keyed;
 mod known;
 mod policy;
 mod raw;
@@ -28,7 +29,7 @@ use massline_shared::layout::{Dof, HostLayout, RigLayout, TestProfile};
 pub use error::{Fault, LayoutFileError, Place};
 pub use known::Uncertainty;
 pub use suspicion::size_suspicions;
-pub use template::{TEMPLATE, schema, template};
+pub use template::{schema, template};
 
 use source::Source;
 

@@ -112,10 +112,6 @@ fn show_json(file: &LayoutFile) -> ShownLayout {
         title: file.title.clone(),
         layout_hash: file.hash().and_then(hash_text),
         gravity_m_per_s2: layout.gravity,
-        gravity_direction_rad: layout.gravity_direction,
-        hammer_gain: layout.hammer_gain,
-        hit_gain: layout.hit_gain,
-        converter_gain: layout.converter_gain,
         characteristic_length_m: layout.characteristic_length(),
         sensors: layout.sensors.iter().map(sensor).collect(),
         hits: layout.hits.iter().map(hit).collect(),
@@ -131,6 +127,11 @@ fn show_json(file: &LayoutFile) -> ShownLayout {
             min_peak_force_n: test.min_peak_force_n,
             impulse_ns: test.impulse_ns,
         },
+        uncertainty: file
+            .uncertainty
+            .sigmas()
+            .map(|(key, sigma)| (key.name.to_owned(), sigma))
+            .collect(),
         policy: treatments
             .into_iter()
             .map(|(key, value)| (key.to_owned(), value.to_owned()))

@@ -104,7 +104,7 @@ pub fn run(
     })?;
     if args.calibrated_hammer && layout.calibrated_hammer {
         // Stated, so that no calibration supplies it.
-        (layout.hammer_gain, layout.calibrated_hammer) = (CALIBRATED_HAMMER_GAIN, false);
+        (layout.apparatus.hammer_gain, layout.calibrated_hammer) = (CALIBRATED_HAMMER_GAIN, false);
     }
     if args.budget == Budget::Bench {
         apply_bench_budget(&mut layout, bench);

@@ -11,6 +11,7 @@ use massline_physics::suspension::Suspension;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::Estimate;
 use massline_shared::identify::agreement::Outcome;
+use massline_shared::layout::uncertainty_keys;
 use nalgebra::Complex;
 use serde_json::json;
 
@@ -93,9 +94,7 @@ fn solved(text: &str, uff: &UffFile, options: &Options) -> Result<Solution> {
 
 /// The responses have noise and no other errors.
 fn noise_alone() -> String {
-    let none = "sensor_position_m = 0\nsensor_rotation_rad = 0\ngain = 0\ncross_axis = 0\nhammer_gain = 0\n\
-                hit_position_m = 0\nhit_direction_rad = 0\nnode_position_m = 0\nnode_direction_rad = 0\n\
-                hit_gain = 0\ngravity_direction_rad = 0\n";
+    let none: String = uncertainty_keys().map(|key| format!("{} = 0\n", key.name)).collect();
     format!("{LAYOUT}\n[uncertainty]\n{none}")
 }
 

@@ -56,9 +56,9 @@ fn the_global_fit_stands_first_everywhere_and_no_other_method_puts_it_in_doubt()
     assert!(measured.contains("41.0 s, 1.6 s of it before the hit"), "{measured}");
     let budget = between(&report, "Error budget of the answer", "Files and versions");
     for said in [
-        "hammer&#39;s gain, from mark to mark 0.50 %",
-        "converter&#39;s nonlinearity, as a gain 0.50 %",
-        "direction of gravity 20 mrad",
+        "gain of the hammer from mark to mark: its linearity 0.50 %",
+        "gain of a nonlinear converter for small responses 0.50 %",
+        "direction of gravity about each axis across it 20 mrad",
         "budget used as stated",
     ] {
         assert!(budget.contains(said), "{said}: {budget}");

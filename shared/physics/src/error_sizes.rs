@@ -1,6 +1,8 @@
 //! How large the errors are that a test on the bench has: as the bench says, or as the error budget of the layout says.
 
-use massline_shared::layout::{HitUncertainty, HostLayout, SensorUncertainty};
+use massline_shared::layout::{
+    ApparatusUncertainty, HitUncertainty, HostLayout, SensorUncertainty,
+};
 use serde::Deserialize;
 
 use super::Bench;
@@ -23,12 +25,8 @@ pub struct ErrorSizes {
     pub sensors: Vec<SensorUncertainty<f64>>,
     /// Of the hits at each DOF.
     pub hits: Vec<HitUncertainty<f64>>,
-    /// Relative, of the hammer's gain.
-    pub hammer_gain: f64,
-    /// Relative, of the hammer's gain at each DOF against the others.
-    pub hit_gain: f64,
-    /// Of the direction of gravity about each axis across it, rad.
-    pub gravity_direction: f64,
+    /// Of hammer and gravity; the converter of a bench has its own model.
+    pub apparatus: ApparatusUncertainty<f64>,
 }
 
 impl ErrorSizes {
@@ -39,9 +37,7 @@ impl ErrorSizes {
             ErrorsFrom::Layout => Self {
                 sensors: layout.sensors.iter().map(|sensor| sensor.uncertainty).collect(),
                 hits: layout.hits.iter().map(|hit| hit.uncertainty).collect(),
-                hammer_gain: layout.hammer_gain,
-                hit_gain: layout.hit_gain,
-                gravity_direction: layout.gravity_direction,
+                apparatus: layout.apparatus,
             },
         }
     }
@@ -61,12 +57,12 @@ impl ErrorSizes {
             node_position: tap.mark_position_sigma_m,
             node_direction: tap.mark_direction_sigma_rad,
         };
-        Self {
-            sensors: vec![of_sensor; sensors],
-            hits: vec![of_hit; hits],
+        let apparatus = ApparatusUncertainty {
             hammer_gain: hammer.gain_sigma,
             hit_gain: hammer.hit_gain_sigma,
             gravity_direction: bench.gravity_tilt_sigma_rad,
-        }
+            ..ApparatusUncertainty::none()
+        };
+        Self { sensors: vec![of_sensor; sensors], hits: vec![of_hit; hits], apparatus }
     }
 }

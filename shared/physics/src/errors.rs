@@ -50,7 +50,7 @@ impl TestErrors {
         let (sensor, hammer) = (&bench.sensor, &bench.hammer);
         let mut zero_v = [0.0; CHANNELS];
         let mut rc = [0.0; CHANNELS];
-        let hammer_gain = normal(rng) * sizes.hammer_gain + hammer.gain_error;
+        let hammer_gain = normal(rng) * sizes.apparatus.hammer_gain + hammer.gain_error;
         zero_v[0] = normal(rng) * hammer.zero_sigma_v;
         rc[0] = tolerance(rng, hammer.rc_tolerance) + hammer.rc_error;
         for (zero, cutoff) in zero_v.iter_mut().zip(&mut rc).skip(1) {
@@ -75,7 +75,7 @@ impl TestErrors {
             *cutoff += within * (2.0 * rng.random::<f64>() - 1.0);
         }
         let dnl_seed = rng.random();
-        let gravity_turn = normal_vector(rng) * sizes.gravity_direction;
+        let gravity_turn = normal_vector(rng) * sizes.apparatus.gravity_direction;
         Self { sensors, hammer_gain, zero_v, rc, inl_phase, dnl_seed, gravity_turn }
     }
 }

@@ -52,7 +52,7 @@ impl HitHabit {
                 + displaced * of_mark.node_position,
             turn: turned * of_mark.node_direction,
             tip: Tip { lateral: lateral * tap.lateral, moment_m: axis * tap.free_moment_m },
-            gain_error: normal(rng) * sizes.hit_gain,
+            gain_error: normal(rng) * sizes.apparatus.hit_gain,
         }
     }
 }

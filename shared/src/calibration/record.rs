@@ -124,7 +124,7 @@ impl CalibrationSigma {
 /// let as_stated = RigLayout { calibrated_hammer: true, ..RigLayout::default() };
 /// let mut layout = as_stated.clone();
 /// CalibrationSigma { hammer_gain: 0.003, ..Default::default() }.apply_to(&mut layout);
-/// assert_eq!(layout.hammer_gain, 0.003);
+/// assert_eq!(layout.apparatus.hammer_gain, 0.003);
 /// without_calibration(&mut layout);
 /// assert_eq!(layout, as_stated);
 /// ```
@@ -146,7 +146,7 @@ fn supply<R: Real, const S: usize, const H: usize>(
         }
     }
     if layout.calibrated_hammer {
-        layout.hammer_gain = R::of(hammer_gain);
+        layout.apparatus.hammer_gain = R::of(hammer_gain);
     }
 }
 

@@ -24,7 +24,7 @@ pub const DEFAULT_NOISE: f64 = 0.005;
 /// let mut layout = frame::layout();
 /// let criterion = Criterion::new(frame::body(), 0.14, DEFAULT_NOISE);
 /// let mut memory = vec![0.0; workspace(layout.sensors.len())];
-/// layout.hammer_gain = 0.0;
+/// layout.apparatus.hammer_gain = 0.0;
 /// let predicted = total(criterion.cost(&layout, &mut memory).unwrap());
 /// // 0.78 % of scale with the default budget: theory, section 8.
 /// assert!((predicted - 0.0078).abs() < 0.0001);
@@ -105,7 +105,8 @@ mod tests {
 
     /// A layout whose only errors are those that scatter from hit to hit.
     fn only_scatter() -> Layout<f64, 3, 4> {
-        let mut layout = Layout { hammer_gain: 0.0, ..bar_layout() };
+        let mut layout = bar_layout();
+        layout.apparatus.hammer_gain = 0.0;
         layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());
         for hit in &mut layout.hits {
             hit.uncertainty =

@@ -10,123 +10,11 @@ use nalgebra::SVector;
 use super::Predict;
 use super::cost::relative_variance;
 use crate::Real;
-use crate::layout::Layout;
+use crate::layout::{ApparatusUncertainty, ErrorSource, HitUncertainty, Layout, SensorUncertainty};
 
 /// Fraction by which variances are raised to see the effect on the bound: rounding divided by it and itself are both below a
 /// thousandth.
 const STEP: f64 = 1e-4;
-
-/// A source of error in the budget of a layout.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum ErrorSource {
-    /// Noise of sensors and hammer.
-    Noise,
-    /// Position error of the hits: the hammer lands beside the mark.
-    HitPosition,
-    /// Direction error of the hits: the hammer is tilted.
-    HitDirection,
-    /// Marks that are off their nodes, or whose axes are rotated.
-    Marks,
-    /// Sensitivity of the sensors.
-    Gain,
-    /// Sensors feel the other axes.
-    CrossAxis,
-    /// Sensors that are glued on rotated.
-    SensorRotation,
-    /// Sensors that are off their nodes.
-    SensorPosition,
-    /// Ratio of the hammer's sensitivity to that of the sensors.
-    HammerGain,
-    /// Gain of the converter, in the suspension profile.
-    Converter,
-    /// Mass of the attached bodies.
-    Attached,
-    /// Force of the hits at a DOF against those at the others.
-    HitGain,
-    /// Direction of gravity in the body frame.
-    GravityDirection,
-    /// Uncertainty of the priors.
-    Priors,
-}
-
-impl ErrorSource {
-    /// Every source.
-    pub const ALL: [Self; 14] = [
-        Self::Noise,
-        Self::HitPosition,
-        Self::HitDirection,
-        Self::Marks,
-        Self::Gain,
-        Self::CrossAxis,
-        Self::SensorRotation,
-        Self::SensorPosition,
-        Self::HammerGain,
-        Self::Converter,
-        Self::Attached,
-        Self::HitGain,
-        Self::GravityDirection,
-        Self::Priors,
-    ];
-
-    /// The name in reports and JSON.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Noise => "noise",
-            Self::HitPosition => "hit_position",
-            Self::HitDirection => "hit_direction",
-            Self::Marks => "marks",
-            Self::Gain => "gain",
-            Self::CrossAxis => "cross_axis",
-            Self::SensorRotation => "sensor_rotation",
-            Self::SensorPosition => "sensor_position",
-            Self::HammerGain => "hammer_gain",
-            Self::Converter => "converter",
-            Self::Attached => "attached",
-            Self::HitGain => "hit_gain",
-            Self::GravityDirection => "gravity_direction",
-            Self::Priors => "priors",
-        }
-    }
-
-    /// Multiplies the standard deviations of this source; that of the noise is not in the layout.
-    fn scale<R: Real, const S: usize, const H: usize>(
-        self,
-        layout: &mut Layout<R, S, H>,
-        factor: R,
-    ) {
-        for sensor in &mut layout.sensors {
-            let u = &mut sensor.uncertainty;
-            match self {
-                Self::Gain => u.gain *= factor,
-                Self::CrossAxis => u.cross_axis *= factor,
-                Self::SensorRotation => u.rotation *= factor,
-                Self::SensorPosition => u.position *= factor,
-                _ => {}
-            }
-        }
-        for hit in &mut layout.hits {
-            let u = &mut hit.uncertainty;
-            match self {
-                Self::HitPosition => u.position *= factor,
-                Self::HitDirection => u.direction *= factor,
-                Self::Marks => {
-                    u.node_position *= factor;
-                    u.node_direction *= factor;
-                }
-                _ => {}
-            }
-        }
-        match self {
-            Self::HammerGain => layout.hammer_gain *= factor,
-            Self::Converter => layout.converter_gain *= factor,
-            Self::Attached => layout.attached.iter_mut().for_each(|a| a.relative_sigma *= factor),
-            Self::HitGain => layout.hit_gain *= factor,
-            Self::GravityDirection => layout.gravity_direction *= factor,
-            Self::Priors => layout.priors.iter_mut().for_each(|p| p.sigma *= factor),
-            _ => {}
-        }
-    }
-}
 
 /// Contribution of one source.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -171,7 +59,7 @@ pub fn parts<R: Real, const S: usize, const H: usize>(
             prediction.with_noise(factor).variances(layout, workspace)
         } else {
             let mut layout = layout.clone();
-            part.source.scale(&mut layout, factor);
+            scale(part.source, &mut layout, factor);
             prediction.variances(&layout, workspace)
         };
         let slope = (raised? - whole) / R::of(STEP);
@@ -179,6 +67,41 @@ pub fn parts<R: Real, const S: usize, const H: usize>(
         part.shares = slope.component_div(&whole);
     }
     Some(found)
+}
+
+/// Multiplies the standard deviations of a source; that of the noise is not in the layout.
+fn scale<R: Real, const S: usize, const H: usize>(
+    source: ErrorSource,
+    layout: &mut Layout<R, S, H>,
+    factor: R,
+) {
+    for sensor in &mut layout.sensors {
+        let sources = SensorUncertainty::<R>::SOURCES;
+        scale_own(source, sensor.uncertainty.values_mut().zip(sources), factor);
+    }
+    for hit in &mut layout.hits {
+        let sources = HitUncertainty::<R>::SOURCES;
+        scale_own(source, hit.uncertainty.values_mut().zip(sources), factor);
+    }
+    let sources = ApparatusUncertainty::<R>::SOURCES;
+    scale_own(source, layout.apparatus.values_mut().zip(sources), factor);
+    match source {
+        ErrorSource::Attached => {
+            layout.attached.iter_mut().for_each(|body| body.relative_sigma *= factor);
+        }
+        ErrorSource::Priors => layout.priors.iter_mut().for_each(|prior| prior.sigma *= factor),
+        _ => {}
+    }
+}
+
+/// Multiplies those of these standard deviations that are of the source.
+fn scale_own<'v, R: Real>(
+    source: ErrorSource,
+    sigmas: impl Iterator<Item = (&'v mut R, &'v ErrorSource)>,
+    factor: R,
+) {
+    let own = sigmas.filter(|(_, of_sigma)| **of_sigma == source);
+    own.for_each(|(sigma, _)| *sigma *= factor);
 }
 
 #[cfg(test)]
@@ -220,7 +143,7 @@ mod tests {
     #[test]
     fn an_absent_error_source_has_no_share() {
         let mut layout = bar_layout();
-        layout.hammer_gain = 0.0;
+        layout.apparatus.hammer_gain = 0.0;
         layout.sensors.iter_mut().for_each(|s| s.uncertainty.rotation = 0.0);
         for part in bar_parts(&layout) {
             let absent = [

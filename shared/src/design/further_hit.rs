@@ -162,7 +162,7 @@ mod tests {
     fn layout() -> Wide {
         let mut layout: Wide = bar_layout().cast().unwrap();
         // After a calibration with a known mass; otherwise no hit helps against the gain of the hammer.
-        layout.hammer_gain = 0.0;
+        layout.apparatus.hammer_gain = 0.0;
         let [first, second, _] = [0, 1, 2].map(|k| layout.hits[k]);
         for (like, name, direction) in
             [(first, "1:+Z", [0.0, 0.0, 1.0]), (second, "2:+X", [1.0, 0.0, 0.0])]
@@ -236,7 +236,7 @@ mod tests {
     fn no_hit_helps_against_what_is_the_same_in_all_of_them() {
         let mut layout = layout();
         // The mass and all moments are as uncertain as the gain of the hammer.
-        layout.hammer_gain = 0.2;
+        layout.apparatus.hammer_gain = 0.2;
         let lines = lines(&layout, 3);
         assert_eq!(search(&layout, &lines, HitCandidates::Following), None);
     }

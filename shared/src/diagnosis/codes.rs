@@ -11,7 +11,7 @@ pub(super) const UNKNOWN_SENTENCE: &str = "the rig reports code {code} ({severit
 
 macro_rules! codes {
     ($(
-        $(#[$doc:meta])*
+        $(#[doc = $doc:literal])*
         $variant:ident = $number:literal, $name:literal, $kind:ident, $unit:ident $(($decimals:literal))?;
         $words:literal;
         $sentence:literal;
@@ -22,7 +22,7 @@ macro_rules! codes {
         /// A named fact about a layout, a hit, the data or a result.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Code {
-            $($(#[$doc])* $variant,)*
+            $($(#[doc = $doc])* $variant,)*
             /// A code from a newer rig that this program does not know, with its number.
             Unknown(u16),
         }
@@ -57,6 +57,17 @@ macro_rules! codes {
                     $(Self::$variant => $name,)*
                     Self::Unknown(_) => "unknown_code",
                 }
+            }
+
+            /// What it means, in a sentence or two.
+            pub fn meaning(self) -> &'static str {
+                let text = match self {
+                    $(Self::$variant => concat!($($doc),*),)*
+                    Self::Unknown(_) => "A code from a newer rig that this program does not know.",
+                };
+                // What subject and value are is for whoever writes the code.
+                let ends = [text.find(" Subject:"), text.find(" Value:")];
+                text[..ends.into_iter().flatten().min().unwrap_or(text.len())].trim()
             }
 
             /// What subjects of this code refer to.

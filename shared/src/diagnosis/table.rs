@@ -301,7 +301,7 @@ codes! {
         "Too hard: a channel\nclipped. Hit more\ngently.";
         "{subject} clipped at {value}: it reached the end of its range, or stayed at one level while the force \
          changed; hit more gently";
-    /// The peak force is below the smallest that gives a usable response. Value: the peak, N.
+    /// The peak force is below `test.min_peak_force_n`: too small for a usable response. Value: the peak, N.
     TooWeak = 65, "too_weak", Whole, Newtons;
         "Too weak: hit harder.";
         "the peak force of {value} is too small for a clear response; hit harder";
@@ -366,7 +366,8 @@ codes! {
         "Undone: hit this\nplace again.";
         "the hit at {subject} was undone by the operator and does not count; hit again";
 
-    /// A hit differs so much from several repeat hits that it may have landed elsewhere. Subject: the DOF. Value: the
+    /// A hit differs so much from several repeat hits that it may have landed elsewhere, or the first two differ so much
+    /// from each other. Subject: the DOF. Value: the
     /// relative distance of its responses per force from theirs.
     HitElsewhere = 78, "hit_elsewhere", Hit, Share(0);
         "Landed elsewhere?\nHit the marked point\nagain.";
@@ -551,12 +552,12 @@ codes! {
 
     // Codes of a campaign on the suspension modes.
 
-    /// The impulse of a hit is too small for a clear response. Value: the impulse, N s.
+    /// The impulse of a hit is below `test.impulse_ns`: too small for a clear response. Value: the impulse, N s.
     ImpulseTooSmall = 134, "impulse_too_small", Whole, NewtonSeconds;
         "Push too weak: hit\nharder, with a softer\nand heavier mallet.";
         "the impulse of {value} is too small for a clear response of the suspension modes; hit harder, with a softer and \
          heavier mallet";
-    /// The impulse of a hit is so large that the object swings far. Value: the impulse, N s.
+    /// The impulse of a hit is above `test.impulse_ns`: so large that the object swings far. Value: the impulse, N s.
     ImpulseTooLarge = 135, "impulse_too_large", Whole, NewtonSeconds;
         "Push too strong: hit\nmore gently.";
         "the impulse of {value} makes the object swing far, where springs and cords are not linear; hit more gently";

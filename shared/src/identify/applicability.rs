@@ -65,7 +65,8 @@ impl<R: Real> Applicability<R> {
         }
         let prior_of_inertia = rank == 10 && layout.priors.iter().any(Prior::is_of_inertia);
         for found in &mut diagnostics {
-            let blocks = |method: &Method| (method.is_blocked())(found.code, prior_of_inertia);
+            let blocks =
+                |method: &Method| (method.entry().is_blocked)(found.code, prior_of_inertia);
             let blocked = methods.iter().all(blocks);
             found.severity = if blocked { Severity::Error } else { Severity::Warning };
         }
@@ -75,7 +76,7 @@ impl<R: Real> Applicability<R> {
     /// The codes that rule out a method; empty when it is applicable.
     pub fn obstacles(&self, method: Method) -> impl Iterator<Item = Code> + '_ {
         let codes = self.diagnostics.iter().map(|d| d.code);
-        codes.filter(move |&code| (method.is_blocked())(code, self.prior_of_inertia))
+        codes.filter(move |&code| (method.entry().is_blocked)(code, self.prior_of_inertia))
     }
 
     /// What there is to report of a layout for a test of this profile, whose methods must be the requested ones. Of the

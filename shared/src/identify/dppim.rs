@@ -30,7 +30,6 @@ pub const ENTRY: Entry = Entry {
     uses_priors: false,
     off_when: "the damping is structural, or there is hum at its lines",
     doubted_by: &[],
-    on_request: false,
     is_blocked,
     workspace: |_, _| 0,
 };

@@ -30,7 +30,6 @@ mod extra_terms;
 mod fit;
 mod gravity;
 mod memory;
-mod packed;
 mod problem;
 mod pulls;
 mod start;
@@ -69,7 +68,6 @@ pub const ENTRY: Entry = Entry {
     uses_priors: true,
     off_when: "the object is not rigid or the suspension not linear in the band",
     doubted_by: &[],
-    on_request: false,
     is_blocked,
     workspace: |sensors, _| workspace(sensors, HOST_HITS),
 };

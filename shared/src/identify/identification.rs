@@ -50,31 +50,26 @@ use crate::{Progress, Real};
 pub type Methods = Vec<Method, METHODS>;
 
 impl<R, const S: usize, const H: usize, L: SpectrumBins<R>> Observations<'_, R, S, H, L> {
-    /// The methods that apply to these observations by default, best first.
+    /// The methods that apply to these observations, best first.
     pub fn methods(&self) -> Methods {
-        let seen = |method: &Method| match method.observes() {
+        let seen = |method: &Method| match method.entry().observes {
             Observable::MassLines => true,
             Observable::SpectrumBins => self.spectrum_bins.responses().is_some(),
             Observable::Suspension => false,
         };
-        Method::usual().filter(seen).collect()
+        Method::ALL.into_iter().filter(seen).collect()
     }
 }
 
 impl Method {
-    /// The methods that run by default, without being requested by name, best first.
-    pub fn usual() -> impl Iterator<Item = Self> {
-        Self::ALL.into_iter().filter(|method| !method.on_request())
-    }
-
-    /// The default methods that use mass lines, best first: those that a rig runs.
+    /// The methods that use mass lines, best first: those that a rig runs.
     pub fn of_mass_lines() -> impl Iterator<Item = Self> {
-        Self::usual().filter(|method| method.observes() == Observable::MassLines)
+        Self::ALL.into_iter().filter(|method| method.entry().observes == Observable::MassLines)
     }
 
     /// The methods that use the suspension modes, best first.
     pub fn of_modes() -> impl Iterator<Item = Self> {
-        Self::ALL.into_iter().filter(|method| method.observes() == Observable::Suspension)
+        Self::ALL.into_iter().filter(|method| method.entry().observes == Observable::Suspension)
     }
 
     /// The name in reports and JSON.
@@ -88,12 +83,11 @@ impl Method {
     }
 }
 
-/// Number of default methods that use mass lines: those that a rig runs.
+/// Number of methods that use mass lines: those that a rig runs.
 pub const MASS_LINE_METHODS: usize = {
     let (mut count, mut place) = (0, 0);
     while place < METHODS {
-        let entry = Method::ALL[place].entry();
-        if matches!(entry.observes, Observable::MassLines) && !entry.on_request {
+        if matches!(Method::ALL[place].entry().observes, Observable::MassLines) {
             count += 1;
         }
         place += 1;
@@ -103,7 +97,7 @@ pub const MASS_LINE_METHODS: usize = {
 
 /// Size of the workspace that these methods need for this number of sensors and bins.
 pub fn workspace(methods: &[Method], sensors: usize, bins: usize) -> usize {
-    let of = |method: &Method| (method.workspace())(sensors, bins);
+    let of = |method: &Method| (method.entry().workspace)(sensors, bins);
     methods.iter().map(of).max().unwrap_or(0)
 }
 

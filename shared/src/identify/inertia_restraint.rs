@@ -35,7 +35,6 @@ pub const ENTRY: Entry = Entry {
     uses_priors: false,
     off_when: "the suspension or an elastic mode is near the band of the mass lines",
     doubted_by: &[],
-    on_request: false,
     // The method starts from the motion of the body, which the sensors have to determine.
     is_blocked: |_, _| true,
     workspace: |_, _| 0,

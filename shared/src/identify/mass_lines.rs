@@ -7,7 +7,7 @@ use nalgebra::SMatrix;
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::layout::Layout;
-use crate::linalg::all_finite;
+use crate::linalg::{all_finite, lower_places, triangle};
 use crate::responses::{ResponseSquare, Responses};
 
 /// Mass line accelerances of one hit DOF, response by response.
@@ -116,8 +116,7 @@ impl<R: Real, const S: usize> MassLines<R, S> {
     pub fn from_parts(accelerance: &[R], noise: &[R], lower: &[R], hits: u16) -> Option<Self> {
         let count = accelerance.len();
         let fits = |length, whole| length == 0 || length == whole;
-        let triangle = count * (count + 1) / 2;
-        if count > 3 * S || !fits(noise.len(), count) || !fits(lower.len(), triangle) {
+        if count > 3 * S || !fits(noise.len(), count) || !fits(lower.len(), triangle(count)) {
             return None;
         }
         let mut lines = Self::without_scatter(Responses::zeros());
@@ -334,12 +333,12 @@ pub fn lower_triangle<R: Real>(
     matrix: &impl Index<(usize, usize), Output = R>,
     count: usize,
 ) -> impl Iterator<Item = R> {
-    lower_places().take(count * (count + 1) / 2).map(|place| matrix[place])
+    lower_places().take(triangle(count)).map(|place| matrix[place])
 }
 
 /// The symmetric matrix of a stored lower triangle; `None` unless the length is exact.
 pub fn symmetric<R: Real, const N: usize>(lower: &[R]) -> Option<SMatrix<R, N, N>> {
-    if lower.len() != N * (N + 1) / 2 {
+    if lower.len() != triangle(N) {
         return None;
     }
     let mut matrix = SMatrix::<R, N, N>::zeros();
@@ -348,11 +347,6 @@ pub fn symmetric<R: Real, const N: usize>(lower: &[R]) -> Option<SMatrix<R, N, N
         matrix[(j, i)] = *value;
     }
     Some(matrix)
-}
-
-/// Endless iterator over rows and columns of a lower triangle, row by row.
-pub(in crate::identify) fn lower_places() -> impl Iterator<Item = (usize, usize)> {
-    (0..).flat_map(|i| (0..=i).map(move |j| (i, j)))
 }
 
 #[cfg(test)]

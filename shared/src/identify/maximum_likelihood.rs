@@ -71,7 +71,6 @@ pub const ENTRY: Entry = Entry {
     uses_priors: true,
     off_when: "the suspension or an elastic mode is near the band of the mass lines",
     doubted_by: &[],
-    on_request: false,
     is_blocked,
     workspace: |sensors, _| workspace(sensors),
 };

@@ -21,7 +21,6 @@ pub const ENTRY: Entry = Entry {
     uses_priors: false,
     off_when: "an elastic mode is near the band",
     doubted_by: &[],
-    on_request: false,
     is_blocked: |_, _| true,
     workspace: |_, _| 0,
 };

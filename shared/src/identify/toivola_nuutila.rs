@@ -24,7 +24,6 @@ pub const ENTRY: Entry = Entry {
     uses_priors: true,
     off_when: "a mode is missing, complex or mixed with its neighbour",
     doubted_by: DOUBTS_OF_SHAPES,
-    on_request: false,
     is_blocked,
     workspace: |_, _| 0,
 };

@@ -8,9 +8,8 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use super::mass_lines::lower_places;
 use crate::Real;
-use crate::linalg::{cholesky, skew};
+use crate::linalg::{cholesky, lower_places, skew};
 
 /// The weights of the equations of the inertia restraint method.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -297,21 +297,14 @@ pub(crate) fn is_finite<R: Real, const S: usize, const H: usize>(layout: &Layout
         layout.sensors.iter().flat_map(|s| s.position.iter().chain(s.axes.iter().flatten()));
     let hits = layout.hits.iter().flat_map(|h| h.position.iter().chain(h.direction.iter()));
     let attached = layout.attached.iter().flat_map(|a| a.phi.iter());
-    let deviations = layout.sensors.iter().flat_map(|s| {
-        let u = &s.uncertainty;
-        [u.position, u.rotation, u.gain, u.cross_axis]
-    });
-    let marks = layout.hits.iter().flat_map(|h| {
-        let u = &h.uncertainty;
-        [u.position, u.direction, u.node_position, u.node_direction]
-    });
-    let masses = layout.attached.iter().map(|a| a.relative_sigma);
-    let shared =
-        [layout.hammer_gain, layout.hit_gain, layout.converter_gain, layout.gravity_direction];
+    let deviations = layout.sensors.iter().flat_map(|s| s.uncertainty.values());
+    let marks = layout.hits.iter().flat_map(|h| h.uncertainty.values());
+    let masses = layout.attached.iter().map(|a| &a.relative_sigma);
+    let shared = layout.apparatus.values();
     let mut deviations = deviations.chain(marks).chain(masses).chain(shared);
     let zero = R::zero();
     gravity.chain(sensors).chain(hits).chain(attached).all(|v| v.finite())
-        && deviations.all(|v| v.finite() && v >= zero)
+        && deviations.all(|v| v.finite() && *v >= zero)
         && layout
             .priors
             .iter()

@@ -16,14 +16,12 @@ pub enum HitTreatment {
 impl HitTreatment {
     /// Every treatment.
     pub const ALL: [Self; 3] = [Self::Keep, Self::Warn, Self::Reject];
+    /// Their names in files.
+    pub const NAMES: [&'static str; 3] = ["keep", "warn", "reject"];
 
     /// Name in files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Keep => "keep",
-            Self::Warn => "warn",
-            Self::Reject => "reject",
-        }
+        Self::NAMES[self as usize]
     }
 
     /// The treatment of this name.

@@ -99,15 +99,18 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
         let Some(direction) = gravity.try_normalize(R::zero()) else {
             return [Vector3::zeros(); GRAVITY_QUANTITIES];
         };
-        across(&direction).map(|across| across * (gravity.norm() * self.gravity_direction))
+        across(&direction)
+            .map(|across| across * (gravity.norm() * self.apparatus.gravity_direction))
     }
 
-    /// Relative standard deviation of the hammer's gain against the sensors: [`hammer_gain`](Self::hammer_gain), and in the
-    /// suspension profile, whose responses are a few codes, also the converter's ([`converter_gain`](Self::converter_gain)).
+    /// Relative standard deviation of the hammer's gain against the sensors: `hammer_gain`, and in the
+    /// suspension profile, whose responses are a few codes, also the converter's (`converter_gain`).
     pub fn force_gain(&self) -> R {
         match self.test.profile {
-            TestProfile::MassLine => self.hammer_gain,
-            TestProfile::Suspension => self.hammer_gain.hypot(self.converter_gain),
+            TestProfile::MassLine => self.apparatus.hammer_gain,
+            TestProfile::Suspension => {
+                self.apparatus.hammer_gain.hypot(self.apparatus.converter_gain)
+            }
         }
     }
 
@@ -147,7 +150,7 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
         let Some(hit) = self.hits.get_mut(index) else { return false };
         let (position, direction) = hit.uncertainty.of_mean(hits);
         if quantity == HIT_QUANTITIES - 1 {
-            let sigma = hit.uncertainty.second_order(hits).0.hypot(self.hit_gain);
+            let sigma = hit.uncertainty.second_order(hits).0.hypot(self.apparatus.hit_gain);
             hit.direction = hit.direction.map(|v| v * (R::one() + sigma));
             return sigma != R::zero();
         }
@@ -180,12 +183,13 @@ mod tests {
     #[test]
     fn responses_of_a_few_codes_have_the_gain_of_the_converter_as_well() {
         let mut layout = bar_layout();
-        layout.hammer_gain = 0.003;
+        layout.apparatus.hammer_gain = 0.003;
         assert_eq!(layout.force_gain(), 0.003);
         layout.test.profile = TestProfile::Suspension;
         // 3 and 5 parts of a thousand; rounding.
         assert!((layout.force_gain() - 34_f64.sqrt() * 1e-3).abs() < 1e-15);
-        let linear = Layout { converter_gain: 0.0, ..layout.clone() };
+        let mut linear = layout.clone();
+        linear.apparatus.converter_gain = 0.0;
         assert_eq!(linear.force_gain(), 0.003);
         let mut shifted = layout.clone();
         assert!(shifted.shift(UncertainQuantity::Hammer));
@@ -221,7 +225,10 @@ mod tests {
                     let [old, new] =
                         [&layout, &shifted].map(|of| Vector3::from(of.gravity.unwrap()));
                     let moved = (new - old).norm();
-                    assert!((moved - 9.80665 * layout.gravity_direction).abs() < 1e-12, "{moved}");
+                    assert!(
+                        (moved - 9.80665 * layout.apparatus.gravity_direction).abs() < 1e-12,
+                        "{moved}"
+                    );
                     assert!(moved > 0.1 && (new - old).dot(&old).abs() < 1e-12 && changes);
                 }
                 UncertainQuantity::Hit { index, quantity } => {
@@ -247,7 +254,10 @@ mod tests {
                 }
                 UncertainQuantity::Hammer => {
                     let force = Vector3::from(shifted.hits[0].direction).norm();
-                    assert!((force - (1.0 - layout.hammer_gain)).abs() < 1e-12, "{force}");
+                    assert!(
+                        (force - (1.0 - layout.apparatus.hammer_gain)).abs() < 1e-12,
+                        "{force}"
+                    );
                 }
                 UncertainQuantity::Attached(_) | UncertainQuantity::Prior(_) => {
                     unreachable!("the frame has none")

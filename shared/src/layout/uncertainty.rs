@@ -1,7 +1,9 @@
 //! Uncertainties as standard deviations (1 σ): the error budget of a test, priors, and the bodies attached to
 //! the object.
 
+use super::{ErrorSource, Layout};
 use crate::Real;
+
 /// Largest number of attached bodies.
 pub const MAX_ATTACHED: usize = 3;
 
@@ -12,44 +14,169 @@ pub const DEFAULT_HAMMER_GAIN: f64 = 0.02;
 /// The same after a calibration with a block of known mass (theory, section 9: 0.27 to 0.35 % with five hits along each axis).
 pub const CALIBRATED_HAMMER_GAIN: f64 = 0.003;
 
-/// Relative standard deviation of a gain that the sensor channels have in common because the converter is not linear, for
-/// responses of a few codes: a sine of ±1.5 LSB (data sheet of the STM32F407) and three periods over 4096 codes has slopes of
-/// 0.5 %, root mean square. Large signals pass over many codes and average it.
-pub const DEFAULT_CONVERTER_GAIN: f64 = 0.005;
-
-/// Relative standard deviation of a mean force from hit DOF to hit DOF: half of the linearity in the data sheets of
-/// instrumented hammers, 1 %.
-pub const DEFAULT_HIT_GAIN: f64 = 0.005;
-
-/// Standard deviation of the direction of gravity about each axis across it, rad: one degree, as objects hang by eye.
-pub const DEFAULT_GRAVITY_DIRECTION: f64 = 0.02;
-
-/// Uncertainty of mounting and calibration of a sensor.
+/// A key of `[uncertainty]`: one standard deviation of what is not exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct SensorUncertainty<R> {
-    /// Position along each axis, m.
-    pub position: R,
-    /// Rotation about each axis, rad.
-    pub rotation: R,
-    /// Sensitivity of each axis, relative.
-    pub gain: R,
-    /// Cross-axis sensitivity of each axis to each other, relative.
-    pub cross_axis: R,
+pub struct UncertaintyKey {
+    /// As a layout file writes it.
+    pub name: &'static str,
+    /// What varies.
+    pub meaning: &'static str,
+    /// Its unit.
+    pub unit: UncertaintyUnit,
+    /// The standard deviation where none is stated, in its unit.
+    pub default: f64,
+    /// True for what mass lines do not count: only the methods that use the suspension modes do.
+    pub only_modes: bool,
 }
 
-/// Uncertainty of a hit against its mark, and of the mark itself.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct HitUncertainty<R> {
-    /// Position across the direction, varying from hit to hit, m.
-    pub position: R,
-    /// Direction about each axis across it, varying from hit to hit, rad.
-    pub direction: R,
-    /// Position of the mark, the same for all hits on it, m.
-    pub node_position: R,
-    /// Direction at the mark, the same for all hits on it, rad.
-    pub node_direction: R,
+/// Unit of an uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UncertaintyUnit {
+    /// m.
+    Meters,
+    /// rad.
+    Radians,
+    /// Of the value itself.
+    Relative,
+}
+
+impl UncertaintyUnit {
+    /// The unit as it is written; `relative` without one.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Meters => "m",
+            Self::Radians => "rad",
+            Self::Relative => "relative",
+        }
+    }
+}
+
+/// Generates a struct of standard deviations from its rows: field, key, unit, default, error source, what varies. A row is all
+/// that a key of `[uncertainty]` needs: layout files, their template and schema, the wire, the error sources and the report
+/// follow from it.
+macro_rules! uncertainties {
+    (
+        $(#[$doc:meta])*
+        $name:ident {
+            $($field:ident: $key:literal, $unit:ident, $default:expr, $source:ident $(, $only_modes:ident)?; $meaning:literal)*
+        }
+    ) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        pub struct $name<R> {
+            $(#[doc = concat!("`", $key, "`: ", $meaning, ".")] pub $field: R,)*
+        }
+
+        impl<R: Real> Default for $name<R> {
+            fn default() -> Self {
+                Self { $($field: R::of($default)),* }
+            }
+        }
+
+        impl<R> $name<R> {
+            /// The keys, in the order of the fields.
+            pub const KEYS: &'static [UncertaintyKey] = &[$(UncertaintyKey {
+                name: $key,
+                meaning: $meaning,
+                unit: UncertaintyUnit::$unit,
+                default: $default,
+                only_modes: uncertainties!(@flag $($only_modes)?),
+            }),*];
+
+            /// The error source of each field.
+            pub const SOURCES: &'static [ErrorSource] = &[$(ErrorSource::$source),*];
+
+            /// The standard deviations, in the order of the fields.
+            pub fn values(&self) -> impl Iterator<Item = &R> {
+                [$(&self.$field),*].into_iter()
+            }
+
+            /// The standard deviations, in the order of the fields.
+            pub fn values_mut(&mut self) -> impl Iterator<Item = &mut R> {
+                [$(&mut self.$field),*].into_iter()
+            }
+        }
+
+        impl<R: Real> $name<R> {
+            /// Everything is exact.
+            pub fn none() -> Self {
+                Self { $($field: R::zero()),* }
+            }
+
+            /// The same with every standard deviation multiplied.
+            pub fn scaled(&self, factor: R) -> Self {
+                Self { $($field: self.$field * factor),* }
+            }
+
+            pub(super) fn cast<Q: Real>(&self) -> $name<Q> {
+                $name { $($field: Q::of(self.$field.to_f64())),* }
+            }
+        }
+    };
+    (@flag) => { false };
+    (@flag only_modes) => { true };
+}
+
+uncertainties! {
+    /// Uncertainty of mounting and calibration of a sensor. The defaults are those of theory, section 9.
+    SensorUncertainty {
+        position: "sensor_position_m", Meters, 0.0015, SensorPosition;
+            "position of each sensor along each axis"
+        rotation: "sensor_rotation_rad", Radians, 0.015, SensorRotation;
+            "rotation of each sensor about each axis"
+        gain: "gain", Relative, 0.01, Gain;
+            "gain of each axis of a sensor"
+        cross_axis: "cross_axis", Relative, 0.01, CrossAxis;
+            "cross-axis sensitivity of each sensor"
+    }
+}
+
+uncertainties! {
+    /// Uncertainty of a hit against its mark, and of the mark itself. The defaults are those of theory, section 9; those of
+    /// the marks are from theory, section 4.
+    HitUncertainty {
+        position: "hit_position_m", Meters, 0.003, HitPosition;
+            "where a hit lands across its direction, from hit to hit"
+        direction: "hit_direction_rad", Radians, 0.05, HitDirection;
+            "direction of a hit about each axis across it, from hit to hit"
+        node_position: "node_position_m", Meters, 0.001, Marks;
+            "position of the mark, the same for all hits on it"
+        node_direction: "node_direction_rad", Radians, 0.01, Marks;
+            "direction at the mark, the same for all hits on it"
+    }
+}
+
+uncertainties! {
+    /// Uncertainty of what all sensors and hits share. A gain of the hits of 0.5 % is half of the linearity in the data sheets
+    /// of instrumented hammers. That of the converter is for responses of a few codes: a sine of ±1.5 LSB (data sheet of the
+    /// STM32F407) and three periods over 4096 codes has slopes of 0.5 %, root mean square; large signals pass over many codes
+    /// and average it. Objects hang by eye within a degree.
+    ApparatusUncertainty {
+        hammer_gain: "hammer_gain", Relative, DEFAULT_HAMMER_GAIN, HammerGain;
+            "gain of the hammer against the sensors"
+        hit_gain: "hit_gain", Relative, 0.005, HitGain, only_modes;
+            "gain of the hammer from mark to mark: its linearity"
+        converter_gain: "converter_gain", Relative, 0.005, Converter, only_modes;
+            "gain of a nonlinear converter for small responses"
+        gravity_direction: "gravity_direction_rad", Radians, 0.02, GravityDirection, only_modes;
+            "direction of gravity about each axis across it"
+    }
+}
+
+impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
+    /// States that sensors, hits, hammer, converter and gravity are exact.
+    pub fn set_exact(&mut self) {
+        self.sensors.iter_mut().for_each(|sensor| sensor.uncertainty = SensorUncertainty::none());
+        self.hits.iter_mut().for_each(|hit| hit.uncertainty = HitUncertainty::none());
+        self.apparatus = ApparatusUncertainty::none();
+    }
+}
+
+/// Every key of `[uncertainty]`.
+pub fn uncertainty_keys() -> impl Iterator<Item = &'static UncertaintyKey> {
+    let of_sensors = SensorUncertainty::<f64>::KEYS.iter();
+    of_sensors.chain(HitUncertainty::<f64>::KEYS).chain(ApparatusUncertainty::<f64>::KEYS)
 }
 
 /// A property that is known before the test.
@@ -74,65 +201,7 @@ pub struct Attached<R> {
     pub relative_sigma: R,
 }
 
-impl<R: Real> Default for SensorUncertainty<R> {
-    /// Values of theory, section 9.
-    fn default() -> Self {
-        Self {
-            position: R::of(0.0015),
-            rotation: R::of(0.015),
-            gain: R::of(0.01),
-            cross_axis: R::of(0.01),
-        }
-    }
-}
-
-impl<R: Real> Default for HitUncertainty<R> {
-    /// Values of theory, section 9; those of the marks from theory, section 4.
-    fn default() -> Self {
-        Self {
-            position: R::of(0.003),
-            direction: R::of(0.05),
-            node_position: R::of(0.001),
-            node_direction: R::of(0.01),
-        }
-    }
-}
-
-impl<R: Real> SensorUncertainty<R> {
-    /// A perfect sensor.
-    pub fn none() -> Self {
-        let zero = R::zero();
-        Self { position: zero, rotation: zero, gain: zero, cross_axis: zero }
-    }
-
-    /// The same with every standard deviation multiplied.
-    pub fn scaled(&self, factor: R) -> Self {
-        Self {
-            position: self.position * factor,
-            rotation: self.rotation * factor,
-            gain: self.gain * factor,
-            cross_axis: self.cross_axis * factor,
-        }
-    }
-
-    pub(super) fn cast<Q: Real>(&self) -> SensorUncertainty<Q> {
-        let to = |v: R| Q::of(v.to_f64());
-        SensorUncertainty {
-            position: to(self.position),
-            rotation: to(self.rotation),
-            gain: to(self.gain),
-            cross_axis: to(self.cross_axis),
-        }
-    }
-}
-
 impl<R: Real> HitUncertainty<R> {
-    /// A perfect hammer on a perfect mark.
-    pub fn none() -> Self {
-        let zero = R::zero();
-        Self { position: zero, direction: zero, node_position: zero, node_direction: zero }
-    }
-
     /// Standard deviations of position (m) and direction (rad) of the mean of `hits` hits: the scatter
     /// averages out, the error of the mark does not.
     pub fn of_mean(&self, hits: u16) -> (R, R) {
@@ -164,16 +233,6 @@ impl<R: Real> HitUncertainty<R> {
         let scatter = self.direction * self.direction + displaced * displaced;
         let scatter = (scatter * R::of(2.0)).sqrt();
         if scatter.finite() { scatter } else { R::zero() }
-    }
-
-    pub(super) fn cast<Q: Real>(&self) -> HitUncertainty<Q> {
-        let to = |v: R| Q::of(v.to_f64());
-        HitUncertainty {
-            position: to(self.position),
-            direction: to(self.direction),
-            node_position: to(self.node_position),
-            node_direction: to(self.node_direction),
-        }
     }
 }
 

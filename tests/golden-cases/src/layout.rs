@@ -77,7 +77,8 @@ impl<R: Real> Check<'_, '_, R> {
         body: &RigidBody<R>,
         hits: u16,
     ) -> Option<Bound<R>> {
-        let mut layout = GoldenLayout { hammer_gain: R::zero(), ..layout.clone() };
+        let mut layout = layout.clone();
+        layout.apparatus.hammer_gain = R::zero();
         for sensor in &mut layout.sensors {
             sensor.uncertainty = SensorUncertainty::none();
         }

@@ -93,7 +93,7 @@ fn stated_layout<R: Real>(check: &Check<'_, '_, R>) -> Option<GoldenLayout<R>> {
             node_direction: number("node_direction_rad")?,
         };
     }
-    layout.hammer_gain = number("hammer_gain")?;
+    layout.apparatus.hammer_gain = number("hammer_gain")?;
     Some(layout)
 }
 

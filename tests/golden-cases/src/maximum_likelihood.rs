@@ -50,7 +50,7 @@ pub(crate) fn run_full<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
             cross_axis: check.input_number("budget.sig_cross")?,
         };
     }
-    layout.hammer_gain = check.input_number("budget.sig_hammer").unwrap_or(R::zero());
+    layout.apparatus.hammer_gain = check.input_number("budget.sig_hammer").unwrap_or(R::zero());
     let noise = GoldenResponses::from_element(check.input_number("budget.sigma")?);
     let mut dofs = GoldenDofs::new();
     for index in 0..layout.hits.len() {
@@ -103,10 +103,7 @@ fn answer<R: Real>(
 /// The layout without any errors.
 fn exact_layout<R: Real>(check: &Check<'_, '_, R>) -> Option<GoldenLayout<R>> {
     let mut layout = check.layout()?;
-    layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());
-    layout.hits.iter_mut().for_each(|h| h.uncertainty = HitUncertainty::none());
-    (layout.hammer_gain, layout.hit_gain) = (R::zero(), R::zero());
-    layout.gravity_direction = R::zero();
+    layout.set_exact();
     Some(layout)
 }
 

@@ -69,7 +69,7 @@ fn row_of(disturbance: &Disturbance, undisturbed: &[Vec<Run>; 2]) -> Row {
 #[test]
 fn a_result_lists_what_it_cannot_see() {
     let mut layout = layout_file(TESTS[0]).layout;
-    (layout.hammer_gain, layout.calibrated_hammer) = (0.0, false);
+    (layout.apparatus.hammer_gain, layout.calibrated_hammer) = (0.0, false);
     let listed = cannot_see(&layout, None, true);
     for (name, source) in CANNOT_BE_SEEN {
         assert!(ALL.iter().any(|disturbance| disturbance.name == name), "{name}");

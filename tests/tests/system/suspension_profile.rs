@@ -137,7 +137,7 @@ fn errors_within_the_budget_are_not_refused_and_the_intervals_hold_the_truth() {
     let bench = Bench { errors: ErrorsFrom::Layout, ..Bench::named("wheel").expect("bundled") };
     let file = LayoutFile::parse(include_str!("../../../host/examples/wheel.toml"), "wheel.toml");
     let mut layout = file.expect("a layout").layout.cast().expect("it fits a rig");
-    (layout.hammer_gain, layout.calibrated_hammer) = (CALIBRATED_HAMMER_GAIN, false);
+    (layout.apparatus.hammer_gain, layout.calibrated_hammer) = (CALIBRATED_HAMMER_GAIN, false);
     let calibration = nominal_calibration(&bench);
     let (layout, calibration) = (&layout, &calibration);
     let runs = if long() { 100 } else { 3 };

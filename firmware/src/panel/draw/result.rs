@@ -177,7 +177,7 @@ fn principal<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>) {
 /// What limits the accuracy: the method, whether the data agree with the stated uncertainties, the
 /// condition number of the equations, and the least known parameter.
 fn limits<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>) {
-    canvas.line(0, answer.method.title());
+    canvas.line(0, answer.method.entry().title);
     match answer.consistency {
         Some(consistency) => {
             let rejected = consistency.rejects_budget();

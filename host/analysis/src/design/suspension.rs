@@ -210,6 +210,7 @@ mod tests {
     use massline_physics::Bench;
     use massline_shared::design::total;
     use massline_shared::identify::Method;
+    use massline_shared::layout::uncertainty_keys;
 
     use super::*;
     use crate::design::{Assumptions, LayoutCriterion, Predicted, forecast};
@@ -248,9 +249,7 @@ mod tests {
 
     #[test]
     fn noise_alone_goes_with_the_root_of_the_hits_and_with_the_noise() {
-        let exact = "sensor_position_m = 0\nsensor_rotation_rad = 0\ngain = 0\ncross_axis = 0\nhammer_gain = 0\n\
-                     hit_gain = 0\nconverter_gain = 0\ngravity_direction_rad = 0\nhit_position_m = 0\nhit_direction_rad = 0\n\
-                     node_position_m = 0\nnode_direction_rad = 0\n";
+        let exact: String = uncertainty_keys().map(|key| format!("{} = 0\n", key.name)).collect();
         let text = WHEEL.replace("[test]", &format!("[uncertainty]\n{exact}[test]"));
         let (mut file, assumed) = wheel(&text);
         let criterion = criterion(&file, &assumed);
@@ -283,7 +282,7 @@ mod tests {
         let (mut file, assumed) = wheel(WHEEL);
         let criterion = criterion(&file, &assumed);
         assert!(Predicted::of(&criterion, &file.layout).is_some());
-        file.layout.hammer_gain = 0.7;
+        file.layout.apparatus.hammer_gain = 0.7;
         assert!(criterion.cost(&file.layout, &mut []).is_some());
         assert!(Predicted::of(&criterion, &file.layout).is_none());
     }

@@ -53,8 +53,9 @@ impl Tilted {
 
     /// The layout under it. The prior is twice as wide as what the readings say, so that they decide once more.
     pub(super) fn upright(&self, layout: &HostLayout) -> HostLayout {
-        let (gravity, gravity_direction) = (Some(self.gravity), 2.0 * self.sigma);
-        HostLayout { gravity, gravity_direction, ..layout.clone() }
+        let mut layout = HostLayout { gravity: Some(self.gravity), ..layout.clone() };
+        layout.apparatus.gravity_direction = 2.0 * self.sigma;
+        layout
     }
 }
 
@@ -106,7 +107,7 @@ impl Unexplained<'_, '_> {
         let stated = Vector3::from(self.layout.gravity?);
         let Settled { found, gravity, sigma } = self.settled(&stated)?;
         let angle = gravity.angle(&stated);
-        let of_hanging = sigma.hypot(self.layout.gravity_direction);
+        let of_hanging = sigma.hypot(self.layout.apparatus.gravity_direction);
         let is_tilted = self.is_whole(&found)
             && angle > SIGNIFICANT * sigma
             && angle > BEYOND_BUDGET * of_hanging;
@@ -116,7 +117,8 @@ impl Unexplained<'_, '_> {
 
     /// The direction of gravity that the readings give; `None` when it does not settle near the stated one.
     fn settled(&self, stated: &Vector3<f64>) -> Option<Settled> {
-        let mut layout = HostLayout { gravity_direction: ANY_DIRECTION, ..self.layout.clone() };
+        let mut layout = self.layout.clone();
+        layout.apparatus.gravity_direction = ANY_DIRECTION;
         let mut start = *self.start;
         for _fit in 0..MOST_FITS {
             let found = Unexplained { start: &start, ..*self }.solved(&layout, self.readings, 0)?;

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
+use super::keyed::{HitKeys, KeyedTable, SensorKeys};
 use super::values::{DofText, NodeNumber, RawAxes, RawMass};
 
 /// An entry of `sensors`: a node number or a table.
@@ -42,27 +43,7 @@ pub(super) struct RawSensorTable {
     pub(super) attached_mass_kg: Option<RawMass>,
     /// Uncertainty of this sensor, which overrides `[uncertainty]`.
     #[serde(default)]
-    #[schemars(with = "RawSensorUncertainty")]
-    pub(super) uncertainty: Option<RawSensorUncertainty>,
-}
-
-/// Standard deviations of a sensor's errors.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default, expecting = "a table such as { gain = 0.01 }")]
-#[schemars(rename = "sensor_uncertainty")]
-pub(super) struct RawSensorUncertainty {
-    /// Position along each axis, m.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) sensor_position_m: Option<f64>,
-    /// Rotation about each axis, rad.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) sensor_rotation_rad: Option<f64>,
-    /// Gain of each axis, relative.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) gain: Option<f64>,
-    /// Cross-axis sensitivity, relative.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) cross_axis: Option<f64>,
+    pub(super) uncertainty: KeyedTable<SensorKeys>,
 }
 
 /// An entry of `hits`: a DOF or a table.
@@ -83,27 +64,7 @@ pub(super) struct RawHitTable {
     pub(super) axes: Option<RawAxes>,
     /// Uncertainty of this hit, which overrides `[uncertainty]`.
     #[serde(default)]
-    #[schemars(with = "RawHitUncertainty")]
-    pub(super) uncertainty: Option<RawHitUncertainty>,
-}
-
-/// Standard deviations of a hit's errors.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default, expecting = "a table such as { hit_position_m = 0.002 }")]
-#[schemars(rename = "hit_uncertainty")]
-pub(super) struct RawHitUncertainty {
-    /// Scatter of the hit point from hit to hit, m.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) hit_position_m: Option<f64>,
-    /// Scatter of the hit direction from hit to hit, rad.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) hit_direction_rad: Option<f64>,
-    /// Error of the mark, m.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) node_position_m: Option<f64>,
-    /// Error of the local axes at the mark, rad.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) node_direction_rad: Option<f64>,
+    pub(super) uncertainty: KeyedTable<HitKeys>,
 }
 
 impl<'de> Deserialize<'de> for RawSensor {
@@ -121,7 +82,7 @@ impl<'de> Deserialize<'de> for RawSensor {
                     senses_gravity: None,
                     calibration: None,
                     attached_mass_kg: None,
-                    uncertainty: None,
+                    uncertainty: KeyedTable::default(),
                 }))
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawSensor, A::Error> {
@@ -141,7 +102,11 @@ impl<'de> Deserialize<'de> for RawHit {
                 f.write_str("a DOF such as \"1:+Y\", or a table such as { dof = \"1:+Y\" }")
             }
             fn visit_str<E: Error>(self, dof: &str) -> Result<RawHit, E> {
-                Ok(RawHit(RawHitTable { dof: dof.into(), axes: None, uncertainty: None }))
+                Ok(RawHit(RawHitTable {
+                    dof: dof.into(),
+                    axes: None,
+                    uncertainty: KeyedTable::default(),
+                }))
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawHit, A::Error> {
                 RawHitTable::deserialize(MapAccessDeserializer::new(map)).map(RawHit)

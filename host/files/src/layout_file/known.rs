@@ -5,9 +5,8 @@ use std::ops::Range;
 
 use massline_shared::body::RigidBody;
 use massline_shared::layout::{
-    Attached, CalibratedGains, DEFAULT_CONVERTER_GAIN, DEFAULT_GRAVITY_DIRECTION,
-    DEFAULT_HAMMER_GAIN, DEFAULT_HIT_GAIN, HitUncertainty, MAX_ATTACHED, Prior, Sensor,
-    SensorUncertainty,
+    ApparatusUncertainty, Attached, CalibratedGains, HitUncertainty, MAX_ATTACHED, Prior, Sensor,
+    SensorUncertainty, UncertaintyKey,
 };
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
@@ -31,14 +30,8 @@ pub struct Uncertainty {
     pub sensor: SensorUncertainty<f64>,
     /// Uncertainty of a hit.
     pub hit: HitUncertainty<f64>,
-    /// Standard deviation of the hammer's gain relative to the sensors', relative.
-    pub hammer_gain: f64,
-    /// Standard deviation of the mean force from hit DOF to hit DOF, relative.
-    pub hit_gain: f64,
-    /// Standard deviation of the gain of a nonlinear converter in the suspension profile, relative.
-    pub converter_gain: f64,
-    /// Standard deviation of the direction of gravity about each axis across it, rad.
-    pub gravity_direction: f64,
+    /// Uncertainty of hammer, converter and gravity.
+    pub apparatus: ApparatusUncertainty<f64>,
     /// Which standard deviations of the sensors a calibration supplies, because the table states none.
     pub calibrated: CalibratedGains,
     /// True when a calibration supplies that of the hammer's gain.
@@ -52,42 +45,48 @@ impl Uncertainty {
         let mut all = Self {
             sensor: SensorUncertainty::default(),
             hit: HitUncertainty::default(),
-            hammer_gain: DEFAULT_HAMMER_GAIN,
-            hit_gain: DEFAULT_HIT_GAIN,
-            converter_gain: DEFAULT_CONVERTER_GAIN,
-            gravity_direction: DEFAULT_GRAVITY_DIRECTION,
+            apparatus: ApparatusUncertainty::default(),
             calibrated: CalibratedGains { gain: true, cross_axis: true },
             calibrated_hammer: true,
             learn: true,
         };
         let Some(raw) = &raw.uncertainty else { return Ok(all) };
+        let is_stated = |name| raw.sigma(name).is_some();
         all.calibrated =
-            CalibratedGains { gain: raw.gain.is_none(), cross_axis: raw.cross_axis.is_none() };
-        all.calibrated_hammer = raw.hammer_gain.is_none();
-        all.learn = raw.learn.unwrap_or(all.learn);
-        let Self { sensor, hit, hammer_gain, hit_gain, converter_gain, gravity_direction, .. } =
-            &mut all;
-        let entries = [
-            (&raw.hit_position_m, &mut hit.position, "uncertainty.hit_position_m"),
-            (&raw.hit_direction_rad, &mut hit.direction, "uncertainty.hit_direction_rad"),
-            (&raw.sensor_position_m, &mut sensor.position, "uncertainty.sensor_position_m"),
-            (&raw.sensor_rotation_rad, &mut sensor.rotation, "uncertainty.sensor_rotation_rad"),
-            (&raw.gain, &mut sensor.gain, "uncertainty.gain"),
-            (&raw.cross_axis, &mut sensor.cross_axis, "uncertainty.cross_axis"),
-            (&raw.hammer_gain, hammer_gain, "uncertainty.hammer_gain"),
-            (&raw.hit_gain, hit_gain, "uncertainty.hit_gain"),
-            (&raw.converter_gain, converter_gain, "uncertainty.converter_gain"),
-            (&raw.gravity_direction_rad, gravity_direction, "uncertainty.gravity_direction_rad"),
-            (&raw.node_position_m, &mut hit.node_position, "uncertainty.node_position_m"),
-            (&raw.node_direction_rad, &mut hit.node_direction, "uncertainty.node_direction_rad"),
-        ];
-        for (from, to, key) in entries {
-            if let Some(v) = from {
-                *to = source.within(v, key, |v| v >= 0.0, "zero or a positive number")?;
-            }
+            CalibratedGains { gain: !is_stated("gain"), cross_axis: !is_stated("cross_axis") };
+        all.calibrated_hammer = !is_stated("hammer_gain");
+        all.learn = raw.learn().unwrap_or(all.learn);
+        let sensor = all.sensor.values_mut().zip(SensorUncertainty::<f64>::KEYS);
+        let hit = all.hit.values_mut().zip(HitUncertainty::<f64>::KEYS);
+        let apparatus = all.apparatus.values_mut().zip(ApparatusUncertainty::<f64>::KEYS);
+        for (to, key) in sensor.chain(hit).chain(apparatus) {
+            replace_stated(to, raw.sigma(key.name), "uncertainty", key, source)?;
         }
         Ok(all)
     }
+
+    /// Every key with its standard deviation.
+    pub fn sigmas(&self) -> impl Iterator<Item = (&'static UncertaintyKey, f64)> {
+        let sensor = SensorUncertainty::<f64>::KEYS.iter().zip(self.sensor.values());
+        let hit = HitUncertainty::<f64>::KEYS.iter().zip(self.hit.values());
+        let apparatus = ApparatusUncertainty::<f64>::KEYS.iter().zip(self.apparatus.values());
+        sensor.chain(hit).chain(apparatus).map(|(key, sigma)| (key, *sigma))
+    }
+}
+
+/// Replaces a standard deviation by the one that a table states.
+pub(super) fn replace_stated(
+    sigma: &mut f64,
+    stated: Option<&Spanned<f64>>,
+    table: &str,
+    key: &UncertaintyKey,
+    source: &Source<'_>,
+) -> Result<(), LayoutFileError> {
+    if let Some(stated) = stated {
+        let key = format!("{table}.{}", key.name);
+        *sigma = source.within(stated, &key, |v| v >= 0.0, "zero or a positive number")?;
+    }
+    Ok(())
 }
 
 /// The `[prior]` table.

@@ -10,6 +10,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::entry::{RawHit, RawSensor};
+use super::keyed::{BudgetKeys, KeyedTable, PolicyKeys};
 use super::values::{NodeNumber, RawAxes, RawBand, RawKnown};
 
 /// Where the sensors sit and where the hammer lands. SI units; positions and directions in the body frame.
@@ -42,12 +43,12 @@ pub(super) struct RawLayout {
     pub(super) test: Option<RawTest>,
     /// How hits with a fault are treated.
     #[serde(default)]
-    pub(super) policy: RawPolicy,
+    pub(super) policy: KeyedTable<PolicyKeys>,
     /// The error budget: one standard deviation of each error source. What is not stated is the default; `gain`,
     /// `cross_axis` and `hammer_gain` then follow the calibration, if there is one.
     #[serde(default)]
-    #[schemars(with = "RawUncertainty")]
-    pub(super) uncertainty: Option<RawUncertainty>,
+    #[schemars(with = "KeyedTable<BudgetKeys>")]
+    pub(super) uncertainty: Option<KeyedTable<BudgetKeys>>,
     /// The precision that is wanted: half widths of the 95 % intervals. `massline measure` asks whether to
     /// finish as soon as all of them are reached.
     #[serde(default)]
@@ -179,113 +180,6 @@ impl RawTest {
         ];
         stated.into_iter().filter_map(|(key, is_stated)| is_stated.then_some(key)).collect()
     }
-}
-
-/// How hits with a fault are treated.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default, expecting = "a table [policy]")]
-#[schemars(rename = "policy")]
-pub(super) struct RawPolicy {
-    /// A channel reached the limit of its range.
-    #[schemars(with = "RawTreatment")]
-    pub(super) overload: Option<RawTreatment>,
-    /// The peak force is below `test.min_peak_force_n`.
-    #[schemars(with = "RawTreatment")]
-    pub(super) too_weak: Option<RawTreatment>,
-    /// A channel came close to the limit of its range.
-    #[schemars(with = "RawTreatment")]
-    pub(super) too_hard: Option<RawTreatment>,
-    /// The hammer made contact twice.
-    #[schemars(with = "RawTreatment")]
-    pub(super) double_hit: Option<RawTreatment>,
-    /// The force hardly excites the upper end of the band.
-    #[schemars(with = "RawTreatment")]
-    pub(super) force_spectrum_low: Option<RawTreatment>,
-    /// The signals were not quiet before the hit.
-    #[schemars(with = "RawTreatment")]
-    pub(super) pre_trigger_not_quiet: Option<RawTreatment>,
-    /// The record ends before force or response have decayed.
-    #[schemars(with = "RawTreatment")]
-    pub(super) clipped_record: Option<RawTreatment>,
-    /// There are too few scans before the hit.
-    #[schemars(with = "RawTreatment")]
-    pub(super) trigger_too_early: Option<RawTreatment>,
-    /// The record is the same as that of the previous hit.
-    #[schemars(with = "RawTreatment")]
-    pub(super) duplicate_hit: Option<RawTreatment>,
-    /// The hit differs from the others at its DOF.
-    #[schemars(with = "RawTreatment")]
-    pub(super) hit_inconsistent: Option<RawTreatment>,
-    /// The motion of a sensor does not fit a rigid body with the others.
-    #[schemars(with = "RawTreatment")]
-    pub(super) motion_not_rigid: Option<RawTreatment>,
-    /// The impulse is below `test.impulse_ns`.
-    #[schemars(with = "RawTreatment")]
-    pub(super) impulse_too_small: Option<RawTreatment>,
-    /// The impulse is above `test.impulse_ns`.
-    #[schemars(with = "RawTreatment")]
-    pub(super) impulse_too_large: Option<RawTreatment>,
-    /// The hit differs so much from several others at its DOF that it may have landed elsewhere, or the first two hits
-    /// differ so much from each other.
-    #[schemars(with = "RawTreatment")]
-    pub(super) hit_elsewhere: Option<RawTreatment>,
-}
-
-/// Keep the hit, keep it with a warning, or reject it so that it must be repeated.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-#[schemars(rename = "treatment")]
-pub(super) enum RawTreatment {
-    Keep,
-    Warn,
-    Reject,
-}
-
-/// The error budget: one standard deviation of each error source. What is not stated is the default; `gain`,
-/// `cross_axis` and `hammer_gain` then follow the calibration, if there is one.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default, expecting = "a table [uncertainty]")]
-#[schemars(rename = "uncertainty")]
-pub(super) struct RawUncertainty {
-    /// Scatter of the hit point from hit to hit, m.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) hit_position_m: Option<Spanned<f64>>,
-    /// Scatter of the hit direction from hit to hit, rad.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) hit_direction_rad: Option<Spanned<f64>>,
-    /// Position of each sensor along each axis, m.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) sensor_position_m: Option<Spanned<f64>>,
-    /// Rotation of each sensor about each axis, rad.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) sensor_rotation_rad: Option<Spanned<f64>>,
-    /// Gain of each sensor axis, relative.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) gain: Option<Spanned<f64>>,
-    /// Cross-axis sensitivity of each sensor, relative.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) cross_axis: Option<Spanned<f64>>,
-    /// Gain of the hammer, relative.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) hammer_gain: Option<Spanned<f64>>,
-    /// Mean force from hit DOF to hit DOF, relative: the hammer's linearity.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) hit_gain: Option<Spanned<f64>>,
-    /// Gain of responses of a few codes under a converter that is not linear, relative; only in the suspension profile.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) converter_gain: Option<Spanned<f64>>,
-    /// Direction of gravity about each axis across it, rad.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) gravity_direction_rad: Option<Spanned<f64>>,
-    /// Error of the marks, m.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) node_position_m: Option<Spanned<f64>>,
-    /// Error of the local axes at the marks, rad.
-    #[schemars(with = "f64", range(min = 0))]
-    pub(super) node_direction_rad: Option<Spanned<f64>>,
-    /// True when the budget is a starting point that the data may correct; false to use it as stated.
-    #[schemars(with = "bool", extend("default" = true))]
-    pub(super) learn: Option<bool>,
 }
 
 /// The precision that is wanted: half widths of the 95 % intervals.

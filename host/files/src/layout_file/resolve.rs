@@ -12,7 +12,7 @@ use toml::Spanned;
 
 use super::entry::{RawHit, RawSensor};
 use super::error::{Fault, LayoutFileError, Place};
-use super::known::{Uncertainty, attached, priors, sensor_mass};
+use super::known::{Uncertainty, attached, priors, replace_stated, sensor_mass};
 use super::policy::policy;
 use super::raw::{RawLayout, RawNode, RawReference, RawStatements};
 use super::source::Source;
@@ -46,10 +46,7 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
         title: cut(&title),
         gravity: gravity(raw.gravity.as_ref(), source)?,
         test: TestSettings { policy: policy(&raw.policy), ..test(raw.test.as_ref(), source)? },
-        hammer_gain: uncertainty.hammer_gain,
-        hit_gain: uncertainty.hit_gain,
-        converter_gain: uncertainty.converter_gain,
-        gravity_direction: uncertainty.gravity_direction,
+        apparatus: uncertainty.apparatus,
         calibrated_hammer: uncertainty.calibrated_hammer,
         learn_budget: uncertainty.learn,
         target: target(raw.target.as_ref(), source)?,
@@ -263,23 +260,6 @@ fn node<'a>(
     })
 }
 
-/// A standard deviation or mass of an entry: `value` when given, else `default`.
-fn amount(
-    value: Option<f64>,
-    default: f64,
-    span: &Range<usize>,
-    key: &str,
-    source: &Source<'_>,
-) -> Result<f64, LayoutFileError> {
-    let Some(value) = value else { return Ok(default) };
-    source.finite(span.clone(), key, &[value])?;
-    if value < 0.0 {
-        let fault = Fault::OutOfRange { value, wanted: "zero or a positive number" };
-        return Err(source.fault(span.clone(), key, fault));
-    }
-    Ok(value)
-}
-
 fn sensor(
     entry: &Spanned<RawSensor>,
     nodes: &[Node],
@@ -296,16 +276,11 @@ fn sensor(
             orthonormal(axes, &IDENTITY, |fault| source.fault(span.clone(), "sensors.axes", fault))?
         }
     };
-    let own = raw.uncertainty.unwrap_or_default();
-    let amount = |value, default, key| amount(value, default, &span, key, source);
-    let position = own.sensor_position_m;
-    let rotation = own.sensor_rotation_rad;
-    let uncertainty = SensorUncertainty {
-        position: amount(position, general.position, "sensors.uncertainty")?,
-        rotation: amount(rotation, general.rotation, "sensors.uncertainty")?,
-        gain: amount(own.gain, general.gain, "sensors.uncertainty")?,
-        cross_axis: amount(own.cross_axis, general.cross_axis, "sensors.uncertainty")?,
-    };
+    let mut uncertainty = *general;
+    for (sigma, key) in uncertainty.values_mut().zip(SensorUncertainty::<f64>::KEYS) {
+        replace_stated(sigma, raw.uncertainty.get(key.name), "sensors.uncertainty", key, source)?;
+    }
+    let is_stated = |name| raw.uncertainty.get(name).is_some();
     let details = SensorDetails { calibration: raw.calibration.clone() };
     let sensor = Sensor {
         node: node.id,
@@ -314,8 +289,8 @@ fn sensor(
         senses_gravity: raw.senses_gravity.unwrap_or(true),
         uncertainty,
         calibrated: CalibratedGains {
-            gain: calibrated.gain && own.gain.is_none(),
-            cross_axis: calibrated.cross_axis && own.cross_axis.is_none(),
+            gain: calibrated.gain && !is_stated("gain"),
+            cross_axis: calibrated.cross_axis && !is_stated("cross_axis"),
         },
     };
     Ok((sensor, details))
@@ -344,14 +319,10 @@ fn hit(
         // Avoids −0, because directions are compared and printed.
         v * dof.sign.factor() + 0.0
     });
-    let own = raw.uncertainty.unwrap_or_default();
-    let amount = |value, default| amount(value, default, &span, "hits.uncertainty", source);
-    let uncertainty = HitUncertainty {
-        position: amount(own.hit_position_m, general.position)?,
-        direction: amount(own.hit_direction_rad, general.direction)?,
-        node_position: amount(own.node_position_m, general.node_position)?,
-        node_direction: amount(own.node_direction_rad, general.node_direction)?,
-    };
+    let mut uncertainty = *general;
+    for (sigma, key) in uncertainty.values_mut().zip(HitUncertainty::<f64>::KEYS) {
+        replace_stated(sigma, raw.uncertainty.get(key.name), "hits.uncertainty", key, source)?;
+    }
     Ok(Hit { dof, position: node.position, direction, uncertainty })
 }
 

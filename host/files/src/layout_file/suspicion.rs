@@ -1,5 +1,6 @@
 //! Values that are possible but look like those of another unit.
 
+use massline_shared::layout::{UncertaintyKey, UncertaintyUnit};
 use nalgebra::{Matrix3, Vector3};
 
 use super::LayoutFile;
@@ -73,33 +74,22 @@ impl LayoutFile {
 
     /// What looks like degrees or millimetres among the uncertainties.
     fn uncertainty_suspicions(&self, extent: f64) -> Vec<String> {
-        let stated = &self.uncertainty;
-        let angles = [
-            ("hit_direction_rad", stated.hit.direction),
-            ("node_direction_rad", stated.hit.node_direction),
-            ("sensor_rotation_rad", stated.sensor.rotation),
-            ("gravity_direction_rad", stated.gravity_direction),
-        ];
-        let angles = angles.iter().filter(|(_, value)| *value > LARGEST_ANGLE).map(|(key, value)| {
-            format!(
-                "{key} = {value} is a standard deviation of {:.0}°: angles are in radians; write {:.3} for {value}°",
-                value.to_degrees(),
-                value.to_radians()
-            )
-        });
-        let lengths = [
-            ("hit_position_m", stated.hit.position),
-            ("node_position_m", stated.hit.node_position),
-            ("sensor_position_m", stated.sensor.position),
-        ];
-        let lengths = lengths.iter().filter(|(_, value)| extent > 0.0 && *value > extent).map(|(key, value)| {
-            format!(
-                "{key} = {value} is more than the {extent:.3} m between the nodes: positions are in metres; write {:.4} \
-                 for {value} mm",
-                value * 1e-3
-            )
-        });
-        angles.chain(lengths).collect()
+        let suspicion = |(key, sigma): (&UncertaintyKey, f64)| match key.unit {
+            UncertaintyUnit::Radians if sigma > LARGEST_ANGLE => Some(format!(
+                "{} = {sigma} is a standard deviation of {:.0}°: angles are in radians; write {:.3} for {sigma}°",
+                key.name,
+                sigma.to_degrees(),
+                sigma.to_radians()
+            )),
+            UncertaintyUnit::Meters if extent > 0.0 && sigma > extent => Some(format!(
+                "{} = {sigma} is more than the {extent:.3} m between the nodes: positions are in metres; write {:.4} for \
+                 {sigma} mm",
+                key.name,
+                sigma * 1e-3
+            )),
+            _ => None,
+        };
+        self.uncertainty.sigmas().filter_map(suspicion).collect()
     }
 }
 

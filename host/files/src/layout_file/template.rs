@@ -1,14 +1,21 @@
 //! The output of `layout new` and `layout schema`.
 
-use massline_shared::layout::TestProfile;
+use massline_shared::layout::{
+    HitPolicy, TestProfile, UncertaintyKey, UncertaintyUnit, uncertainty_keys,
+};
 use schemars::Schema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::RecursiveTransform;
 
 use super::raw::RawLayout;
 
-/// A commented layout file to start from; it is valid and can be used for a measurement.
-pub const TEMPLATE: &str = include_str!("template.toml");
+/// The template without the keys that massline-shared lists.
+const FRAME: &str = include_str!("template.toml");
+/// The last line of the frame before the keys of `[policy]`, and before those of `[uncertainty]`.
+const POLICY: &str = "\n[policy]\n";
+const BUDGET: &str = "\nlearn = true                      # correct this budget from the data; false uses it as it is\n";
+/// Where comments begin.
+const COLUMN: usize = 34;
 
 /// What differs in the template of the suspension profile: it has five hits, so that each of the six modes is moved by one,
 /// and the defaults of its own.
@@ -30,15 +37,38 @@ const OF_SUSPENSION: [(&str, &str); 5] = [
     ),
 ];
 
-/// A commented layout file of this profile to start from.
+/// A commented layout file of this profile to start from; it is valid and can be used for a measurement.
 pub fn template(profile: TestProfile) -> String {
+    let policy: String = HitPolicy::CODES
+        .map(|code| {
+            format!("{} = \"{}\"\n", code.name(), HitPolicy::default_treatment(code).name())
+        })
+        .concat();
+    let budget: String = uncertainty_keys().map(budget_line).collect();
+    let text = FRAME.replacen(POLICY, &format!("{POLICY}{policy}"), 1).replacen(
+        BUDGET,
+        &format!("{BUDGET}{budget}"),
+        1,
+    );
     match profile {
-        TestProfile::MassLine => TEMPLATE.into(),
+        TestProfile::MassLine => text,
         TestProfile::Suspension => {
             let changed = |text: String, (from, to): (&str, &str)| text.replacen(from, to, 1);
-            OF_SUSPENSION.into_iter().fold(TEMPLATE.into(), changed)
+            OF_SUSPENSION.into_iter().fold(text, changed)
         }
     }
+}
+
+/// The line of a key of `[uncertainty]` with its default.
+fn budget_line(key: &UncertaintyKey) -> String {
+    let unit = match key.unit {
+        UncertaintyUnit::Relative => ", relative",
+        // The key has it.
+        UncertaintyUnit::Meters | UncertaintyUnit::Radians => "",
+    };
+    let only = if key.only_modes { "; for the suspension modes only" } else { "" };
+    let stated = format!("{} = {}", key.name, key.default);
+    format!("{stated:COLUMN$}# {}{unit}{only}\n", key.meaning)
 }
 
 /// The JSON schema (draft 2020-12) of the layout file.

@@ -1,11 +1,18 @@
 use massline_shared::diagnosis::Code;
-use massline_shared::layout::{DEFAULT_HAMMER_GAIN, HitUncertainty, Prior, SensorUncertainty};
+use massline_shared::layout::{
+    ApparatusUncertainty, HitUncertainty, Prior, SensorUncertainty, uncertainty_keys,
+};
 
 use super::*;
 use massline_shared::layout::{FrfEstimator, Target, TestProfile, TestSettings};
 use massline_shared::mass_line::Terms;
 
 const GOOD: &str = include_str!("../../../examples/three-bar-test-1.toml");
+
+/// The template of mass lines.
+fn commented() -> String {
+    template(TestProfile::MassLine)
+}
 
 fn parse(text: &str) -> Result<LayoutFile, LayoutFileError> {
     LayoutFile::parse(text, "bar.toml")
@@ -72,13 +79,18 @@ fn the_paper_s_four_tests_are_resolved() {
 
 #[test]
 fn the_template_is_a_valid_layout() {
-    let file = parse(TEMPLATE).unwrap();
+    let file = parse(&commented()).unwrap();
     assert_eq!(file.layout.sensors.len(), 3);
     // The template claims to show the defaults.
     let layout = &file.layout;
     assert!(layout.sensors.iter().all(|s| s.uncertainty == SensorUncertainty::default()));
     assert!(layout.hits.iter().all(|h| h.uncertainty == HitUncertainty::default()));
-    assert_eq!(layout.hammer_gain, DEFAULT_HAMMER_GAIN);
+    assert_eq!(layout.apparatus, ApparatusUncertainty::default());
+    // And it has all keys.
+    let template = commented();
+    for key in uncertainty_keys() {
+        assert!(template.contains(&format!("\n{} = {} ", key.name, key.default)), "{}", key.name);
+    }
     assert_eq!(file.layout.test, massline_shared::layout::TestSettings::default());
 }
 
@@ -87,8 +99,9 @@ fn the_template_of_the_suspension_profile_has_its_defaults() {
     let text = template(TestProfile::Suspension);
     let file = parse(&text).unwrap();
     assert_eq!(file.layout.test, TestSettings::of_profile(TestProfile::Suspension));
+    let commented = commented();
     // Profile, band and its comment, decay, window, hits: five lines of the template differ, one is left out.
-    let (old, new): (Vec<_>, Vec<_>) = (TEMPLATE.lines().collect(), text.lines().collect());
+    let (old, new): (Vec<_>, Vec<_>) = (commented.lines().collect(), text.lines().collect());
     assert_eq!(new.iter().filter(|line| !old.contains(line)).count(), 5);
     assert_eq!(new.len(), old.len() - 1);
 }
@@ -97,13 +110,13 @@ fn the_template_of_the_suspension_profile_has_its_defaults() {
 fn under_another_profile_band_and_windows_are_its_own() {
     let changed =
         |text: &str, profile| LayoutFile::parse_in_profile(text, "t.toml", profile).unwrap();
-    let modes = changed(TEMPLATE, Some(TestProfile::Suspension));
+    let modes = changed(&commented(), Some(TestProfile::Suspension));
     assert_eq!(modes.set_aside, ["band_hz", "exponential_decay_per_s", "force_window_s"]);
     let of_profile = TestSettings::of_profile(TestProfile::Suspension);
     assert_eq!(modes.layout.test, of_profile);
     let same = changed(&template(TestProfile::Suspension), Some(TestProfile::Suspension));
     assert!(same.set_aside.is_empty() && same.layout.test == of_profile);
-    assert!(changed(TEMPLATE, None).set_aside.is_empty());
+    assert!(changed(&commented(), None).set_aside.is_empty());
 }
 
 #[test]
@@ -126,7 +139,7 @@ fn windows_of_the_other_profile_are_refused_by_name() {
 #[test]
 fn the_template_s_comments_are_valid_too() {
     let mut text = String::new();
-    for line in TEMPLATE.lines() {
+    for line in commented().lines() {
         let bare = line.strip_prefix("# ").unwrap_or(line);
         let is_table = ["[prior]", "[[attached]]", "[reference]", "[report]"].contains(&bare);
         let is_entry = ["mass_kg =", "center_of_mass_m =", "inertia_kg_m2 =", "    [", "]", "axes"];
@@ -142,11 +155,11 @@ fn the_template_s_comments_are_valid_too() {
 
 #[test]
 fn a_target_is_read_in_its_units_and_each_key_is_optional() {
-    let target = |table: &str| parse(&format!("{TEMPLATE}\n[target]\n{table}"));
+    let target = |table: &str| parse(&format!("{}\n[target]\n{table}", commented()));
     let read = target("mass = 0.01\ncenter_m = 0.001").unwrap().layout.target;
     assert_eq!(read, Target { mass: Some(0.01), center: Some(0.001), inertia: None });
     assert!(!target("").unwrap().layout.target.is_set());
-    let lines = TEMPLATE.lines().count();
+    let lines = commented().lines().count();
     for (table, key) in [
         ("mass = 0", "target.mass"),
         ("center_m = -1", "target.center_m"),
@@ -162,10 +175,10 @@ fn a_target_is_read_in_its_units_and_each_key_is_optional() {
 #[test]
 fn the_policy_of_the_template_is_the_default_one() {
     use massline_shared::layout::HitPolicy;
-    let policy = parse(TEMPLATE).unwrap().layout.test.policy;
+    let policy = parse(&commented()).unwrap().layout.test.policy;
     for code in HitPolicy::CODES {
         assert_eq!(policy.treatment(code), HitPolicy::default_treatment(code), "{}", code.name());
-        assert!(TEMPLATE.contains(&format!("\n{} = ", code.name())), "{}", code.name());
+        assert!(commented().contains(&format!("\n{} = ", code.name())), "{}", code.name());
     }
 }
 
@@ -458,7 +471,7 @@ fn gains_that_the_file_does_not_state_are_those_of_the_calibration() {
     let budget = |k: usize| file.layout.sensors[k].uncertainty;
     assert_eq!((budget(0).gain, budget(0).cross_axis), (0.03, 0.125));
     assert_eq!((budget(1).gain, budget(2).gain), (0.25, 0.25));
-    assert_eq!(file.layout.hammer_gain, 0.0);
+    assert_eq!(file.layout.apparatus.hammer_gain, 0.0);
     let stated = "[uncertainty]\ngain = 0.5\ncross_axis = 0.25\nhammer_gain = 0.0625\n";
     let mut file = LayoutFile::parse(&format!("{example}\n{stated}"), "l").unwrap();
     let as_written = file.clone();

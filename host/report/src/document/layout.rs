@@ -16,14 +16,6 @@ pub struct ShownLayout {
     pub layout_hash: Option<String>,
     /// Gravity in the body frame, where it is given.
     pub gravity_m_per_s2: Option<[f64; 3]>,
-    /// Standard deviation of its direction about each axis across it.
-    pub gravity_direction_rad: f64,
-    /// Standard deviation of the hammer's gain against the sensors', relative.
-    pub hammer_gain: f64,
-    /// Standard deviation of the mean force from hit DOF to hit DOF, relative.
-    pub hit_gain: f64,
-    /// Standard deviation of the gain of a nonlinear converter, relative; only the suspension profile counts it.
-    pub converter_gain: f64,
     /// Root mean square distance of the sensors from their centroid.
     pub characteristic_length_m: f64,
     /// The sensors.
@@ -32,6 +24,8 @@ pub struct ShownLayout {
     pub hits: Vec<ShownHit>,
     /// The settings of the test.
     pub test: ShownSettings,
+    /// The standard deviations of the error budget by key of the layout file. Sensors and hits that state their own differ.
+    pub uncertainty: BTreeMap<String, f64>,
     /// What becomes of a hit with a fault, by the code of the fault: `keep`, `warn` or `reject`.
     pub policy: BTreeMap<String, String>,
 }

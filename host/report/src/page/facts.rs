@@ -4,7 +4,10 @@ mod calibration;
 mod rig;
 mod spectra;
 
-use massline_shared::layout::{HostLayout, TestProfile, TestSettings};
+use massline_shared::layout::{
+    ApparatusUncertainty, ErrorSource, HitUncertainty, HostLayout, SensorUncertainty, TestProfile,
+    TestSettings, UncertaintyUnit,
+};
 use massline_shared::mass_line::Terms;
 
 use crate::result_file::ResultFile;
@@ -47,7 +50,8 @@ pub(super) fn groups(source: &ResultFile) -> Result<Vec<Group>> {
         groups.push(settings(source, &layout.test));
     }
     groups.push(spectra::group(source, &source.result().measured_dofs()));
-    groups.extend(source.layout_in_force().map(|layout| budget(&layout)));
+    let uses_modes = source.result().suspension.is_some();
+    groups.extend(source.layout_in_force().map(|layout| budget(&layout, uses_modes)));
     groups.push(files(source));
     groups.retain(|group| !group.rows.is_empty());
     Ok(groups)
@@ -149,41 +153,34 @@ fn averages(made: &[u16], wanted: u8) -> String {
     }
 }
 
-fn budget(layout: &HostLayout) -> Group {
-    let mut rows = Vec::new();
-    if let Some(hit) = layout.hits.first() {
-        let of = hit.uncertainty;
-        rows.push(fact(
-            "where and how the hammer lands",
-            format!("{:.1} mm, {:.0} mrad from hit to hit", 1e3 * of.position, 1e3 * of.direction),
-        ));
-        rows.push(fact(
-            "marks",
-            format!("{:.1} mm, {:.0} mrad", 1e3 * of.node_position, 1e3 * of.node_direction),
-        ));
+/// A standard deviation as a person reads it.
+fn shown_sigma(sigma: f64, unit: UncertaintyUnit) -> String {
+    match unit {
+        UncertaintyUnit::Meters => format!("{:.1} mm", 1e3 * sigma),
+        UncertaintyUnit::Radians => format!("{:.0} mrad", 1e3 * sigma),
+        UncertaintyUnit::Relative => percent(sigma),
     }
-    if let Some(sensor) = layout.sensors.first() {
-        let of = sensor.uncertainty;
-        rows.push(fact(
-            "sensors",
-            format!(
-                "{:.1} mm, {:.0} mrad, gain {}, cross-axis {}",
-                1e3 * of.position,
-                1e3 * of.rotation,
-                percent(of.gain),
-                percent(of.cross_axis)
-            ),
-        ));
-    }
-    rows.push(fact("hammer's gain", percent(layout.hammer_gain)));
-    if layout.test.profile == TestProfile::Suspension {
-        rows.push(fact("hammer's gain, from mark to mark", percent(layout.hit_gain)));
-        rows.push(fact("converter's nonlinearity, as a gain", percent(layout.converter_gain)));
-        if layout.gravity.is_some() {
-            let direction = format!("{:.0} mrad", 1e3 * layout.gravity_direction);
-            rows.push(fact("direction of gravity", direction));
-        }
-    }
+}
+
+fn budget(layout: &HostLayout, uses_modes: bool) -> Group {
+    let of_sensors = layout.sensors.first().map(|sensor| &sensor.uncertainty);
+    let of_hits = layout.hits.first().map(|hit| &hit.uncertainty);
+    let sensors = of_sensors
+        .into_iter()
+        .flat_map(|of| SensorUncertainty::<f64>::KEYS.iter().zip(of.values()));
+    let hits =
+        of_hits.into_iter().flat_map(|of| HitUncertainty::<f64>::KEYS.iter().zip(of.values()));
+    let apparatus = ApparatusUncertainty::<f64>::KEYS.iter().zip(layout.apparatus.values());
+    let has_gravity = layout.gravity.is_some();
+    let apparatus = apparatus
+        .zip(ApparatusUncertainty::<f64>::SOURCES)
+        .filter(|(_, source)| **source != ErrorSource::GravityDirection || has_gravity);
+    let counted = sensors
+        .chain(hits)
+        .chain(apparatus.map(|(row, _)| row))
+        .filter(|(key, _)| uses_modes || !key.only_modes);
+    let mut rows: Vec<_> =
+        counted.map(|(key, sigma)| fact(key.meaning, shown_sigma(*sigma, key.unit))).collect();
     // The methods that use the suspension modes learn nothing about it.
     let learns = layout.learn_budget && layout.test.profile == TestProfile::MassLine;
     let learned = if learns { "corrected from the data" } else { "used as stated" };

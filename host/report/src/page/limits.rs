@@ -2,9 +2,9 @@
 
 use massline_physics::Bench;
 use massline_result::{Estimate, Modes, TestResult};
-use massline_shared::design::{DEFAULT_NOISE, ErrorSource, Part};
+use massline_shared::design::{DEFAULT_NOISE, Part};
 use massline_shared::identify::Method;
-use massline_shared::layout::{HostLayout, TestProfile};
+use massline_shared::layout::{ErrorSource, HostLayout, TestProfile};
 use massline_shared::signal::ringing_s;
 
 use super::values::Sentence;

@@ -53,7 +53,7 @@ pub fn has_undeclared_mass(layout: &HostLayout) -> bool {
 
 fn hammer_gain(layout: &HostLayout) -> Option<String> {
     // After a block test alone, the gains of the sensors contain the hammer's.
-    let stated_as_exact = layout.hammer_gain == 0.0 && !layout.calibrated_hammer;
+    let stated_as_exact = layout.apparatus.hammer_gain == 0.0 && !layout.calibrated_hammer;
     stated_as_exact.then(|| {
         "the hammer's gain: [uncertainty] states it as exact (hammer_gain = 0); a hammer that reads 1 % low makes \
          mass and inertia 1 % too small and leaves the centre of mass"
@@ -129,7 +129,7 @@ fn nonlinearity(layout: &HostLayout, by_rig: bool) -> Option<String> {
             "nonlinearity of the converter (INL) that differs between channels: the budget has {:.2} % (1 sd, \
              converter_gain) for a wrong slope that all of them share; what one channel has more or less than the others \
              the {gain:.2} % of the sensors' gains have to cover",
-            100.0 * layout.converter_gain,
+            100.0 * layout.apparatus.converter_gain,
         ),
     })
 }
@@ -191,7 +191,7 @@ mod tests {
             });
         }
         let _ = layout.hits.push(Hit::new("1:+X".parse().unwrap(), [0.0; 3], [1.0, 0.0, 0.0]));
-        layout.hammer_gain = 0.02;
+        layout.apparatus.hammer_gain = 0.02;
         layout
     }
 
@@ -207,7 +207,7 @@ mod tests {
         assert_eq!(sources(&layout), [miss, force, "sensor_mass", converter]);
         layout.attached.push(Attached::point(0.015, 0.1, [0.0; 3])).unwrap();
         assert_eq!(sources(&layout), always);
-        layout.hammer_gain = 0.0;
+        layout.apparatus.hammer_gain = 0.0;
         assert_eq!(sources(&layout), ["hammer_gain", miss, force, converter]);
         // Then the sensors are calibrated against the hammer, and their gains contain it.
         layout.calibrated_hammer = true;
@@ -252,7 +252,7 @@ mod tests {
         let said = |layout: &HostLayout| cannot_see_text(&cannot_see(layout, None, true));
         assert!(said(&layout).contains("which the stated 1.00 % (1 sd) has to cover"));
         layout.test.profile = TestProfile::Suspension;
-        layout.converter_gain = 0.003;
+        layout.apparatus.converter_gain = 0.003;
         let text = said(&layout);
         assert!(text.contains("the budget has 0.30 % (1 sd, converter_gain)"), "{text}");
         assert!(text.contains("the 1.00 % of the sensors' gains"), "{text}");

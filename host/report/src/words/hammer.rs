@@ -29,7 +29,7 @@ pub fn hammer_text(layout: &HostLayout, estimate: &Estimate<f64>, by_rig: bool) 
     }
     let is_known = layout.priors.iter().any(|prior| prior.property == 0);
     let sigma = estimate.sigma().filter(|_| !is_known)?;
-    let share = (layout.hammer_gain * estimate.body.mass / sigma[0]).powi(2);
+    let share = (layout.apparatus.hammer_gain * estimate.body.mass / sigma[0]).powi(2);
     // A standard deviation without the hammer's part says nothing about it; one that is hardly anything else may be
     // a little too small.
     if !(MOST..=LARGEST).contains(&share) {
@@ -37,7 +37,7 @@ pub fn hammer_text(layout: &HostLayout, estimate: &Estimate<f64>, by_rig: bool) 
     }
     Some(format!(
         "the hammer's gain, uncertain by {:.1} % (1 sd), accounts for {:.0} % of the variance of the mass: {}",
-        100.0 * layout.hammer_gain,
+        100.0 * layout.apparatus.hammer_gain,
         100.0 * share.min(1.0),
         calibrate_hammer(by_rig)
     ))
@@ -68,7 +68,8 @@ mod tests {
 
     #[test]
     fn a_hammer_that_makes_most_of_the_variance_is_to_be_calibrated() {
-        let mut layout = HostLayout { hammer_gain: 0.02, ..HostLayout::default() };
+        let mut layout = HostLayout::default();
+        layout.apparatus.hammer_gain = 0.02;
         // 2 % of 10 kg are 0.2 kg: 64 % of the variance that 0.25 kg are.
         let text = hammer_text(&layout, &answer(0.25), true).unwrap();
         assert!(

@@ -206,7 +206,7 @@ fn lightly_damped_modes_do_not_make_the_hammer_better() {
     let bench = wheel_with_modes([2.8, 3.2, 3.6, 6.1, 7.2, 7.7], 0.0005);
     let uff = file_of(&bench, LAYOUT, &lines(), NOTHING, |_, _, _, h| h);
     let solution = solved(LAYOUT, &uff, &Options::default()).unwrap();
-    let gain = LayoutFile::parse(LAYOUT, "wheel.toml").unwrap().layout.hammer_gain;
+    let gain = LayoutFile::parse(LAYOUT, "wheel.toml").unwrap().layout.apparatus.hammer_gain;
     for estimate in &solution.identification.estimates {
         let share = estimate.sigma().unwrap()[0] / estimate.body.mass;
         // Rounding takes a little of it where the modes are sharpest.

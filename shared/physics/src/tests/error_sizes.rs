@@ -1,6 +1,6 @@
 //! How large the errors of a test are: as the bench says, or as the layout's error budget says.
 
-use massline_shared::layout::{HitUncertainty, HostLayout, SensorUncertainty};
+use massline_shared::layout::HostLayout;
 use nalgebra::Vector3;
 
 use super::{scans, test_one};
@@ -33,8 +33,8 @@ fn sources(bench: &Bench, layout: &HostLayout) -> Vec<BenchSource> {
 fn with_the_errors_of_the_layout_each_is_as_large_as_its_budget_says() {
     let mut layout = test_one();
     layout.sensors[1].uncertainty.position = 0.01;
-    layout.hammer_gain = 0.05;
-    layout.gravity_direction = 0.1;
+    layout.apparatus.hammer_gain = 0.05;
+    layout.apparatus.gravity_direction = 0.1;
     let sources = sources(&from_layout(), &layout);
     for (index, sensor) in layout.sensors.iter().enumerate() {
         let of = || sources.iter().map(|source| source.errors().sensors[index]);
@@ -65,13 +65,7 @@ fn with_the_errors_of_the_layout_each_is_as_large_as_its_budget_says() {
 #[test]
 fn a_layout_without_uncertainty_has_a_bench_without_errors() {
     let mut layout = test_one();
-    for sensor in &mut layout.sensors {
-        sensor.uncertainty = SensorUncertainty::none();
-    }
-    for hit in &mut layout.hits {
-        hit.uncertainty = HitUncertainty::none();
-    }
-    (layout.hammer_gain, layout.hit_gain, layout.gravity_direction) = (0.0, 0.0, 0.0);
+    layout.set_exact();
     let mut source = BenchSource::new(&from_layout(), &layout, 3).unwrap();
     for sensor in &source.errors().sensors {
         assert_eq!((sensor.position.norm(), sensor.rotation.norm()), (0.0, 0.0));

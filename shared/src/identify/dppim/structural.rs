@@ -16,7 +16,6 @@ pub const ENTRY: Entry = Entry {
     uses_priors: false,
     off_when: "the damping is viscous",
     doubted_by: &[],
-    on_request: false,
     is_blocked,
     workspace: |_, _| 0,
 };

@@ -6,7 +6,6 @@ use super::apparatus::Apparatus;
 use super::elastic::{each_slope, first_own, own_count, unknown_of};
 use super::fit::Fit;
 use super::memory::Memory;
-use super::packed::{row, solve};
 use super::unknowns::{SYMMETRIC, matrix_of};
 use super::{Damping, GlobalFitSolution, Sensitivities};
 use crate::Real;
@@ -72,7 +71,7 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         let first = self.unknowns.phi();
         let mut columns = [[R::zero(); 10]; 10];
         for (i, column) in columns.iter_mut().enumerate() {
-            let own = row(self.memory.factor, first + i);
+            let own = self.memory.factor.row(first + i);
             column[..=i].copy_from_slice(&own[first..]);
             let norm = column.iter().fold(R::zero(), |sum, v| sum + *v * *v).sqrt();
             column.iter_mut().for_each(|v| *v /= norm);
@@ -91,7 +90,7 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
             for k in 0..10 {
                 column[first + k] = slopes[(i, k)] * scale[first + k];
             }
-            solve(factor, column);
+            factor.solve(column);
             for (value, scale) in column.iter_mut().zip(&**scale) {
                 *value *= *scale;
             }
@@ -201,7 +200,7 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         let column = &mut scratch[..len];
         column.fill(R::zero());
         column[place] = scale[place];
-        solve(factor, column);
+        factor.solve(column);
         for (value, scale) in column.iter_mut().zip(&**scale) {
             *value *= *scale;
         }

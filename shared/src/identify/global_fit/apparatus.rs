@@ -186,7 +186,7 @@ impl<R: Real> HitModel<R> {
         }
         let mut force = wrench(direction, point.cross(&direction));
         let (shorter, torque) = hit.uncertainty.second_order(hits);
-        slopes[HIT_QUANTITIES - 1] = force * shorter.hypot(problem.layout.hit_gain);
+        slopes[HIT_QUANTITIES - 1] = force * shorter.hypot(problem.layout.apparatus.hit_gain);
         slopes[HIT_QUANTITIES + 1] = wrench(Vector3::zeros(), direction * (torque / length));
         if let Some((own, torque)) = u {
             // Directions that scatter have a mean shorter than one (theory, section 12).

@@ -4,12 +4,12 @@ use nalgebra::Complex;
 
 use super::apparatus::Apparatus;
 use super::bin_model::BinModel;
-use super::packed::triangle;
 use super::unknowns::{
     FORCE_SLOPES, MOST_SHARED, OWN_NUISANCES, ROW_SLOPES, Unknowns, along, block_of, dot, dot_real,
     place_of_hit, place_of_row, symmetrized, with_properties,
 };
 use crate::Real;
+use crate::linalg::Packed;
 
 /// Room for one accelerance: the changes with its unknowns, and the residual.
 pub(super) const ROOM: usize = OWN_NUISANCES + MOST_SHARED + 1;
@@ -48,7 +48,12 @@ impl<R: Real> Elastic<'_, R> {
     }
 
     /// Subtracts the eliminated parts from the equations; returns that of the squared residuals.
-    pub(super) fn remove(&self, unknowns: &Unknowns, matrix: &mut [R], right: &mut [R]) -> R {
+    pub(super) fn remove(
+        &self,
+        unknowns: &Unknowns,
+        matrix: &mut Packed<'_, R>,
+        right: &mut [R],
+    ) -> R {
         let mut squares = R::zero();
         let sensors = unknowns.sensor_count();
         let count = own_count(unknowns);
@@ -60,7 +65,7 @@ impl<R: Real> Elastic<'_, R> {
                 right[row] -= part[k] * left;
                 for (l, other) in part.iter().enumerate().take(k + 1).skip(first_own(unknowns)) {
                     let column = unknown_of(unknowns, sensor, hit, l);
-                    matrix[triangle(row) + column] -= value * *other;
+                    matrix.row_mut(row)[column] -= value * *other;
                 }
             }
             squares += part[ROOM - 1] * left;

@@ -11,18 +11,17 @@ use nalgebra::{Complex, Matrix6, Vector6};
 use super::apparatus::Apparatus;
 use super::bin_model::BinModel;
 use super::elastic::Elastic;
-use super::packed::triangle;
 use super::problem::Problem;
 use super::unknowns::{
     ELEMENTS, ROW_SLOPES, SYMMETRIC, Unknowns, along, block_of, dot, dot_real, of_properties,
     place_of_hit, place_of_row, real, symmetrized, with_properties,
 };
 use crate::Real;
+use crate::linalg::Packed;
 
 /// Matrix and right side of the linearised fit, for a noise of one in every real reading and without priors.
 pub(super) struct Equations<'w, R> {
-    /// Packed lower triangle.
-    pub(super) matrix: &'w mut [R],
+    pub(super) matrix: Packed<'w, R>,
     pub(super) right: &'w mut [R],
     pub(super) elastic: Elastic<'w, R>,
     /// Sum of the squared residuals.
@@ -45,7 +44,7 @@ impl<R: Real> Equations<'_, R> {
         unknowns: &Unknowns,
         x: &[R],
     ) -> Option<()> {
-        self.matrix.fill(R::zero());
+        self.matrix.0.fill(R::zero());
         self.right.fill(R::zero());
         self.elastic.clear();
         self.squares = R::zero();
@@ -56,7 +55,7 @@ impl<R: Real> Equations<'_, R> {
             self.add(unknowns, &apparatus, &model);
             self.elastic.add(unknowns, &apparatus, &model, problem.s(bin));
         }
-        self.squares -= self.elastic.remove(unknowns, self.matrix, self.right);
+        self.squares -= self.elastic.remove(unknowns, &mut self.matrix, self.right);
         self.add_attached(problem, unknowns);
         self.squares.finite().then_some(())
     }
@@ -92,9 +91,8 @@ impl<R: Real> Equations<'_, R> {
                 let factor = other.conj() * *power;
                 let (start, columns) = block_of(unknowns, c, mass);
                 for (row, l) in rows.clone().enumerate() {
-                    let offset = triangle(first + row) + start;
                     let count = if b == c { row + 1 } else { columns.len() };
-                    let cells = &mut self.matrix[offset..offset + count];
+                    let cells = &mut self.matrix.row_mut(first + row)[start..start + count];
                     // The products are Hermitian: this is `Re(factor · products[k][l])`.
                     for (cell, product) in cells.iter_mut().zip(&products[l][columns.clone()]) {
                         *cell += factor.re * product.re + factor.im * product.im;
@@ -134,8 +132,8 @@ impl<R: Real> Equations<'_, R> {
                 let place = place_of_hit(unknowns, j, u);
                 let adjoint = sums.adjoints.tr_mul(&slope.map(real));
                 for (v, other) in hit.slopes.iter().enumerate().take(u + 1) {
-                    let cell = triangle(place) + place_of_hit(unknowns, j, v);
-                    self.matrix[cell] += dot_real(&adjoint, other).re;
+                    let column = place_of_hit(unknowns, j, v);
+                    self.matrix.row_mut(place)[column] += dot_real(&adjoint, other).re;
                 }
                 self.right[place] += dot_real(&left, slope).re;
                 self.add_with_shared(unknowns, model, place, |m, n| adjoint[m] * motion[n]);
@@ -171,7 +169,7 @@ impl<R: Real> Equations<'_, R> {
                     let conjugate = slope.map(|v| v.conj());
                     let weighted = sums.motions.tr_mul(&conjugate);
                     for (v, other) in changing.clone().take_while(|(v, _)| *v <= u) {
-                        self.matrix[triangle(place(u)) + place(v)] += dot(&weighted, other).re;
+                        self.matrix.row_mut(place(u))[place(v)] += dot(&weighted, other).re;
                     }
                     self.right[place(u)] += dot(&conjugate, &left).re;
                     for (m, n) in all_places() {
@@ -201,7 +199,7 @@ impl<R: Real> Equations<'_, R> {
             // `Re(conj(change) a)`, with the real slopes of the force applied last.
             let turned = adjoint.map(|a| along(change, a));
             for (v, force) in hit.slopes.iter().enumerate() {
-                self.matrix[triangle(place_of_hit(unknowns, j, v)) + place] += turned.dot(force);
+                self.matrix.row_mut(place_of_hit(unknowns, j, v))[place] += turned.dot(force);
             }
         }
     }
@@ -221,7 +219,7 @@ impl<R: Real> Equations<'_, R> {
             let (first, elements) = block_of(unknowns, b, mass);
             for (row, k) in elements.enumerate() {
                 let value = power.re * products[k].re - power.im * products[k].im;
-                self.matrix[triangle(first + row) + place] -= value;
+                self.matrix.row_mut(first + row)[place] -= value;
             }
         }
     }
@@ -236,22 +234,21 @@ impl<R: Real> Equations<'_, R> {
             return;
         }
         let (phi, len) = (unknowns.phi(), unknowns.len());
-        let cell = |i: usize, j: usize| triangle(i.max(j)) + i.min(j);
         for (k, (body, sigma)) in problem.attached.iter().enumerate() {
             let place = unknowns.attached(k);
             let others = (0..len).filter(|other| *other != place);
             for other in others {
                 let sum = body.iter().enumerate().fold(R::zero(), |sum, (p, value)| {
-                    sum + self.matrix[cell(other, phi + p)] * *value
+                    sum + *self.matrix.at(other, phi + p) * *value
                 });
-                self.matrix[cell(other, place)] = sum * *sigma;
+                *self.matrix.at(other, place) = sum * *sigma;
             }
             let (mut own, mut right) = (R::zero(), R::zero());
             for (p, value) in body.iter().enumerate() {
-                own += self.matrix[cell(place, phi + p)] * *value;
+                own += *self.matrix.at(place, phi + p) * *value;
                 right += self.right[phi + p] * *value;
             }
-            self.matrix[cell(place, place)] = own * *sigma;
+            *self.matrix.at(place, place) = own * *sigma;
             self.right[place] = right * *sigma;
         }
     }

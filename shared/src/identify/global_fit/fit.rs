@@ -5,11 +5,11 @@
 //! parameters that the data determine counts among the parameters: `Σ (1 − P_kk)`.
 
 use super::memory::Memory;
-use super::packed::{inverse_diagonal, product, solve};
 use super::problem::Problem;
 use super::unknowns::Unknowns;
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostics, fatal};
+use crate::linalg::dot;
 
 /// The fit ends with a step that lowers the cost by less than this: it changes no unknown by more than
 /// 1e-4 of its standard deviation.
@@ -160,8 +160,8 @@ impl<'p, 'a, 'w, R: Real, const S: usize, const H: usize> Fit<'p, 'a, 'w, R, S, 
             scratch[k] = step[k] * scale[k];
         }
         trial[..len].copy_from_slice(&scratch[..len]);
-        solve(factor, &mut trial[..len]);
-        let gain = product(&scratch[..len], &trial[..len]);
+        factor.solve(&mut trial[..len]);
+        let gain = dot(&scratch[..len], &trial[..len]);
         for k in 0..len {
             trial[k] = x[k] + trial[k] * scale[k];
         }
@@ -190,7 +190,13 @@ impl<'p, 'a, 'w, R: Real, const S: usize, const H: usize> Fit<'p, 'a, 'w, R, S, 
         let len = self.unknowns.len();
         let Memory { factor, scale, scratch, trial, .. } = &mut self.memory;
         trial[..nuisances].fill(R::zero());
-        inverse_diagonal(factor, len, scratch, &mut trial[..nuisances]);
+        factor.invert(len, scratch);
+        for k in 0..len {
+            // The diagonal of the inverse, from the inverse factor.
+            for (variance, value) in trial[..nuisances].iter_mut().zip(factor.row(k)) {
+                *variance += *value * *value;
+            }
+        }
         self.determined = R::zero();
         for (variance, scale) in trial[..nuisances].iter().zip(scale.iter()) {
             self.determined += (R::one() - *variance * *scale * *scale).max(R::zero());

@@ -2,11 +2,11 @@
 
 use super::elastic::ROOM;
 use super::equations::Equations;
-use super::packed::triangle;
 use super::unknowns::MOST_SHARED;
 use super::{Elastic, nuisances};
 use crate::Real;
 use crate::layout::MAX_ATTACHED;
+use crate::linalg::{Packed, triangle};
 
 /// Rows of the sensitivities of the ten properties.
 const PROPERTIES: usize = 10;
@@ -27,7 +27,7 @@ const fn most_unknowns(sensors: usize, hits: usize) -> usize {
 pub(super) struct Memory<'w, R> {
     pub(super) equations: Equations<'w, R>,
     /// Cholesky factor of the equations with noise, priors and damping.
-    pub(super) factor: &'w mut [R],
+    pub(super) factor: Packed<'w, R>,
     /// The unknowns.
     pub(super) x: &'w mut [R],
     /// The unknowns of a trial, or of a simpler model.
@@ -57,7 +57,8 @@ impl<'w, R: Real> Memory<'w, R> {
             rest = others;
             Some(part)
         };
-        let (matrix, factor) = (take(triangle(unknowns))?, take(triangle(unknowns))?);
+        let (matrix, factor) =
+            (Packed(take(triangle(unknowns))?), Packed(take(triangle(unknowns))?));
         let (right, x, trial) = (take(unknowns)?, take(unknowns)?, take(unknowns)?);
         let (step, scale, scratch) = (take(unknowns)?, take(unknowns)?, take(unknowns)?);
         let response = take(PROPERTIES * unknowns)?;

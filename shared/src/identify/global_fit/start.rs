@@ -10,7 +10,6 @@ use nalgebra::{Complex, Matrix6, Vector6};
 use super::apparatus::{Apparatus, Rows, SensorModel};
 use super::fit::Fit;
 use super::memory::Memory;
-use super::packed::{factor, row, solve, triangle};
 use super::problem::Problem;
 use super::unknowns::{
     ELEMENTS, PLACES, SYMMETRIC, Unknowns, along, of_properties, powers_of, real,
@@ -18,6 +17,7 @@ use super::unknowns::{
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics, fatal};
+use crate::linalg::{Packed, triangle};
 
 /// Powers of |s| by which the equations of a bin are weighted.
 const WEIGHTS: [i32; 3] = [0, 1, 2];
@@ -33,7 +33,7 @@ const RIDGE: f64 = 1e-10;
 /// Linear systems, one for each weight.
 pub(super) struct Start<'w, R> {
     systems: &'w mut [[R; SYSTEM]],
-    factor: &'w mut [R],
+    factor: Packed<'w, R>,
     solution: &'w mut [R],
 }
 
@@ -78,20 +78,20 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
 impl<R: Real> Memory<'_, R> {
     /// Room for the equations of the start, which nothing else uses at that time.
     fn start(&mut self) -> Option<Start<'_, R>> {
-        Start::new(self.equations.matrix, self.factor, self.step)
+        Start::new(self.equations.matrix.0, self.factor.reborrow(), self.step)
     }
 }
 
 impl<'w, R: Real> Start<'w, R> {
     pub(super) fn new(
         systems: &'w mut [R],
-        factor: &'w mut [R],
+        factor: Packed<'w, R>,
         solution: &'w mut [R],
     ) -> Option<Self> {
         let systems = systems.as_chunks_mut().0.get_mut(..WEIGHTS.len())?;
         Some(Self {
             systems,
-            factor: factor.get_mut(..triangle(MOST))?,
+            factor: Packed(factor.0.get_mut(..triangle(MOST))?),
             solution: solution.get_mut(..MOST)?,
         })
     }
@@ -153,10 +153,11 @@ impl<'w, R: Real> Start<'w, R> {
             for (system, weight) in self.systems.iter_mut().zip(WEIGHTS) {
                 let weight = square.powi(weight);
                 let (matrix, right) = system.split_at_mut(triangle(MOST));
+                let mut matrix = Packed(matrix);
                 for (n, (k, value)) in columns.iter().enumerate() {
                     right[*k] += value.re * force[i] * weight;
                     for (l, other) in &columns[..=n] {
-                        matrix[triangle(*k) + l] += along(*other, *value) * weight;
+                        matrix.row_mut(*k)[*l] += along(*other, *value) * weight;
                     }
                 }
             }
@@ -186,21 +187,21 @@ impl<'w, R: Real> Start<'w, R> {
         let (matrix, right) = self.systems[system].split_at(triangle(MOST));
         let solution = &mut *self.solution;
         solution[..blocks + 10].copy_from_slice(&right[..blocks + 10]);
-        self.factor.copy_from_slice(matrix);
+        self.factor.0.copy_from_slice(matrix);
         if count == blocks {
             for (p, value) in body.iter().enumerate() {
-                let row = row(matrix, blocks + p);
+                let row = self.factor.row(blocks + p);
                 for (to, cell) in solution[..blocks].iter_mut().zip(row) {
                     *to -= *cell * *value;
                 }
             }
         }
         for k in 0..count {
-            let diagonal = &mut self.factor[triangle(k) + k];
+            let diagonal = self.factor.at(k, k);
             *diagonal += *diagonal * R::of(RIDGE);
         }
-        factor(&mut self.factor[..triangle(count)], count, R::zero())?;
-        solve(self.factor, &mut solution[..count]);
+        self.factor.factorise(0..count, count, R::zero())?;
+        self.factor.solve(&mut solution[..count]);
         if count == blocks {
             solution[blocks..blocks + 10].copy_from_slice(body);
         }

@@ -4,10 +4,10 @@ use super::apparatus::Apparatus;
 use super::elastic::ROOM;
 use super::fit::Fit;
 use super::memory::Memory;
-use super::packed::{factor, product, row, triangle};
 use super::unknowns::{SYMMETRIC, along};
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostics, fatal};
+use crate::linalg::{dot, triangle};
 
 /// Smallest pivot of the matrix with unit columns.
 const LEAST_PIVOT: f64 = 1e-16;
@@ -22,7 +22,7 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         let len = self.unknowns.len();
         {
             let Memory { equations, factor, step, .. } = &mut self.memory;
-            for (to, from) in factor[..triangle(len)].iter_mut().zip(&*equations.matrix) {
+            for (to, from) in factor.0[..triangle(len)].iter_mut().zip(&*equations.matrix.0) {
                 *to = *from * weight;
             }
             for (to, from) in step[..len].iter_mut().zip(&*equations.right) {
@@ -30,24 +30,24 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
             }
         }
         self.add_priors()?;
-        let Memory { factor: packed, scale, .. } = &mut self.memory;
+        let Memory { factor, scale, .. } = &mut self.memory;
         for k in 0..len {
-            let diagonal = packed[triangle(k) + k];
-            let used = diagonal > R::zero();
+            let diagonal = factor.at(k, k);
+            let used = *diagonal > R::zero();
             scale[k] = if used { diagonal.sqrt().recip() } else { R::one() };
             if !used {
-                packed[triangle(k) + k] = R::one();
+                *diagonal = R::one();
             }
         }
         for k in 0..len {
             let own = scale[k];
-            let cells = &mut packed[triangle(k)..triangle(k + 1)];
+            let cells = factor.row_mut(k);
             for (cell, other) in cells.iter_mut().zip(scale.iter()) {
                 *cell *= own * *other;
             }
             cells[k] += damping;
         }
-        factor(&mut packed[..triangle(len)], len, R::of(LEAST_PIVOT).min(damping * R::of(0.1)))
+        factor.factorise(0..len, len, R::of(LEAST_PIVOT).min(damping * R::of(0.1)))
     }
 
     /// Adds the priors of nuisance parameters and properties to `factor` and `step`.
@@ -55,7 +55,7 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         let object = self.problem.object(&self.unknowns, self.memory.x)?;
         let Memory { factor, x, step, .. } = &mut self.memory;
         for k in 0..self.unknowns.nuisances() {
-            factor[triangle(k) + k] += R::one();
+            *factor.at(k, k) += R::one();
             step[k] -= x[k];
         }
         let slopes = object.dtheta_dphi();
@@ -63,8 +63,9 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         for (k, left, sigma) in self.problem.priors(&object) {
             let row = slopes.row(k) / sigma;
             for i in 0..10 {
-                for j in 0..=i {
-                    factor[triangle(first + i) + first + j] += row[i] * row[j];
+                let cells = &mut factor.row_mut(first + i)[first..];
+                for (cell, other) in cells.iter_mut().zip(row.iter()) {
+                    *cell += row[i] * *other;
                 }
                 step[first + i] += row[i] * left / sigma;
             }
@@ -78,7 +79,7 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         let object = self.problem.object(&self.unknowns, x)?;
         let u = &x[..self.unknowns.nuisances()];
         let priors = self.problem.priors(&object);
-        Some(priors.fold(product(u, u), |sum, (_, left, sigma)| sum + (left / sigma).powi(2)))
+        Some(priors.fold(dot(u, u), |sum, (_, left, sigma)| sum + (left / sigma).powi(2)))
     }
 
     /// Sum of the squared residuals at the unknowns of the trial.
@@ -120,7 +121,7 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
     /// before it explain. Without a suspension mode in the band, a few hits leave parts of K undetermined.
     pub(super) fn check_stiffness(&mut self) -> Result<(), Diagnostics> {
         let first = self.unknowns.block(0);
-        let pivots = (first..first + SYMMETRIC).map(|k| row(self.memory.factor, k)[k]);
+        let pivots = (first..first + SYMMETRIC).map(|k| self.memory.factor.row(k)[k]);
         let rank = pivots.filter(|pivot| *pivot > R::of(LEAST_OWN_PART)).count();
         if rank < SYMMETRIC {
             return Err(fatal(Code::TenParametersNotIdentifiable, rank as f32));

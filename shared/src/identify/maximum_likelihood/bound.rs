@@ -47,7 +47,7 @@ impl<R: Real> Bound<R> {
 ///     bound(layout, &frame::body(), noise, 5, memory).unwrap().sigma()[0]
 /// };
 /// let uncalibrated = mass_sigma(&layout, &mut memory);
-/// layout.hammer_gain = 0.0; // after a calibration of sensors against the hammer
+/// layout.apparatus.hammer_gain = 0.0; // after a calibration of sensors against the hammer
 /// assert!(mass_sigma(&layout, &mut memory) < 0.7 * uncalibrated);
 /// ```
 pub fn bound<R: Real, const S: usize, const H: usize>(

@@ -200,7 +200,7 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         }
         let slope = model.slope(&terms.model.motion);
         // A hammer that reads too much makes every accelerance too small.
-        let _ = shared.push(-(terms.model.corrected * self.layout.hammer_gain));
+        let _ = shared.push(-(terms.model.corrected * self.layout.apparatus.hammer_gain));
         for (phi, relative_sigma) in &self.attached {
             let _ = shared.push(slope.times(phi) * *relative_sigma);
         }

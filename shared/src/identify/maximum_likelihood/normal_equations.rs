@@ -10,18 +10,19 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use super::model::{HIT_NUISANCES, HitErrors, SENSITIVITIES, SENSOR_NUISANCES};
 use crate::Real;
 use crate::layout::HOST_HITS;
+use crate::linalg::{Packed, dot, triangle};
 use crate::responses::{ResponseSquare, Responses};
 
 /// Size of the normal equations for this number of unknowns: the packed matrix, two right sides, and the
 /// errors of the hits.
 pub(super) const fn workspace(unknowns: usize) -> usize {
-    unknowns * (unknowns + 1) / 2 + 2 * unknowns + HIT_NUISANCES * HOST_HITS
+    triangle(unknowns) + 2 * unknowns + HIT_NUISANCES * HOST_HITS
 }
 
-/// Lower triangle row by row, the right side, and room for a second right side.
+/// Matrix, right side, and room for a second right side.
 #[derive(Debug)]
 pub(super) struct NormalEquations<'w, R> {
-    packed: &'w mut [R],
+    matrix: Packed<'w, R>,
     right: &'w mut [R],
     second: &'w mut [R],
     /// Estimated errors of the hits of each DOF, in the order of the data; none are zero.
@@ -52,12 +53,12 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     /// The same for hits with the errors that the workspace has.
     pub(super) fn with_hit_errors(workspace: &'w mut [R], nuisances: usize) -> Option<Self> {
         let unknowns = nuisances + 10;
-        let length = unknowns * (unknowns + 1) / 2;
-        let (packed, rest) = workspace.split_at_mut_checked(length)?;
+        let (matrix, rest) = workspace.split_at_mut_checked(triangle(unknowns))?;
         let (right, rest) = rest.split_at_mut_checked(unknowns)?;
         let (second, rest) = rest.split_at_mut_checked(unknowns)?;
         let (hit_errors, _) = rest.as_chunks_mut();
-        Some(Self { packed, right, second, hit_errors, unknowns, nuisances })
+        let matrix = Packed(matrix);
+        Some(Self { matrix, right, second, hit_errors, unknowns, nuisances })
     }
 
     /// Errors of the hits on the DOF at this place in the data.
@@ -80,10 +81,10 @@ impl<'w, R: Real> NormalEquations<'w, R> {
 
     /// Resets the equations to the priors of the nuisance parameters.
     pub(super) fn clear(&mut self) {
-        self.packed.fill(R::zero());
+        self.matrix.0.fill(R::zero());
         self.right.fill(R::zero());
         for i in 0..self.nuisances {
-            self.packed[start(i) + i] = R::one();
+            *self.matrix.at(i, i) = R::one();
         }
     }
 
@@ -96,22 +97,22 @@ impl<'w, R: Real> NormalEquations<'w, R> {
                 for (a, own) in columns.iter().enumerate() {
                     // In a diagonal block only the lower triangle is needed.
                     let count = if i == k { a + 1 } else { SENSOR_NUISANCES };
-                    let first = start(SENSOR_NUISANCES * i + a) + SENSOR_NUISANCES * k;
-                    let cells = &mut self.packed[first..first + count];
-                    add_products(cells, others, &(block * own));
+                    let row = self.matrix.row_mut(SENSOR_NUISANCES * i + a);
+                    let first = SENSOR_NUISANCES * k;
+                    add_products(&mut row[first..first + count], others, &(block * own));
                 }
             }
         }
         for (s, shared) in rows.shared.iter().enumerate() {
             let weighted = rows.weight.times(shared);
-            let row = start(first_shared + s);
+            let row = self.matrix.row_mut(first_shared + s);
             for (i, columns) in rows.sensors.iter().enumerate() {
                 let part: Vector3<R> = weighted.column(i).into_owned();
-                let first = row + SENSOR_NUISANCES * i;
-                add_products(&mut self.packed[first..first + SENSOR_NUISANCES], columns, &part);
+                let first = SENSOR_NUISANCES * i;
+                add_products(&mut row[first..first + SENSOR_NUISANCES], columns, &part);
             }
-            for (k, other) in rows.shared.iter().enumerate().take(s + 1) {
-                self.packed[row + first_shared + k] += other.dot(&weighted);
+            for (cell, other) in row[first_shared..].iter_mut().zip(rows.shared) {
+                *cell += other.dot(&weighted);
             }
         }
         add_right(self.right, rows)
@@ -121,9 +122,9 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     /// deviations.
     pub(super) fn add_prior(&mut self, slope: &SVector<R, 10>, residual: R) {
         for i in 0..10 {
-            let row = start(self.nuisances + i) + self.nuisances;
-            for k in 0..=i {
-                self.packed[row + k] += slope[i] * slope[k];
+            let row = &mut self.matrix.row_mut(self.nuisances + i)[self.nuisances..];
+            for (cell, other) in row.iter_mut().zip(slope) {
+                *cell += slope[i] * *other;
             }
             self.right[self.nuisances + i] += slope[i] * residual;
         }
@@ -133,51 +134,15 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     /// [`Self::information`] and [`Self::gradient`] then give the remaining equations. `None` when a pivot is
     /// not positive or not finite.
     pub(super) fn eliminate(&mut self) -> Option<()> {
-        self.factor(0, self.nuisances)?;
-        for i in 0..self.unknowns {
-            let row = &self.packed[start(i)..start(i) + i + 1];
-            let done = i.min(self.nuisances);
-            let sum = dot(&row[..done], &self.right[..done]);
-            let value = self.right[i] - sum;
-            self.right[i] = if i < self.nuisances { value / row[i] } else { value };
-        }
-        Some(())
-    }
-
-    /// Factors the columns `from..to`, and subtracts from the rows below them the part that these columns
-    /// explain.
-    fn factor(&mut self, from: usize, to: usize) -> Option<()> {
-        for i in from..self.unknowns {
-            let (above, row) = self.packed.split_at_mut(start(i));
-            let row = &mut row[..=i];
-            let mut others = &above[start(from)..];
-            for j in from..i {
-                let (other, below) = others.split_at(j + 1);
-                others = below;
-                if j < to {
-                    row[j] = (row[j] - dot(&row[from..j], &other[from..j])) / other[j];
-                } else {
-                    row[j] -= dot(&row[from..to], &other[from..to]);
-                }
-            }
-            let known = &row[from..i.min(to)];
-            let value = row[i] - dot(known, known);
-            row[i] = if i >= to {
-                value
-            } else if value > R::zero() && value.finite() {
-                value.sqrt()
-            } else {
-                return None;
-            };
-        }
+        self.matrix.factorise(0..self.nuisances, self.unknowns, R::zero())?;
+        self.matrix.forward(0..self.nuisances, self.right);
         Some(())
     }
 
     /// After [`Self::eliminate`]: the information about the ten properties.
     pub(super) fn information(&self) -> SMatrix<R, 10, 10> {
         SMatrix::from_fn(|i, j| {
-            let (i, j) = (i.max(j), i.min(j));
-            self.packed[start(self.nuisances + i) + self.nuisances + j]
+            self.matrix.row(self.nuisances + i.max(j))[self.nuisances + i.min(j)]
         })
     }
 
@@ -203,40 +168,27 @@ impl<'w, R: Real> NormalEquations<'w, R> {
 
     /// Reduction of the cost of the second right side by the nuisance parameters.
     pub(super) fn explained_second(&mut self) -> R {
-        let mut explained = R::zero();
-        for i in 0..self.nuisances {
-            let row = &self.packed[start(i)..start(i) + i + 1];
-            let value = (self.second[i] - dot(&row[..i], &self.second[..i])) / row[i];
-            self.second[i] = value;
-            explained += value * value;
-        }
-        explained
+        let of_nuisances = &mut self.second[..self.nuisances];
+        self.matrix.forward(0..self.nuisances, of_nuisances);
+        of_nuisances.iter().fold(R::zero(), |sum, value| sum + *value * *value)
     }
 
     /// After [`Self::eliminate`]: factors the part of the ten properties as well, so that [`Self::solve`]
     /// works. `None` when the information is not positive definite.
     pub(super) fn complete(&mut self) -> Option<()> {
-        self.factor(self.nuisances, self.unknowns)
+        self.matrix.factorise(self.nuisances..self.unknowns, self.unknowns, R::zero())
     }
 
     /// Undoes [`Self::complete`].
     pub(super) fn restore(&mut self) {
-        let first = self.nuisances;
-        for i in (first..self.unknowns).rev() {
-            let (above, row) = self.packed.split_at_mut(start(i));
-            // The elements beyond j are no longer needed.
-            row[i] = dot(&row[first..=i], &row[first..=i]);
-            for j in (first..i).rev() {
-                row[j] = dot(&row[first..=j], &above[start(j) + first..=start(j) + j]);
-            }
-        }
+        self.matrix.multiply(self.nuisances, self.unknowns);
     }
 
     /// After [`Self::eliminate`]: the nuisance parameters in standard deviations, for the present ten
     /// properties.
     pub(super) fn nuisances(&mut self) -> &[R] {
         self.second.copy_from_slice(self.right);
-        back_substitute(self.packed, &mut self.second[..self.nuisances]);
+        self.matrix.backward(&mut self.second[..self.nuisances]);
         &self.second[..self.nuisances]
     }
 
@@ -244,23 +196,18 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     /// second right side.
     pub(super) fn solution(&mut self) -> &[R] {
         self.second.copy_from_slice(self.right);
-        for i in self.nuisances..self.unknowns {
-            let row = &self.packed[start(i)..start(i) + i + 1];
-            let others = self.nuisances..i;
-            let value = self.second[i] - dot(&row[others.clone()], &self.second[others]);
-            self.second[i] = value / row[i];
-        }
-        back_substitute(self.packed, self.second);
+        self.matrix.forward(self.nuisances..self.unknowns, self.second);
+        self.matrix.backward(self.second);
         self.second
     }
 
     /// After [`Self::complete`]: trace and squared Frobenius norm of `I − P`, where `P` is the covariance of
     /// the first `count` unknowns. The equations cannot be used afterwards.
     pub(super) fn shrinkage(&mut self, count: usize) -> (R, R) {
-        self.invert_factor();
+        self.matrix.invert(self.unknowns, self.second);
         // With the inverse factor A and its first columns alone, P = AᵀA, which has the trace and the norm of
         // AAᵀ: products of rows, which lie in one piece.
-        let row = |i: usize| &self.packed[start(i)..start(i) + (i + 1).min(count)];
+        let row = |i: usize| &self.matrix.row(i)[..(i + 1).min(count)];
         let (mut trace, mut squares) = (R::zero(), R::zero());
         for i in 0..self.unknowns {
             for j in 0..i {
@@ -276,35 +223,11 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         (whole - trace, whole - trace * R::of(2.0) + squares)
     }
 
-    /// Replaces the factor by its inverse, row by row. Overwrites the second right side.
-    fn invert_factor(&mut self) {
-        for i in 0..self.unknowns {
-            let (above, row) = self.packed.split_at_mut(start(i));
-            let (row, sums) = (&mut row[..=i], &mut self.second[..i]);
-            sums.fill(R::zero());
-            for (k, factor) in row[..i].iter().enumerate() {
-                let other = &above[start(k)..start(k) + k + 1];
-                for (sum, value) in sums.iter_mut().zip(other) {
-                    *sum += *factor * *value;
-                }
-            }
-            let pivot = row[i].recip();
-            row[i] = pivot;
-            for (to, sum) in row.iter_mut().zip(sums) {
-                *to = -*sum * pivot;
-            }
-        }
-    }
-
     /// After [`Self::complete`]: solves for a right side that `fill` writes.
     pub(super) fn solve(&mut self, fill: impl FnOnce(&mut [R])) -> &[R] {
         self.second.fill(R::zero());
         fill(self.second);
-        for i in 0..self.unknowns {
-            let row = &self.packed[start(i)..start(i) + i + 1];
-            self.second[i] = (self.second[i] - dot(&row[..i], &self.second[..i])) / row[i];
-        }
-        back_substitute(self.packed, self.second);
+        self.matrix.solve(self.second);
         self.second
     }
 
@@ -319,16 +242,13 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         projected.fill(R::zero());
         let (of_sensors, of_shared) = projected.split_at_mut(rows.sensors.len() * SENSOR_NUISANCES);
         rows.add_products(weighted, of_sensors, of_shared);
-        for i in 0..self.unknowns {
-            let row = &self.packed[start(i)..start(i) + i + 1];
-            projected[i] = (projected[i] - dot(&row[..i], &projected[..i])) / row[i];
-        }
+        self.matrix.forward(0..self.unknowns, projected);
     }
 
     /// The second half: the unknowns that these projected readings change.
     pub(super) fn solve_projected(&mut self, projected: &[R]) -> &[R] {
         self.second.copy_from_slice(projected);
-        back_substitute(self.packed, self.second);
+        self.matrix.backward(self.second);
         self.second
     }
 
@@ -365,11 +285,6 @@ fn add_products<R: Real>(
     }
 }
 
-/// Offset of a row in the packed triangle.
-const fn start(row: usize) -> usize {
-    row * (row + 1) / 2
-}
-
 /// Adds `xᵀ W r` for every column of the nuisance parameters and the ten properties; returns `rᵀ W r`.
 fn add_right<R: Real, const S: usize>(right: &mut [R], rows: &Rows<'_, R, S>) -> R {
     let weighted = rows.weight.times(rows.residual);
@@ -394,27 +309,4 @@ impl<R: Real, const S: usize> Rows<'_, R, S> {
             *to += column.dot(weighted);
         }
     }
-}
-
-/// Solves `Lᵀ x = b` in place.
-fn back_substitute<R: Real>(packed: &[R], b: &mut [R]) {
-    for i in (0..b.len()).rev() {
-        let row = &packed[start(i)..start(i) + i + 1];
-        let value = b[i] / row[i];
-        b[i] = value;
-        for (to, factor) in b[..i].iter_mut().zip(row) {
-            *to -= *factor * value;
-        }
-    }
-}
-
-/// Unrolled by four: most of the fit's instructions are spent here.
-fn dot<R: Real>(a: &[R], b: &[R]) -> R {
-    let (a, rest_of_a) = a.as_chunks::<4>();
-    let (b, rest_of_b) = b.as_chunks::<4>();
-    let mut sum = R::zero();
-    for (a, b) in a.iter().zip(b) {
-        sum = sum + a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
-    }
-    rest_of_a.iter().zip(rest_of_b).fold(sum, |sum, (a, b)| sum + *a * *b)
 }

@@ -71,8 +71,8 @@ pub(super) fn estimate_nuisances<R: Real, const S: usize, const H: usize>(
     }
     let hammer = SENSOR_NUISANCES * layout.sensors.len();
     let hammer_gain = Estimated {
-        value: *nuisances.shared.first()? * layout.hammer_gain,
-        sigma: sigma_of(equations, hammer) * layout.hammer_gain,
+        value: *nuisances.shared.first()? * layout.apparatus.hammer_gain,
+        sigma: sigma_of(equations, hammer) * layout.apparatus.hammer_gain,
     };
     let model = Model::new(layout, &problem.balance, body)?;
     let mut hits = Vec::new();

@@ -127,7 +127,7 @@ fn nuisance_parameters_are_found_with_their_sign() {
     let sure = SensorUncertainty { position: 1e-6, rotation: 1e-6, gain: 1e-6, cross_axis: 1e-6 };
     layout.sensors.iter_mut().for_each(|s| s.uncertainty = sure);
     layout.hits.iter_mut().for_each(|h| h.uncertainty = HitUncertainty::none());
-    layout.hammer_gain = 1e-6;
+    layout.apparatus.hammer_gain = 1e-6;
     let found =
         |layout: &Bar<f64>, dofs: &Dofs<f64>| fit(layout, dofs, Some(&body)).unwrap().nuisances;
     // The tolerance covers the pull of the prior and the second order of an error of half a per cent.
@@ -165,7 +165,7 @@ fn nuisance_parameters_are_found_with_their_sign() {
     close(found(&layout_of, &exact(&displaced, &body)).hits[3].position[0], 0.002);
 
     let mut layout_of = layout.clone();
-    layout_of.hammer_gain = 0.1;
+    layout_of.apparatus.hammer_gain = 0.1;
     layout_of.priors.push(Prior { property: 0, value: body.mass, sigma: 1e-6 }).unwrap();
     let mut dofs = exact(&layout, &body);
     dofs.iter_mut().for_each(|(_, lines)| lines.accelerance /= 1.01);

@@ -56,7 +56,7 @@ pub fn judged_estimate<R: Real, const M: usize>(
 
 /// Adds to an estimate what was found about modes that its method uses.
 pub fn add_doubts<R>(estimate: &mut Estimate<R>, findings: &[Diagnostic]) {
-    let doubts = estimate.method.doubted_by();
+    let doubts = estimate.method.entry().doubted_by;
     let room = estimate.diagnostics.capacity() - estimate.diagnostics.len();
     let found = findings.iter().filter(|d| doubts.contains(&d.code)).copied();
     estimate.diagnostics.extend(found.take(room));

@@ -6,7 +6,7 @@ use massline_shared::FrequencyResponses;
 use massline_shared::body::{RigidBody, scale};
 use massline_shared::identify::global_fit::{GlobalFitSettings, GlobalFitSolution};
 use massline_shared::identify::{HALF_WIDTH_95, METHODS, Method};
-use massline_shared::layout::{HitUncertainty, HostLayout, SensorUncertainty, TestProfile};
+use massline_shared::layout::{HostLayout, TestProfile};
 use massline_shared::modes::Reduction;
 use nalgebra::{Complex, SVector};
 
@@ -112,12 +112,9 @@ impl Wheel {
             .map_err(bench_error)?;
         let mut layout = layout.clone();
         // The wheel's responses have noise and no other errors.
-        layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());
-        layout.hits.iter_mut().for_each(|hit| hit.uncertainty = HitUncertainty::none());
-        layout.hammer_gain = 0.0;
+        layout.set_exact();
         // Nor are they those of a rig, whose converter the budget of the suspension profile contains.
         layout.test.profile = TestProfile::MassLine;
-        (layout.hit_gain, layout.gravity_direction) = (0.0, 0.0);
         Ok(Self { layout, truth: bench.truth(), frequencies, exact, noise })
     }
 

@@ -1,5 +1,6 @@
 use super::*;
-use massline_files::layout_file::TEMPLATE;
+use massline_files::layout_file::template;
+use massline_shared::layout::TestProfile;
 
 /// The layout of a text with other sensors, hits and hits per DOF.
 fn other(text: &str, sensors: &[u16], hits: &[&str], hits_per_dof: u8) -> HostLayout {
@@ -19,10 +20,11 @@ fn other(text: &str, sensors: &[u16], hits: &[&str], hits_per_dof: u8) -> HostLa
 
 #[test]
 fn the_new_file_differs_from_the_old_in_what_was_chosen_only() {
-    let layout = other(TEMPLATE, &[4, 2, 1], &["4:+X", "3:-Z", "1:+Y", "2:+X"], 7);
-    let text = edited(TEMPLATE, &layout).unwrap();
-    let differ: Vec<_> = TEMPLATE.lines().zip(text.lines()).filter(|(a, b)| a != b).collect();
-    assert_eq!(TEMPLATE.lines().count(), text.lines().count());
+    let commented = template(TestProfile::MassLine);
+    let layout = other(&commented, &[4, 2, 1], &["4:+X", "3:-Z", "1:+Y", "2:+X"], 7);
+    let text = edited(&commented, &layout).unwrap();
+    let differ: Vec<_> = commented.lines().zip(text.lines()).filter(|(a, b)| a != b).collect();
+    assert_eq!(commented.lines().count(), text.lines().count());
     let [sensors, hits, hits_per_dof] = differ[..] else { panic!("{differ:#?}") };
     assert_eq!(sensors.1, "sensors = [4, 2, 1]");
     assert_eq!(hits.1, r#"hits = ["4:+X", "3:-Z", "1:+Y", "2:+X"]"#);

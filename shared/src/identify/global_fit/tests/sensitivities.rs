@@ -175,7 +175,7 @@ fn the_answer_follows_the_nominal_layout() {
     let mut shifted = layout.clone();
     let stated = Vector3::from(layout.gravity.unwrap());
     let [_, across] = crate::layout::across(&stated.normalize());
-    let gravity = stated + across * (stated.norm() * layout.gravity_direction * part);
+    let gravity = stated + across * (stated.norm() * layout.apparatus.gravity_direction * part);
     shifted.gravity = Some(gravity.into());
     check(45 + 1, &shifted, &exact, "direction of gravity");
     let mut shifted = layout.clone();
@@ -187,10 +187,10 @@ fn the_answer_follows_the_nominal_layout() {
     shifted.hits[2].direction = direction.into();
     check(47 + 10 + 3, &shifted, &exact, "direction of a hit");
     let mut shifted = layout.clone();
-    let length = layout.hits[2].uncertainty.second_order(5).0.hypot(layout.hit_gain);
+    let length = layout.hits[2].uncertainty.second_order(5).0.hypot(layout.apparatus.hit_gain);
     shifted.hits[2].direction = hit.direction.map(|v| v * (1.0 + length * part));
     check(47 + 10 + 4, &shifted, &exact, "length of a hit");
-    let by = 1.0 / (1.0 - layout.hammer_gain * part);
+    let by = 1.0 / (1.0 - layout.apparatus.hammer_gain * part);
     let louder: Vec<_> = exact.iter().map(|h| h * by).collect();
     check(47 + 25, &layout, &louder, "hammer");
 }

@@ -4,7 +4,7 @@ use nalgebra::{Complex, Matrix3, Matrix6, Rotation3, SVector, UnitVector3, Vecto
 use std::vec::Vec;
 
 use crate::body::RigidBody;
-use crate::layout::{Hit, HitUncertainty, Layout, Sensor, SensorUncertainty};
+use crate::layout::{Hit, Layout, Sensor};
 
 type C = Complex<f64>;
 pub(in crate::identify) type Wheel = Layout<f64, 3, 5>;
@@ -181,10 +181,7 @@ pub(in crate::identify) fn layout() -> Wheel {
 pub(in crate::identify) fn without_errors<const H: usize>(
     mut layout: Layout<f64, 3, H>,
 ) -> Layout<f64, 3, H> {
-    layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());
-    layout.hits.iter_mut().for_each(|h| h.uncertainty = HitUncertainty::none());
-    layout.hammer_gain = 0.0;
-    (layout.hit_gain, layout.gravity_direction) = (0.0, 0.0);
+    layout.set_exact();
     layout
 }
 
@@ -217,7 +214,7 @@ pub(in crate::identify) fn measure<const H: usize>(
     }
     let forces: Vec<Vector6<f64>> =
         layout.hits.iter().map(|hit| mean_force(hit, layout, random)).collect();
-    let hammer = 1.0 - layout.hammer_gain * random.normal();
+    let hammer = 1.0 - layout.apparatus.hammer_gain * random.normal();
     let gravity = layout
         .gravity_slopes()
         .iter()
@@ -269,5 +266,5 @@ fn mean_force<const H: usize>(
             Hit { direction: direction.into_inner().into(), position: point.into(), ..*hit };
         sum += turned.unit_force(&Vector3::zeros());
     }
-    sum * ((1.0 + layout.hit_gain * random.normal()) / f64::from(count))
+    sum * ((1.0 + layout.apparatus.hit_gain * random.normal()) / f64::from(count))
 }

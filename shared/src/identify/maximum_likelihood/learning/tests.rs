@@ -110,7 +110,7 @@ pub(in super::super) fn drawn_through(
 /// The frame with a hammer that was calibrated against the sensors.
 pub(in super::super) fn calibrated() -> Bar<f64> {
     let mut layout = five_hits();
-    layout.hammer_gain = 0.0;
+    layout.apparatus.hammer_gain = 0.0;
     layout
 }
 

@@ -16,7 +16,7 @@ use crate::Real;
 use crate::diagnosis::Diagnostics;
 use crate::identify::budget::{BudgetScales, LearnedBudget, LearnedFrom};
 use crate::identify::{DofMassLines, Progress};
-use crate::linalg::{back_substitute_transposed, cholesky, forward_substitute};
+use crate::linalg::{back_substitute_transposed, cholesky, dot, forward_substitute};
 
 /// Number of groups of errors that have a scale.
 pub const GROUPS: usize = 3;
@@ -202,10 +202,6 @@ impl<R: Real> Fit<R> {
         (traces[SENSORS], squares[(SENSORS, SENSORS)]) = equations.shrinkage(of_sensors);
         Ok(Evidence { pulls, traces, squares })
     }
-}
-
-fn dot<R: Real>(a: &[R], b: &[R]) -> R {
-    a.iter().zip(b).fold(R::zero(), |sum, (a, b)| sum + *a * *b)
 }
 
 fn squared<R: Real>(values: &[R]) -> R {
