@@ -97,8 +97,8 @@ pub const MASS_LINE_METHODS: usize = {
 
 /// Size of the workspace that these methods need for this number of sensors and bins.
 pub fn workspace(methods: &[Method], sensors: usize, bins: usize) -> usize {
-    let of = |method: &Method| (method.entry().workspace)(sensors, bins);
-    methods.iter().map(of).max().unwrap_or(0)
+    let size = |method: &Method| (method.entry().workspace)(sensors, bins);
+    methods.iter().map(size).max().unwrap_or(0)
 }
 
 /// An identification with room for the answers of `N` methods: the requested methods, the one that is

@@ -92,6 +92,11 @@ macro_rules! uncertainties {
                 [$(&self.$field),*].into_iter()
             }
 
+            /// Each key with its standard deviation, in the order of the fields.
+            pub fn rows(&self) -> impl Iterator<Item = (&'static UncertaintyKey, &R)> {
+                Self::KEYS.iter().zip(self.values())
+            }
+
             /// The standard deviations, in the order of the fields.
             pub fn values_mut(&mut self) -> impl Iterator<Item = &mut R> {
                 [$(&mut self.$field),*].into_iter()

@@ -35,8 +35,10 @@ pub(super) trait TableKeys {
         map: &mut A,
     ) -> Result<Self::Value, A::Error>;
 
-    /// The schema of a key, with its description.
-    fn schema(name: &str) -> Schema;
+    /// The schema of a key, with its description: that of a standard deviation, unless a table says otherwise.
+    fn schema(name: &str) -> Schema {
+        sigma_schema(name)
+    }
 }
 
 /// What a table states, key by key.
@@ -163,8 +165,9 @@ impl TableKeys for BudgetKeys {
     type Value = BudgetValue;
     const WRITTEN: &'static str = "a table [uncertainty]";
     const NAME: &'static str = "uncertainty";
-    const MEANING: &'static str = "The error budget: one standard deviation of each error source. What is not stated is the \
-                                   default; `gain`, `cross_axis` and `hammer_gain` then follow the calibration, if there is one.";
+    const MEANING: &'static str = "The error budget: one standard deviation of each error source. What is not stated is \
+                                   the default; `gain`, `cross_axis` and `hammer_gain` then follow the \
+                                   calibration, if there is one.";
 
     fn names() -> &'static [&'static str] {
         static NAMES: LazyLock<Vec<&str>> =
@@ -185,7 +188,7 @@ impl TableKeys for BudgetKeys {
     fn schema(name: &str) -> Schema {
         match name {
             LEARN => json_schema!({
-                "description": "True when the budget is a starting point that the data may correct; false to use it as stated.",
+                "description": "True when the data may correct the budget; false to use it as stated.",
                 "type": "boolean",
                 "default": true,
             }),
@@ -214,10 +217,6 @@ impl TableKeys for SensorKeys {
     ) -> Result<Spanned<f64>, A::Error> {
         map.next_value()
     }
-
-    fn schema(name: &str) -> Schema {
-        sigma_schema(name)
-    }
 }
 
 /// The keys of the uncertainty of one hit.
@@ -240,10 +239,6 @@ impl TableKeys for HitKeys {
     ) -> Result<Spanned<f64>, A::Error> {
         map.next_value()
     }
-
-    fn schema(name: &str) -> Schema {
-        sigma_schema(name)
-    }
 }
 
 fn names(keys: &[UncertaintyKey]) -> Vec<&'static str> {
@@ -263,8 +258,8 @@ impl TableKeys for PolicyKeys {
     type Value = HitTreatment;
     const WRITTEN: &'static str = "a table [policy]";
     const NAME: &'static str = "policy";
-    const MEANING: &'static str = "How hits with a fault are treated: keep the hit, keep it with a warning, or reject it so that \
-                                   it must be repeated.";
+    const MEANING: &'static str = "How hits with a fault are treated: keep the hit, keep it with a warning, or reject it \
+                                   so that it must be repeated.";
 
     fn names() -> &'static [&'static str] {
         static NAMES: LazyLock<Vec<&str>> =

@@ -67,10 +67,8 @@ impl Uncertainty {
 
     /// Every key with its standard deviation.
     pub fn sigmas(&self) -> impl Iterator<Item = (&'static UncertaintyKey, f64)> {
-        let sensor = SensorUncertainty::<f64>::KEYS.iter().zip(self.sensor.values());
-        let hit = HitUncertainty::<f64>::KEYS.iter().zip(self.hit.values());
-        let apparatus = ApparatusUncertainty::<f64>::KEYS.iter().zip(self.apparatus.values());
-        sensor.chain(hit).chain(apparatus).map(|(key, sigma)| (key, *sigma))
+        let rows = self.sensor.rows().chain(self.hit.rows()).chain(self.apparatus.rows());
+        rows.map(|(key, sigma)| (key, *sigma))
     }
 }
 

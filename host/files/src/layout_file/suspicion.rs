@@ -82,8 +82,8 @@ impl LayoutFile {
                 sigma.to_radians()
             )),
             UncertaintyUnit::Meters if extent > 0.0 && sigma > extent => Some(format!(
-                "{} = {sigma} is more than the {extent:.3} m between the nodes: positions are in metres; write {:.4} for \
-                 {sigma} mm",
+                "{} = {sigma} is more than the {extent:.3} m between the nodes: positions are in metres; write {:.4} \
+                 for {sigma} mm",
                 key.name,
                 sigma * 1e-3
             )),

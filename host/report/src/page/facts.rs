@@ -5,8 +5,7 @@ mod rig;
 mod spectra;
 
 use massline_shared::layout::{
-    ApparatusUncertainty, ErrorSource, HitUncertainty, HostLayout, SensorUncertainty, TestProfile,
-    TestSettings, UncertaintyUnit,
+    ApparatusUncertainty, ErrorSource, HostLayout, TestProfile, TestSettings, UncertaintyUnit,
 };
 use massline_shared::mass_line::Terms;
 
@@ -163,16 +162,12 @@ fn shown_sigma(sigma: f64, unit: UncertaintyUnit) -> String {
 }
 
 fn budget(layout: &HostLayout, uses_modes: bool) -> Group {
-    let of_sensors = layout.sensors.first().map(|sensor| &sensor.uncertainty);
-    let of_hits = layout.hits.first().map(|hit| &hit.uncertainty);
-    let sensors = of_sensors
-        .into_iter()
-        .flat_map(|of| SensorUncertainty::<f64>::KEYS.iter().zip(of.values()));
-    let hits =
-        of_hits.into_iter().flat_map(|of| HitUncertainty::<f64>::KEYS.iter().zip(of.values()));
-    let apparatus = ApparatusUncertainty::<f64>::KEYS.iter().zip(layout.apparatus.values());
+    let sensors = layout.sensors.iter().take(1).flat_map(|sensor| sensor.uncertainty.rows());
+    let hits = layout.hits.iter().take(1).flat_map(|hit| hit.uncertainty.rows());
     let has_gravity = layout.gravity.is_some();
-    let apparatus = apparatus
+    let apparatus = layout
+        .apparatus
+        .rows()
         .zip(ApparatusUncertainty::<f64>::SOURCES)
         .filter(|(_, source)| **source != ErrorSource::GravityDirection || has_gravity);
     let counted = sensors
