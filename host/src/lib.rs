@@ -14,7 +14,6 @@
 //! | [`hit_log`] | what became of every hit of a campaign |
 //! | [`spectra`] | collects the spectra of a campaign, DOF by DOF |
 //! | [`tape_player`] | recorded scans, played to a rig |
-//! | [`hits`] | grades the hits of a recording |
 //! | [`self_test`] | what a rig finds about itself |
 //! | `screen`, `terminal` | the full screen of a campaign and of a tumble test |
 //! | [`rig`] | simulated rigs, virtual or emulated |
@@ -26,7 +25,6 @@ pub mod calibration;
 pub mod commands;
 pub mod hit_log;
 mod hit_records;
-pub mod hits;
 pub mod measured;
 pub mod output;
 #[cfg(unix)]

@@ -73,7 +73,7 @@ fn of_mass_lines(
     layout: HostLayout,
     selection: Selection,
 ) -> Solution {
-    let lines = lines_of(result);
+    let lines = lines_of(result, &layout);
     let observed = Observations::of_mass_lines(&layout, &lines);
     let identification = identify(&observed, selection, &IdentifySettings::default());
     let reasons = identification.not_applicable.first().map(|(_, reasons)| reasons.as_slice());

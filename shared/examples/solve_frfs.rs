@@ -8,6 +8,7 @@ use std::error::Error;
 
 use massline_shared::FrequencyResponses;
 use massline_shared::body::{INERTIAL_PARAMETERS, RigidBody};
+use massline_shared::capacity::Fixed;
 use massline_shared::identify::{
     DofMassLines, Estimate, IdentifySettings, MassLines, Method, Observations, identify, workspace,
 };
@@ -16,7 +17,8 @@ use massline_shared::mass_line::{BasisRow, Bin, Fitting, ResponseFits, Terms, wi
 use massline_shared::nalgebra::{Complex, Matrix6, SVector, Vector3, Vector6};
 
 /// Room for three sensors and three hits.
-type ExampleLayout = Layout<f64, 3, 3>;
+type ExampleCapacity = Fixed<3, 3>;
+type ExampleLayout = Layout<f64, ExampleCapacity>;
 
 /// Decay rate of the exponential window on the records, 1/s.
 const DECAY: f64 = 10.0;
@@ -50,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     .windowed(DECAY, window_correlation(DECAY, RECORD));
 
     let observed = Observations { layout: &layout, mass_lines: &mass_lines, spectrum_bins };
-    let mut memory = vec![0.0; workspace(&Method::ALL, layout.sensors.len(), LINES)];
+    let mut memory = vec![0.0; workspace(&Method::ALL, layout.sensors.len(), layout.hits.len())];
     let found = identify(&observed, &Method::ALL, &IdentifySettings::default(), &mut memory);
     for estimate in found.estimates() {
         print(estimate, &truth);
@@ -112,7 +114,7 @@ fn mass_lines(
     layout: &ExampleLayout,
     frequencies: &[f64],
     measured: &[Complex<f64>],
-) -> Result<Vec<DofMassLines<f64, 3>>, Box<dyn Error>> {
+) -> Result<Vec<DofMassLines<f64, ExampleCapacity>>, Box<dyn Error>> {
     let correlation = window_correlation(DECAY, RECORD);
     let fitting =
         Fitting { band: BAND, decay: DECAY, terms: Terms::Abc, correlation, lag_sigma: 0.0 };
@@ -124,7 +126,8 @@ fn mass_lines(
         let at = |channel: usize, line: usize| {
             measured[(line * CHANNELS + channel) * layout.hits.len() + hit]
         };
-        let fits = ResponseFits::<f64, 3>::new(lines, &fitting, CHANNELS, at, &mut rows)?;
+        let fits =
+            ResponseFits::<f64, ExampleCapacity>::new(lines, &fitting, CHANNELS, at, &mut rows)?;
         all.push((hit, MassLines::without_scatter(fits.accelerance).with_noise(fits.noise)));
     }
     Ok(all)

@@ -3,6 +3,7 @@
 use nalgebra::Complex;
 
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::layout::{Layout, is_finite};
 
@@ -85,10 +86,7 @@ impl<'a, R: Real> FrequencyResponses<'a, R> {
     }
 
     /// Refuses a layout or responses that are not finite, and responses that are not those of the layout.
-    pub(crate) fn check<const S: usize, const H: usize>(
-        &self,
-        layout: &Layout<R, S, H>,
-    ) -> Result<(), Diagnostics> {
+    pub(crate) fn check<C: Capacity>(&self, layout: &Layout<R, C>) -> Result<(), Diagnostics> {
         if !is_finite(layout) {
             return Err(fatal(Code::LayoutNotFinite, 0.0));
         }

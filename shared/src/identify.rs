@@ -51,6 +51,7 @@ pub use weighting::{PlacementErrors, Weighting};
 
 use crate::Real;
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::listed::listed;
 use method::Solver;
@@ -158,9 +159,9 @@ impl<R> Running<R> {
 }
 
 impl<R: Real> Running<R> {
-    fn start<const S: usize, const H: usize, L: SpectrumBins<R>>(
+    fn start<C: Capacity, L: SpectrumBins<R>>(
         method: Method,
-        observed: &Observations<'_, R, S, H, L>,
+        observed: &Observations<'_, R, C, L>,
         settings: &IdentifySettings<R>,
         start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics> {
@@ -181,9 +182,9 @@ impl<R: Real> Running<R> {
         }
     }
 
-    fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
+    fn step<C: Capacity, L: SpectrumBins<R>>(
         &mut self,
-        observed: &Observations<'_, R, S, H, L>,
+        observed: &Observations<'_, R, C, L>,
         workspace: &mut [R],
     ) -> Result<Progress, Diagnostics> {
         match self {
@@ -194,9 +195,9 @@ impl<R: Real> Running<R> {
         }
     }
 
-    fn finish<const S: usize, const H: usize, L: SpectrumBins<R>>(
+    fn finish<C: Capacity, L: SpectrumBins<R>>(
         &mut self,
-        observed: &Observations<'_, R, S, H, L>,
+        observed: &Observations<'_, R, C, L>,
         workspace: &mut [R],
     ) -> Result<Estimate<R>, Diagnostics> {
         match self {

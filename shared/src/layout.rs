@@ -16,6 +16,7 @@ mod target;
 mod uncertain_quantities;
 mod uncertainty;
 
+pub use crate::capacity::{RIG_HITS, RIG_SENSORS};
 pub(crate) use check::is_finite;
 pub use check::{
     AXES_TOLERANCE, DEGENERACY_RATIO, LayoutReport, assumed_body, check_geometry, check_hits,
@@ -40,21 +41,21 @@ pub use uncertainty::{
 use heapless::{String, Vec};
 
 use crate::Real;
+#[cfg(any(test, feature = "alloc"))]
+use crate::capacity::Unbounded;
+use crate::capacity::{Capacity, List, Rig};
 use crate::mass_line::Terms;
 
-/// Number of triaxial sensors that the rig has inputs for.
-pub const RIG_SENSORS: usize = 3;
-/// Number of hit DOFs that the rig has memory for.
-pub const RIG_HITS: usize = 12;
-/// Largest number of triaxial sensors that the host can solve for.
+/// Largest number of triaxial sensors that the host accepts: its memory has room for any, its time not.
 pub const HOST_SENSORS: usize = 8;
-/// Largest number of hit DOFs that the host can solve for.
+/// Largest number of hit DOFs that the host accepts, for the same reason.
 pub const HOST_HITS: usize = 24;
 
 /// The layout in the precision and capacity of the rig.
-pub type RigLayout = Layout<f32, RIG_SENSORS, RIG_HITS>;
+pub type RigLayout = Layout<f32, Rig>;
 /// The layout in the precision and capacity of the host.
-pub type HostLayout = Layout<f64, HOST_SENSORS, HOST_HITS>;
+#[cfg(any(test, feature = "alloc"))]
+pub type HostLayout = Layout<f64, Unbounded>;
 
 /// A triaxial accelerometer on the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -223,15 +224,23 @@ impl<R: Real> TestSettings<R> {
 /// Sensors, hits and settings of one test.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "R: serde::Serialize, C::Sensors<Sensor<R>>: serde::Serialize, C::Hits<Hit<R>>: serde::Serialize",
+        deserialize = "R: serde::Deserialize<'de>, C::Sensors<Sensor<R>>: serde::Deserialize<'de>, \
+                       C::Hits<Hit<R>>: serde::Deserialize<'de>"
+    ))
+)]
+pub struct Layout<R: Real, C: Capacity> {
     /// Free text.
     pub title: String<48>,
     /// Gravity in the body frame of the suspended object, m/s², if given.
     pub gravity: Option<[R; 3]>,
     /// The sensors, in the order of the rig's channels.
-    pub sensors: Vec<Sensor<R>, SENSORS>,
+    pub sensors: C::Sensors<Sensor<R>>,
     /// The hits, in the order of the campaign.
-    pub hits: Vec<Hit<R>, HITS>,
+    pub hits: C::Hits<Hit<R>>,
     /// How the test is run.
     pub test: TestSettings<R>,
     /// Uncertainty of hammer, converter and gravity.
@@ -265,14 +274,14 @@ impl<R: Real> Hit<R> {
     }
 }
 
-impl<R: Real, const S: usize, const H: usize> Default for Layout<R, S, H> {
+impl<R: Real, C: Capacity> Default for Layout<R, C> {
     /// A layout without sensors and hits.
     fn default() -> Self {
         Self {
             title: String::new(),
             gravity: None,
-            sensors: Vec::new(),
-            hits: Vec::new(),
+            sensors: Default::default(),
+            hits: Default::default(),
             test: TestSettings::default(),
             apparatus: ApparatusUncertainty::default(),
             calibrated_hammer: false,
@@ -284,12 +293,12 @@ impl<R: Real, const S: usize, const H: usize> Default for Layout<R, S, H> {
     }
 }
 
-impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
+impl<R: Real, C: Capacity> Layout<R, C> {
     /// The same layout in another precision and capacity; `None` when it does not fit.
-    pub fn cast<Q: Real, const S2: usize, const H2: usize>(&self) -> Option<Layout<Q, S2, H2>> {
+    pub fn cast<Q: Real, D: Capacity>(&self) -> Option<Layout<Q, D>> {
         let to = |v: R| Q::of(v.to_f64());
-        let mut sensors = Vec::new();
-        for s in &self.sensors {
+        let mut sensors = D::Sensors::default();
+        for s in self.sensors.iter() {
             let sensor = Sensor {
                 node: s.node,
                 position: s.position.map(to),
@@ -300,8 +309,8 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
             };
             sensors.push(sensor).ok()?;
         }
-        let mut hits = Vec::new();
-        for h in &self.hits {
+        let mut hits = D::Hits::default();
+        for h in self.hits.iter() {
             let hit = Hit {
                 dof: h.dof,
                 position: h.position.map(to),
@@ -348,7 +357,7 @@ pub(crate) mod tests {
     }
 
     /// Test 1 of the frame: sensors on nodes 1, 2, 3; hits 1Y, 2Z, 4X.
-    pub(crate) fn bar_layout() -> Layout<f64, 3, 4> {
+    pub(crate) fn bar_layout() -> Layout<f64, Rig> {
         let dofs = [("1:+Y", 1), ("2:+Z", 2), ("4:+X", 0)];
         Layout {
             gravity: Some([0.0, 0.0, -9.80665]),

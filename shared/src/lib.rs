@@ -11,6 +11,7 @@
 //! | [`Real`] | the floating-point type: `f32` on a rig, `f64` on the host |
 //! | [`responses`] | vectors and matrices of the readings of all sensors |
 //! | [`body`] | the ten rigid body properties and their transforms |
+//! | [`capacity`] | how many sensors and hits there is room for: a fixed number, or any on a heap |
 //! | [`layout`] | where sensors sit and hits land; kinematics; diagnosis of a layout |
 //! | [`design`] | which sensors and hits to choose among candidates |
 //! | `signal` | from ADC codes to spectra: trigger, grading, windows, FFT, H1, coherence |
@@ -27,12 +28,15 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(any(test, feature = "alloc"))]
+extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
 pub mod body;
 #[cfg(feature = "signal")]
 pub mod calibration;
+pub mod capacity;
 pub mod design;
 pub mod diagnosis;
 mod estimated;

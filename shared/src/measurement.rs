@@ -61,9 +61,11 @@ pub use view::{Counts, GradedHit, Recorded, Streamed};
 
 use heapless::Deque;
 
+use crate::Real;
 use crate::calibration::CalibrationSigma;
+use crate::capacity::Rig;
 use crate::diagnosis::{Diagnostic, Diagnostics};
-use crate::layout::{Layout, RIG_HITS, RIG_SENSORS};
+use crate::layout::Layout;
 use crate::signal::{AdcProperties, Calibration, RealFft};
 use crate::units::ScanIndex;
 use campaign::{Campaign, Phase, Step};
@@ -72,7 +74,7 @@ use undo::LastAccepted;
 use view::EVENTS;
 
 /// A layout with the capacity of a rig, in either precision.
-pub type TestLayout<R> = Layout<R, RIG_SENSORS, RIG_HITS>;
+pub type TestLayout<R> = Layout<R, Rig>;
 
 /// Number of consecutive losses of scans after which the converter counts as stopped.
 pub const LOSSES_TO_STOP: u8 = 3;
@@ -100,7 +102,7 @@ pub enum NextAction {
 /// Current activity of a rig; there is only one at a time.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "there is one at a time, and no allocator")]
-enum Activity<R> {
+enum Activity<R: Real> {
     /// No activity.
     Idle,
     /// The layout or the calibration is being replaced.
@@ -114,7 +116,7 @@ enum Activity<R> {
 }
 
 /// A measurement that uses borrowed memory.
-pub struct Measurement<'m, R> {
+pub struct Measurement<'m, R: Real> {
     adc: AdcProperties,
     calibration: Calibration,
     /// What the calibration contributes to the error budget, when it was made.

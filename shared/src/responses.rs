@@ -1,80 +1,284 @@
 //! Vectors and matrices over the responses of all sensors.
 //!
 //! A *response* is the reading of one axis of one triaxial sensor. Responses are numbered sensor by sensor,
-//! x, y, z, so response `k` is axis `k % 3` of sensor `k / 3`. Capacities are in sensors: a layout with room
-//! for `S` of them has `3 S` responses.
+//! x, y, z, so response `k` is axis `k % 3` of sensor `k / 3`. With a [`Fixed`](crate::capacity::Fixed) capacity there are
+//! three for each sensor that there is room for, and those beyond the last sensor are zero.
 
-use core::ops::{Index, IndexMut};
+use core::array::from_fn;
+use core::ops::{AddAssign, Div, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use nalgebra::{Matrix3, SMatrix, SVector};
 
 use crate::Real;
+use crate::capacity::{Capacity, Item, ResponsePairs};
 
-/// One number for each response: column `i` is sensor `i`. `v[k]` is response `k`.
-pub type Responses<R, const S: usize> = SMatrix<R, 3, S>;
+/// One value for each response: `v[k]` is that of response `k`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Responses<T: Item + Copy, C: Capacity>(C::Responses<T>);
 
 /// A matrix with a row for each response and `N` columns.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ResponseRows<R, const S: usize, const N: usize>(pub [Responses<R, S>; N]);
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResponseRows<T: Item + Copy, C: Capacity, const N: usize>(pub [Responses<T, C>; N]);
 
-/// A square matrix over the responses: `[j][b][i][a]` is the element of axis `a` of sensor `i` with axis `b`
-/// of sensor `j`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ResponseSquare<R, const S: usize>([[[[R; 3]; S]; 3]; S]);
+/// A square matrix over the responses, column by column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResponseSquare<T: Item + Copy, C: Capacity>(C::ResponsePairs<T>);
 
-impl<R: Real, const S: usize, const N: usize> ResponseRows<R, S, N> {
-    /// All zeros.
-    pub fn zeros() -> Self {
-        Self([Responses::zeros(); N])
+impl<T: Item + Copy, C: Capacity> Responses<T, C> {
+    /// The values that `value_of` gives for each response of this many sensors.
+    pub fn from_fn(sensors: usize, value_of: impl FnMut(usize) -> T) -> Self {
+        Self(C::responses(sensors, value_of))
+    }
+
+    /// The same value for each response of this many sensors.
+    pub fn repeat(sensors: usize, value: T) -> Self {
+        Self::from_fn(sensors, |_| value)
+    }
+
+    /// Number of sensors that there is room for.
+    pub fn sensors(&self) -> usize {
+        self.as_slice().len() / 3
+    }
+
+    /// All values.
+    pub fn as_slice(&self) -> &[T] {
+        self.0.as_ref()
+    }
+
+    /// All values, mutable.
+    pub fn as_mut_slice(&mut self) -> &mut [T] {
+        self.0.as_mut()
+    }
+
+    /// Iterates over all values.
+    pub fn iter(&self) -> core::slice::Iter<'_, T> {
+        self.as_slice().iter()
+    }
+
+    /// Iterates over all values, mutable.
+    pub fn iter_mut(&mut self) -> core::slice::IterMut<'_, T> {
+        self.as_mut_slice().iter_mut()
+    }
+
+    /// The values of a sensor's three axes.
+    ///
+    /// # Panics
+    /// When there is no room for this sensor.
+    pub fn of_sensor(&self, sensor: usize) -> [T; 3] {
+        from_fn(|axis| self[3 * sensor + axis])
+    }
+
+    /// Sets the values of a sensor's three axes.
+    ///
+    /// # Panics
+    /// When there is no room for this sensor.
+    pub fn set_sensor(&mut self, sensor: usize, values: [T; 3]) {
+        self.as_mut_slice()[3 * sensor..][..3].copy_from_slice(&values);
+    }
+
+    /// What `change` makes of every value.
+    pub fn map<Q: Item + Copy>(&self, mut change: impl FnMut(T) -> Q) -> Responses<Q, C> {
+        let values = self.as_slice();
+        Responses::from_fn(self.sensors(), |k| change(values[k]))
+    }
+
+    /// What `combine` makes of every value and the one of the same response in `other`.
+    ///
+    /// # Panics
+    /// When `other` is for fewer sensors.
+    pub fn zip_map<P: Item + Copy, Q: Item + Copy>(
+        &self,
+        other: &Responses<P, C>,
+        mut combine: impl FnMut(T, P) -> Q,
+    ) -> Responses<Q, C> {
+        let (values, others) = (self.as_slice(), other.as_slice());
+        Responses::from_fn(self.sensors(), |k| combine(values[k], others[k]))
+    }
+}
+
+impl<R: Real, C: Capacity> Responses<R, C> {
+    /// All zeros for this many sensors.
+    pub fn zeros(sensors: usize) -> Self {
+        Self::repeat(sensors, R::zero())
+    }
+
+    /// Sum of all values.
+    pub fn sum(&self) -> R {
+        self.iter().fold(R::zero(), |sum, value| sum + *value)
+    }
+
+    /// Product with another vector.
+    pub fn dot(&self, other: &Self) -> R {
+        crate::linalg::dot(self.as_slice(), other.as_slice())
+    }
+
+    /// Sum of the squares.
+    pub fn norm_squared(&self) -> R {
+        self.dot(self)
+    }
+
+    /// Root of the sum of the squares.
+    pub fn norm(&self) -> R {
+        self.norm_squared().sqrt()
+    }
+
+    /// The largest absolute value; zero without sensors.
+    pub fn largest(&self) -> R {
+        self.iter().fold(R::zero(), |largest, value| largest.max(value.abs()))
+    }
+
+    /// True when no value is NaN or infinite.
+    pub fn is_finite(&self) -> bool {
+        self.iter().all(|value| value.finite())
+    }
+
+    /// Adds a multiple of another vector.
+    pub fn add_multiple(&mut self, other: &Self, factor: R) {
+        add_multiple(self.as_mut_slice(), other.as_slice(), factor);
+    }
+}
+
+impl<T: Item + Copy, C: Capacity, const N: usize> From<[[T; 3]; N]> for Responses<T, C> {
+    /// From the values of each sensor's three axes.
+    ///
+    /// # Panics
+    /// When a fixed capacity has room for more sensors.
+    fn from(values: [[T; 3]; N]) -> Self {
+        Self::from_fn(N, |k| values[k / 3][k % 3])
+    }
+}
+
+impl<'r, T: Item + Copy, C: Capacity> IntoIterator for &'r Responses<T, C> {
+    type Item = &'r T;
+    type IntoIter = core::slice::Iter<'r, T>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+impl<T: Item + Copy, C: Capacity> Index<usize> for Responses<T, C> {
+    type Output = T;
+
+    fn index(&self, response: usize) -> &T {
+        &self.as_slice()[response]
+    }
+}
+
+impl<T: Item + Copy, C: Capacity> IndexMut<usize> for Responses<T, C> {
+    fn index_mut(&mut self, response: usize) -> &mut T {
+        &mut self.as_mut_slice()[response]
+    }
+}
+
+impl<R: Real, C: Capacity> AddAssign<&Self> for Responses<R, C> {
+    fn add_assign(&mut self, other: &Self) {
+        self.iter_mut().zip(other.iter()).for_each(|(to, value)| *to += *value);
+    }
+}
+
+impl<R: Real, C: Capacity> SubAssign<&Self> for Responses<R, C> {
+    fn sub_assign(&mut self, other: &Self) {
+        self.iter_mut().zip(other.iter()).for_each(|(to, value)| *to -= *value);
+    }
+}
+
+impl<R: Real, C: Capacity> Sub for &Responses<R, C> {
+    type Output = Responses<R, C>;
+
+    fn sub(self, other: Self) -> Responses<R, C> {
+        self.zip_map(other, |a, b| a - b)
+    }
+}
+
+impl<R: Real, C: Capacity> MulAssign<R> for Responses<R, C> {
+    fn mul_assign(&mut self, factor: R) {
+        self.iter_mut().for_each(|value| *value *= factor);
+    }
+}
+
+impl<R: Real, C: Capacity> Mul<R> for &Responses<R, C> {
+    type Output = Responses<R, C>;
+
+    fn mul(self, factor: R) -> Responses<R, C> {
+        self.map(|value| value * factor)
+    }
+}
+
+impl<R: Real, C: Capacity> Div<R> for &Responses<R, C> {
+    type Output = Responses<R, C>;
+
+    fn div(self, divisor: R) -> Responses<R, C> {
+        self.map(|value| value / divisor)
+    }
+}
+
+impl<R: Real, C: Capacity> Neg for &Responses<R, C> {
+    type Output = Responses<R, C>;
+
+    fn neg(self) -> Responses<R, C> {
+        self.map(|value| -value)
+    }
+}
+
+impl<T: Item + Copy, C: Capacity, const N: usize> ResponseRows<T, C, N> {
+    /// The row of one response.
+    pub fn row(&self, response: usize) -> [T; N] {
+        from_fn(|column| self.0[column][response])
+    }
+}
+
+impl<R: Real, C: Capacity, const N: usize> ResponseRows<R, C, N> {
+    /// All zeros for this many sensors.
+    pub fn zeros(sensors: usize) -> Self {
+        Self(from_fn(|_| Responses::zeros(sensors)))
+    }
+
+    /// Number of sensors that there is room for.
+    pub fn sensors(&self) -> usize {
+        self.0.first().map_or(0, Responses::sensors)
     }
 
     /// The product with a vector.
-    pub fn times(&self, right: &SVector<R, N>) -> Responses<R, S> {
-        let mut sum = Responses::<R, S>::zeros();
+    pub fn times(&self, right: &SVector<R, N>) -> Responses<R, C> {
+        let mut sum = Responses::zeros(self.sensors());
         for (column, factor) in self.0.iter().zip(right) {
-            add_multiple(sum.as_mut_slice(), column.as_slice(), *factor);
+            sum.add_multiple(column, *factor);
         }
         sum
     }
 
     /// The product with a matrix.
-    pub fn times_matrix<const M: usize>(&self, right: &SMatrix<R, N, M>) -> ResponseRows<R, S, M> {
-        let mut product = ResponseRows::zeros();
-        for (to, column) in product.0.iter_mut().zip(right.column_iter()) {
-            *to = self.times(&column.into_owned());
-        }
-        product
+    pub fn times_matrix<const M: usize>(&self, right: &SMatrix<R, N, M>) -> ResponseRows<R, C, M> {
+        ResponseRows(from_fn(|column| self.times(&right.column(column).into_owned())))
     }
 
-    /// Sets the three rows of sensor `i`.
-    pub fn set_sensor(&mut self, i: usize, rows: &SMatrix<R, 3, N>) {
+    /// Sets the three rows of a sensor.
+    ///
+    /// # Panics
+    /// When there is no room for this sensor.
+    pub fn set_sensor(&mut self, sensor: usize, rows: &SMatrix<R, 3, N>) {
         for (column, of_sensor) in self.0.iter_mut().zip(rows.column_iter()) {
-            column.set_column(i, &of_sensor);
+            column.set_sensor(sensor, from_fn(|axis| of_sensor[axis]));
         }
     }
 }
 
-impl<R: Copy, const S: usize, const N: usize> ResponseRows<R, S, N> {
-    /// The row of one response.
-    pub fn row(&self, response: usize) -> [R; N] {
-        core::array::from_fn(|column| self.0[column][response])
-    }
-}
-
-impl<R: Real, const S: usize> ResponseSquare<R, S> {
-    /// All zeros.
-    pub fn zeros() -> Self {
-        Self([[[[R::zero(); 3]; S]; 3]; S])
+impl<R: Real, C: Capacity> ResponseSquare<R, C> {
+    /// All zeros for this many sensors.
+    pub fn zeros(sensors: usize) -> Self {
+        Self(C::response_pairs(sensors, R::zero()))
     }
 
     /// A diagonal matrix.
-    pub fn from_diagonal(diagonal: &Responses<R, S>) -> Self {
-        Self::from_fn(|i, j| if i == j { diagonal[i] } else { R::zero() })
+    pub fn from_diagonal(diagonal: &Responses<R, C>) -> Self {
+        let element = |i, j| if i == j { diagonal[i] } else { R::zero() };
+        Self::from_fn(diagonal.sensors(), element)
     }
 
-    /// A matrix from a function of row and column.
-    pub fn from_fn(mut element: impl FnMut(usize, usize) -> R) -> Self {
-        let mut matrix = Self::zeros();
+    /// A matrix for this many sensors from a function of row and column.
+    pub fn from_fn(sensors: usize, mut element: impl FnMut(usize, usize) -> R) -> Self {
+        let mut matrix = Self::zeros(sensors);
         for (j, column) in matrix.columns_mut().enumerate() {
             for (i, to) in column.iter_mut().enumerate() {
                 *to = element(i, j);
@@ -83,55 +287,76 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
         matrix
     }
 
+    /// Number of rows: the responses that there is room for.
+    pub fn rows(&self) -> usize {
+        self.0.responses()
+    }
+
     /// The product with a vector.
-    pub fn times(&self, right: &Responses<R, S>) -> Responses<R, S> {
-        let mut sum = Responses::<R, S>::zeros();
-        for (column, factor) in self.as_slice().chunks_exact(3 * S).zip(right) {
+    pub fn times(&self, right: &Responses<R, C>) -> Responses<R, C> {
+        let mut sum = Responses::zeros(right.sensors());
+        for (column, factor) in self.columns().zip(right.iter()) {
             add_multiple(sum.as_mut_slice(), column, *factor);
         }
         sum
     }
 
     /// One column.
-    pub fn column(&self, response: usize) -> Responses<R, S> {
-        let column = self.as_slice().chunks_exact(3 * S).nth(response);
-        column.map_or_else(Responses::zeros, Responses::from_column_slice)
+    pub fn column(&self, response: usize) -> Responses<R, C> {
+        let column = &self.as_slice()[self.rows() * response..];
+        Responses::from_fn(self.rows() / 3, |k| column[k])
     }
 
     /// Adds `left rightᵀ`.
-    pub fn add_outer(&mut self, left: &Responses<R, S>, right: &Responses<R, S>) {
-        for (column, factor) in self.columns_mut().zip(right) {
+    pub fn add_outer(&mut self, left: &Responses<R, C>, right: &Responses<R, C>) {
+        for (column, factor) in self.columns_mut().zip(right.iter()) {
             add_multiple(column, left.as_slice(), *factor);
         }
     }
 
     /// The 3 × 3 block of the responses of sensor `i` with those of sensor `j`.
     pub fn block(&self, i: usize, j: usize) -> Matrix3<R> {
-        Matrix3::from(core::array::from_fn::<_, 3, _>(|b| self.0[j][b][i]))
+        let rows = self.rows();
+        let columns = &self.as_slice()[3 * j * rows..][..3 * rows];
+        Matrix3::from_fn(|a, b| columns[b * rows + 3 * i + a])
     }
 
     /// The diagonal.
-    pub fn diagonal(&self) -> Responses<R, S> {
-        Responses::from_fn(|axis, i| self.0[i][axis][i][axis])
+    pub fn diagonal(&self) -> Responses<R, C> {
+        Responses::from_fn(self.rows() / 3, |k| self[(k, k)])
+    }
+
+    /// Sum of the diagonal.
+    pub fn trace(&self) -> R {
+        (0..self.rows()).fold(R::zero(), |sum, k| sum + self[(k, k)])
     }
 
     /// All elements, column by column.
     pub fn as_slice(&self) -> &[R] {
-        self.0.as_flattened().as_flattened().as_flattened()
+        self.0.as_ref()
     }
 
     /// All elements, column by column, mutable.
     pub fn as_mut_slice(&mut self) -> &mut [R] {
-        self.0.as_flattened_mut().as_flattened_mut().as_flattened_mut()
+        self.0.as_mut()
+    }
+
+    fn columns(&self) -> impl Iterator<Item = &[R]> {
+        // A matrix without rows has no columns.
+        self.as_slice().chunks_exact(self.rows().max(1))
     }
 
     fn columns_mut(&mut self) -> impl Iterator<Item = &mut [R]> {
-        self.as_mut_slice().chunks_exact_mut(3 * S)
+        let rows = self.rows().max(1);
+        self.as_mut_slice().chunks_exact_mut(rows)
     }
 
     /// The matrix with `change` applied to every element.
-    pub fn map<Q: Real>(&self, change: impl Fn(R) -> Q) -> ResponseSquare<Q, S> {
-        ResponseSquare(self.0.map(|a| a.map(|b| b.map(|c| c.map(&change)))))
+    pub fn map<Q: Real>(&self, change: impl Fn(R) -> Q) -> ResponseSquare<Q, C> {
+        let mut changed = ResponseSquare::<Q, C>::zeros(self.rows() / 3);
+        let elements = changed.as_mut_slice().iter_mut().zip(self.as_slice());
+        elements.for_each(|(to, from)| *to = change(*from));
+        changed
     }
 
     /// True when no element is NaN or infinite.
@@ -139,8 +364,13 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
         self.as_slice().iter().all(|v| v.finite())
     }
 
+    /// True when every element is zero.
+    pub fn is_zero(&self) -> bool {
+        self.as_slice().iter().all(|v| *v == R::zero())
+    }
+
     /// Adds `vector vectorᵀ` to the lower triangle.
-    pub fn add_square(&mut self, vector: &Responses<R, S>) {
+    pub fn add_square(&mut self, vector: &Responses<R, C>) {
         let vector = vector.as_slice();
         for (j, column) in self.columns_mut().enumerate() {
             add_multiple(&mut column[j..], &vector[j..], vector[j]);
@@ -151,20 +381,21 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
     /// factor; only the lower triangle is read. `None` when they are not positive definite; the content is
     /// then undefined.
     pub fn invert(&mut self, count: usize) -> Option<()> {
-        let count = count.min(3 * S);
+        let rows = self.rows();
+        let count = count.min(rows);
         self.factor(count)?;
         self.invert_factor(count);
         // C⁻ᵀ C⁻¹; C⁻¹ is zero above the diagonal. Overwritten elements are no longer needed.
         for j in 0..count {
             let (column, later) = self.column_and_later(j, count);
             for i in j..count {
-                let other = if i == j { &*column } else { &later[3 * S * (i - j - 1)..][..count] };
+                let other = if i == j { &*column } else { &later[rows * (i - j - 1)..][..count] };
                 let products = column[i..].iter().zip(&other[i..]);
                 column[i] = products.fold(R::zero(), |sum, (a, b)| sum + *a * *b);
             }
         }
-        for j in 0..3 * S {
-            for i in j..3 * S {
+        for j in 0..rows {
+            for i in j..rows {
                 let value = if i < count { self[(i, j)] } else { R::zero() };
                 self[(i, j)] = value;
                 self[(j, i)] = value;
@@ -175,6 +406,7 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
 
     /// Replaces the lower triangle by C, where C Cᵀ is the matrix.
     fn factor(&mut self, count: usize) -> Option<()> {
+        let rows = self.rows();
         for k in 0..count {
             let (column, later) = self.column_and_later(k, count);
             let pivot = column[k];
@@ -183,7 +415,7 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
             }
             let scale = pivot.sqrt().recip();
             column[k..].iter_mut().for_each(|v| *v *= scale);
-            for (j, other) in (k + 1..count).zip(later.chunks_exact_mut(3 * S)) {
+            for (j, other) in (k + 1..count).zip(later.chunks_exact_mut(rows)) {
                 add_multiple(&mut other[j..count], &column[j..], -column[j]);
             }
         }
@@ -192,13 +424,14 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
 
     /// Replaces C by C⁻¹.
     fn invert_factor(&mut self, count: usize) {
+        let rows = self.rows();
         for j in (0..count).rev() {
             let (column, later) = self.column_and_later(j, count);
             column[j] = column[j].recip();
             let scale = -column[j];
             column[j + 1..].iter_mut().for_each(|v| *v *= scale);
             // The later columns are finished: multiplies with them, starting from the last row.
-            for (k, other) in (j + 1..count).zip(later.chunks_exact(3 * S)).rev() {
+            for (k, other) in (j + 1..count).zip(later.chunks_exact(rows)).rev() {
                 let factor = column[k];
                 column[k] = factor * other[k];
                 add_multiple(&mut column[k + 1..], &other[k + 1..count], factor);
@@ -208,22 +441,24 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
 
     /// The first `count` elements of column `j`, and all later columns.
     fn column_and_later(&mut self, j: usize, count: usize) -> (&mut [R], &mut [R]) {
-        let (to_here, later) = self.as_mut_slice().split_at_mut(3 * S * (j + 1));
-        (&mut to_here[3 * S * j..][..count], later)
+        let rows = self.rows();
+        let (to_here, later) = self.as_mut_slice().split_at_mut(rows * (j + 1));
+        (&mut to_here[rows * j..][..count], later)
     }
 }
 
-impl<R: Real, const S: usize> Index<(usize, usize)> for ResponseSquare<R, S> {
+impl<R: Real, C: Capacity> Index<(usize, usize)> for ResponseSquare<R, C> {
     type Output = R;
 
     fn index(&self, (i, j): (usize, usize)) -> &R {
-        &self.as_slice()[3 * S * j + i]
+        &self.as_slice()[self.rows() * j + i]
     }
 }
 
-impl<R: Real, const S: usize> IndexMut<(usize, usize)> for ResponseSquare<R, S> {
+impl<R: Real, C: Capacity> IndexMut<(usize, usize)> for ResponseSquare<R, C> {
     fn index_mut(&mut self, (i, j): (usize, usize)) -> &mut R {
-        &mut self.as_mut_slice()[3 * S * j + i]
+        let rows = self.rows();
+        &mut self.as_mut_slice()[rows * j + i]
     }
 }
 
@@ -237,30 +472,32 @@ fn add_multiple<R: Real>(sum: &mut [R], column: &[R], factor: R) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::SVector;
+    use crate::capacity::Fixed;
+
+    type Two = Fixed<2, 1>;
 
     #[test]
     fn products_are_those_of_plain_matrices() {
         let element = |i: usize, j: usize| (i * 7 + j * 3) as f64 % 5.0 - 2.0;
-        let square = ResponseSquare::<f64, 2>::from_fn(element);
+        let square = ResponseSquare::<f64, Two>::from_fn(2, element);
         let plain = SMatrix::<f64, 6, 6>::from_fn(element);
-        let vector = Responses::<f64, 2>::from_fn(|axis, i| (3 * i + axis) as f64);
+        let vector = Responses::<f64, Two>::from_fn(2, |k| k as f64);
         let as_plain = SVector::<f64, 6>::from_column_slice(vector.as_slice());
         // Small integers are exact.
         assert_eq!(square.times(&vector).as_slice(), (plain * as_plain).as_slice());
         assert_eq!(square[(4, 1)], plain[(4, 1)]);
         assert_eq!(square.block(1, 0), plain.fixed_view::<3, 3>(3, 0).into_owned());
-        let mut outer = square;
+        let mut outer = square.clone();
         outer.add_outer(&vector, &vector);
         let expected = plain + as_plain * as_plain.transpose();
         assert!(outer.as_slice().iter().eq(expected.iter()));
         assert_eq!(outer.diagonal().as_slice(), expected.diagonal().as_slice());
         assert_eq!(
             ResponseSquare::from_diagonal(&vector).times(&vector),
-            vector.component_mul(&vector)
+            vector.zip_map(&vector, |a, b| a * b)
         );
-        let rows = ResponseRows::<f64, 2, 2>([vector, vector * 2.0]);
-        assert_eq!(rows.times(&SVector::from([1.0, -1.0])), -vector);
+        let rows = ResponseRows::<f64, Two, 2>([vector.clone(), &vector * 2.0]);
+        assert_eq!(rows.times(&SVector::from([1.0, -1.0])), -&vector);
         assert_eq!(rows.row(4), [4.0, 8.0]);
     }
 
@@ -271,8 +508,8 @@ mod tests {
         let element = |i: usize, j: usize| {
             (0..6).map(|k| a(k, i) * a(k, j)).sum::<f64>() + if i == j { 1.0 } else { 0.0 }
         };
-        let square = ResponseSquare::<f64, 2>::from_fn(element);
-        let mut inverse = square;
+        let square = ResponseSquare::<f64, Two>::from_fn(2, element);
+        let mut inverse = square.clone();
         inverse.invert(5).unwrap();
         for i in 0..6 {
             for j in 0..6 {

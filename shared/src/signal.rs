@@ -30,7 +30,7 @@ mod spectra;
 mod trigger;
 pub mod window;
 
-pub use analysis::HitAnalysis;
+pub use analysis::{HitAnalysis, divide_by_force};
 pub use bins::{resolution, ringing_s, transform_of};
 pub use chain::{AdcProperties, Calibration, ChannelCalibration, CrossAxis, HAMMER};
 pub use compact_lines::{COMPACT_RESPONSE, CompactLines, CompactLinesError, expand_response};
@@ -44,7 +44,7 @@ pub use long_record::LongRecordAnalysis;
 pub use record::Record;
 pub use repeat_hits::{ELSEWHERE, HitAgreement, KnownScatter, RepeatHits};
 pub use rest_statistics::RestStatistics;
-pub use samples::Samples;
+pub use samples::{Samples, Signal};
 pub use spectra::{Spectra, bins_of_band};
 pub use trigger::{Capture, CaptureState, EdgeTrigger, Trigger};
 

@@ -17,9 +17,10 @@ use massline_analysis::monte_carlo::measurement::{SimulatedTest, TestLayout};
 use massline_analysis::single_fault::{Examination, Mistake, examine};
 use massline_analysis::suspension::{MassLineAnswers, compare, reciprocity_of_mass_lines};
 use massline_physics::Bench;
+use massline_shared::capacity::Unbounded;
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::{DofMassLines, IdentifySettings, Observations};
-use massline_shared::layout::{HOST_SENSORS, HostLayout};
+use massline_shared::layout::HostLayout;
 
 use crate::campaign::layout_file;
 
@@ -37,16 +38,20 @@ pub struct MeasuredTest {
 impl MeasuredTest {
     /// Looks for single mistakes, as the program does.
     pub fn examine(&self) -> Examination {
-        examine(&self.host_layout(), &self.nodes, &self.test.dofs)
+        examine(&self.host_layout(), &self.nodes, &self.lines())
+    }
+
+    fn lines(&self) -> Vec<DofMassLines<f64, Unbounded>> {
+        let sensors = self.layout.sensors.len();
+        let dofs = self.test.dofs.iter();
+        dofs.map(|(index, lines)| (*index, lines.resized(sensors))).collect()
     }
 
     /// The answers of all methods to the mass lines, and the verdict on the best one, as the program comes to it; no verdict
     /// without an answer.
     pub fn judge(&self) -> (Identification, Option<Judgement>) {
         let layout = self.host_layout();
-        let dofs = self.test.dofs.iter();
-        let lines: Vec<DofMassLines<f64, HOST_SENSORS>> =
-            dofs.map(|(index, lines)| (*index, lines.resized())).collect();
+        let lines = self.lines();
         let observed = Observations::of_mass_lines(&layout, &lines);
         let settings = IdentifySettings::default();
         let identification = identify(&observed, Selection::All, &settings);

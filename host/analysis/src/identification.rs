@@ -7,6 +7,7 @@ mod rigidity;
 use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::body::RigidBody;
 use massline_shared::calibration::CalibrationSigma;
+use massline_shared::capacity::Unbounded;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::influence::{Influence, influences};
 use massline_shared::identify::maximum_likelihood::{
@@ -16,17 +17,17 @@ use massline_shared::identify::{
     self as solvers, DofMassLines, Estimate, IdentifySettings, Method, Methods, Observable,
     Observations, SpectrumBins,
 };
-use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Layout};
+use massline_shared::layout::HostLayout;
 
 pub use priors::contradicted;
 use priors::inconsistent_priors;
 pub use rigidity::sensors_not_rigid;
 
 /// Mass lines of the measured hit DOFs, with the index of each DOF in the layout.
-pub type MeasuredLines = Vec<DofMassLines<f64, HOST_SENSORS>>;
+pub type MeasuredLines = Vec<DofMassLines<f64, Unbounded>>;
 
 /// Observations in the capacity and precision of the host.
-pub type HostObservations<'a, L> = Observations<'a, f64, HOST_SENSORS, HOST_HITS, L>;
+pub type HostObservations<'a, L> = Observations<'a, f64, Unbounded, L>;
 
 /// Selected methods.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -76,7 +77,7 @@ pub struct Identification {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Details {
     /// Estimated nuisance parameters.
-    pub nuisances: NuisanceEstimates<f64, HOST_SENSORS, HOST_HITS>,
+    pub nuisances: NuisanceEstimates<f64, Unbounded>,
     /// Influence of each hit DOF and sensor on the answer.
     pub influences: Vec<Influence<f64>>,
 }
@@ -154,14 +155,14 @@ pub fn answers<L: SpectrumBins<f64>>(
     wanted: &[Method],
     settings: &IdentifySettings<f64>,
 ) -> Identification {
-    let Observations { layout, mass_lines, spectrum_bins } = observed;
+    let Observations { layout, mass_lines, .. } = observed;
     let from_residuals = layout.learn_budget
         && settings.error_budget == ErrorBudget::Learned
         && !without_repeats::have_repeats(mass_lines);
     let is_apart = |method: &Method| from_residuals && *method == Method::MaximumLikelihood;
     let together: Vec<Method> = wanted.iter().copied().filter(|m| !is_apart(m)).collect();
-    let lines = spectrum_bins.responses().map_or(0, |responses| responses.frequencies().len());
-    let mut memory = vec![0.0; solvers::workspace(&together, layout.sensors.len(), lines)];
+    let (sensors, hits) = (layout.sensors.len(), layout.hits.len());
+    let mut memory = vec![0.0; solvers::workspace(&together, sensors, hits)];
     let identified = solvers::identify(observed, &together, settings, &mut memory);
     let (estimates, refusals) = identified.into_parts();
     let mut answered = Identification {
@@ -198,15 +199,15 @@ pub fn answers<L: SpectrumBins<f64>>(
 ///
 /// # Errors
 /// As [`maximum_likelihood::solve`].
-pub fn solve_learned<const S: usize, const H: usize>(
-    layout: &Layout<f64, S, H>,
-    lines: &[DofMassLines<f64, S>],
+pub fn solve_learned(
+    layout: &HostLayout,
+    lines: &[DofMassLines<f64, Unbounded>],
     start: Start<'_, f64>,
-) -> Result<MaximumLikelihoodSolution<f64, S, H>, Diagnostics> {
-    let sensors = layout.sensors.len();
-    let mut memory = vec![0.0; without_repeats::workspace(sensors, lines.len())];
+) -> Result<MaximumLikelihoodSolution<f64, Unbounded>, Diagnostics> {
+    let (sensors, hits) = (layout.sensors.len(), layout.hits.len());
+    let mut memory = vec![0.0; without_repeats::workspace(sensors, hits)];
     if without_repeats::have_repeats(lines) {
-        let room = &mut memory[..maximum_likelihood::workspace(sensors)];
+        let room = &mut memory[..maximum_likelihood::workspace(sensors, hits)];
         maximum_likelihood::solve(layout, lines, start, ErrorBudget::Learned, room)
     } else {
         without_repeats::solve(layout, lines, start, &mut memory)
@@ -219,7 +220,7 @@ pub fn solve_learned<const S: usize, const H: usize>(
 fn suspect_priors(
     estimate: &mut Estimate<f64>,
     layout: &HostLayout,
-    lines: &[DofMassLines<f64, HOST_SENSORS>],
+    lines: &[DofMassLines<f64, Unbounded>],
 ) -> Vec<Diagnostic> {
     let is = |d: &Diagnostic, code: Code| d.code == code;
     if !estimate.diagnostics.iter().any(|d| is(d, Code::DataInconsistentWithBudget)) {
@@ -247,10 +248,11 @@ pub fn learned(layout: &HostLayout, estimate: &Estimate<f64>) -> HostLayout {
 /// answer.
 fn details(
     layout: &HostLayout,
-    lines: &[DofMassLines<f64, HOST_SENSORS>],
+    lines: &[DofMassLines<f64, Unbounded>],
     answer: &RigidBody<f64>,
 ) -> Option<Details> {
-    let mut memory = vec![0.0; maximum_likelihood::workspace(layout.sensors.len())];
+    let (sensors, hits) = (layout.sensors.len(), layout.hits.len());
+    let mut memory = vec![0.0; maximum_likelihood::workspace(sensors, hits)];
     let whole = maximum_likelihood::solve(
         layout,
         lines,
@@ -264,16 +266,17 @@ fn details(
     Some(Details { nuisances: whole.nuisances, influences: of_each })
 }
 
-/// The mass lines of a rig's result in double precision; DOFs with inconsistent numbers of values are left
-/// out.
-pub fn lines_of(result: &MeasurementResult) -> MeasuredLines {
-    lines_of_dofs(&result.dofs)
+/// The mass lines of a rig's result for the sensors of its layout, in double precision; DOFs with inconsistent numbers
+/// of values are left out.
+pub fn lines_of(result: &MeasurementResult, layout: &HostLayout) -> MeasuredLines {
+    lines_of_dofs(&result.dofs, layout)
 }
 
 /// As [`lines_of`], of single DOFs.
-pub fn lines_of_dofs(dofs: &[DofResult]) -> MeasuredLines {
+pub fn lines_of_dofs(dofs: &[DofResult], layout: &HostLayout) -> MeasuredLines {
     let of_rig = dofs.iter().filter_map(DofResult::mass_lines);
-    of_rig.map(|(index, lines)| (index, lines.cast::<f64>().resized())).collect()
+    let sensors = layout.sensors.len();
+    of_rig.map(|(index, lines)| (index, lines.cast::<f64>().resized(sensors))).collect()
 }
 
 /// The layout with the standard deviations that the calibration of a result contributed.

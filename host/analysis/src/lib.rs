@@ -10,6 +10,7 @@
 //! | [`precision`] | during a campaign: how precise the answer would be so far |
 //! | [`single_fault`] | which mistake explains data that contradict their budget |
 //! | [`plausibility`] | what in a layout or an answer looks like another unit |
+//! | [`hits`] | grades the hits of a recording: each on its own, then against the others |
 //! | [`judgement`] | whether a result can be used, and why not |
 //! | [`limits`] | what limits an answer |
 //! | [`design`] | the predicted uncertainty of a layout, and better layouts |
@@ -21,6 +22,7 @@
 
 pub mod bench_error;
 pub mod design;
+pub mod hits;
 pub mod identification;
 pub mod judgement;
 pub mod limits;

@@ -8,7 +8,7 @@ use massline_shared::identify::Method;
 use massline_shared::identify::maximum_likelihood::{
     BudgetScales, LearnedBudget, LearnedFrom, workspace,
 };
-use massline_shared::layout::{HOST_SENSORS, Hit, HostLayout, TestProfile};
+use massline_shared::layout::{Hit, HostLayout, TestProfile};
 use nalgebra::Vector6;
 
 use crate::design::LayoutCriterion;
@@ -74,7 +74,7 @@ impl BoundedTest {
 
     /// The shares of the sources of error, where the hits and sensors determine the ten properties.
     pub fn parts(&self) -> Vec<Part<f64>> {
-        let mut memory = vec![0.0; workspace(HOST_SENSORS)];
+        let mut memory = vec![0.0; workspace(self.layout.sensors.len(), self.layout.hits.len())];
         let parts = design::parts(&self.criterion, &self.layout, &mut memory);
         parts.map_or(Vec::new(), |parts| parts.to_vec())
     }

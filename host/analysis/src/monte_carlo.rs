@@ -22,6 +22,7 @@ use std::num::NonZeroUsize;
 
 use massline_physics::{Bench, BenchError, BenchSource, ErrorSizes};
 use massline_result::Doubt;
+use massline_shared::capacity::Rig;
 use massline_shared::diagnosis::{Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::maximum_likelihood::{self, RIG_WORKSPACE};
@@ -158,7 +159,7 @@ impl MonteCarlo<'_> {
         let mut layout = self.layout.clone();
         apply_bench_budget(&mut layout, self.bench);
         let noise = mean_noise(runs, self.layout.hits.len());
-        let noise = |index: usize| noise.get(index).copied().unwrap_or_else(Responses::zeros);
+        let noise = |index: usize| noise[index].clone();
         let hits = u16::from(self.layout.test.hits_per_dof);
         let mut workspace = [0.0; RIG_WORKSPACE];
         let truth = self.bench.truth();
@@ -234,12 +235,12 @@ fn is_wrong(measured: &SimulatedTest, truth: &[f64; 10]) -> bool {
 }
 
 /// Root mean square over the runs of the standard deviations that the mass line fits estimate, by hit DOF.
-fn mean_noise(runs: &[Run], dofs: usize) -> Vec<Responses<f64, RIG_SENSORS>> {
-    let mut sums = vec![(0.0, Responses::<f64, RIG_SENSORS>::zeros()); dofs];
+fn mean_noise(runs: &[Run], dofs: usize) -> Vec<Responses<f64, Rig>> {
+    let mut sums = vec![(0.0, Responses::<f64, Rig>::zeros(RIG_SENSORS)); dofs];
     for (index, lines) in runs.iter().flatten().flat_map(|measured| &measured.dofs) {
         if let Some((count, sum)) = sums.get_mut(*index) {
             *count += 1.0;
-            *sum += lines.noise.map(|sigma| sigma * sigma);
+            *sum += &lines.noise.map(|sigma| sigma * sigma);
         }
     }
     sums.into_iter().map(|(count, sum)| sum.map(|v| (v / f64::max(count, 1.0)).sqrt())).collect()

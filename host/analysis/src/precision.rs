@@ -30,7 +30,7 @@ pub struct PrecisionReport<'a> {
 impl<'a> PrecisionReport<'a> {
     /// Solves the mass lines of these DOFs.
     pub fn of(layout: &'a HostLayout, dofs: &[DofResult]) -> Self {
-        let lines = lines_of_dofs(dofs);
+        let lines = lines_of_dofs(dofs, layout);
         let measured = lines.len();
         let found = Self { layout, measured, precision: None, further: None, body: None };
         let wanted: Methods = Method::of_mass_lines().collect();
@@ -39,12 +39,12 @@ impl<'a> PrecisionReport<'a> {
         let length = layout.characteristic_length();
         let precision = Precision::of(&estimates, layout.target, length);
         let (Some(precision), Some(best)) = (precision, estimates.first()) else { return found };
-        let sensors = layout.sensors.len();
+        let (sensors, hits) = (layout.sensors.len(), layout.hits.len());
         let candidates = HitCandidates::Following;
         // What was learned is in the layout.
         let (budget, plain) = (learned(layout, best), Estimate { learned: None, ..best.clone() });
         let mut search = FurtherHitSearch::new(&precision, &plain, &lines, sensors, candidates);
-        let mut memory = vec![0.0; solvers::workspace(&wanted, sensors, 0)];
+        let mut memory = vec![0.0; solvers::workspace(&wanted, sensors, hits)];
         while search.step(&budget, &lines, &mut memory) == Progress::Going {}
         let body = Some(best.body);
         Self { precision: Some(precision), further: search.found(), body, ..found }
@@ -149,9 +149,10 @@ impl PrecisionMonitor {
 mod tests {
     use super::*;
     use massline_files::layout_file::LayoutFile;
+    use massline_shared::capacity::Rig;
     use massline_shared::identify::MassLines;
+    use massline_shared::layout::RigLayout;
     use massline_shared::layout::Target;
-    use massline_shared::layout::{RIG_SENSORS, RigLayout};
     use massline_shared::measurement::MeasuredDof;
     use nalgebra::SVector;
 
@@ -170,9 +171,8 @@ mod tests {
             1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706,
         ]));
         let of = |index: usize| {
-            let mut lines = MassLines::<f32, RIG_SENSORS>::without_scatter(
-                rig.accelerance(&body, index).unwrap(),
-            );
+            let mut lines =
+                MassLines::<f32, Rig>::without_scatter(rig.accelerance(&body, index).unwrap());
             (lines.hits, lines.noise) = (5, lines.noise.map(|_| 0.002));
             // Hits that scatter by a twentieth, as with directions of 50 mrad.
             (0..9).for_each(|k| lines.scatter[(k, k)] = 0.05 * 0.05);

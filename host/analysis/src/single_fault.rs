@@ -20,10 +20,11 @@ mod sized_fit;
 
 use massline_protocol::object::MeasurementResult;
 use massline_shared::Estimated;
+use massline_shared::capacity::Unbounded;
 use massline_shared::identify::maximum_likelihood::BudgetScales;
 use massline_shared::identify::single_fault::SingleFault;
 use massline_shared::identify::{Consistency, DofMassLines, Estimate};
-use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, RIG_HITS, RIG_SENSORS};
+use massline_shared::layout::{HostLayout, RIG_HITS, RIG_SENSORS};
 
 use crate::identification::{layout_of, lines_of};
 use massline_files::archive::ArchivedLayout;
@@ -73,13 +74,14 @@ impl NominalTest {
     }
 
     /// Looks for single mistakes in mass lines.
-    pub fn examine<const S: usize>(&self, lines: &[DofMassLines<f64, S>]) -> Examination {
+    pub fn examine(&self, lines: &[DofMassLines<f64, Unbounded>]) -> Examination {
         examine(&self.layout, &self.nodes, lines)
     }
 
     /// Looks for single mistakes in a rig's result.
     pub fn examine_result(&self, result: &MeasurementResult) -> Examination {
-        examine(&layout_of(result, &self.layout), &self.nodes, &lines_of(result))
+        let layout = layout_of(result, &self.layout);
+        examine(&layout, &self.nodes, &lines_of(result, &layout))
     }
 }
 
@@ -160,28 +162,11 @@ impl Examination {
 
 /// Looks for single mistakes in a test. `nodes` are the points that could have been hit, with their
 /// positions in the body frame, m.
-pub fn examine<const S: usize>(
+pub fn examine(
     layout: &HostLayout,
     nodes: &[(u16, [f64; 3])],
-    lines: &[DofMassLines<f64, S>],
+    lines: &[DofMassLines<f64, Unbounded>],
 ) -> Examination {
-    // A layout that fits a rig is solved twenty times faster in matrices of the rig's size.
-    let small = layout.cast::<f64, RIG_SENSORS, RIG_HITS>();
-    match small {
-        Some(small) => {
-            let lines = resized::<S, RIG_SENSORS>(lines);
-            Search::<RIG_SENSORS, RIG_HITS>::new(&small, nodes, &lines).examine(true)
-        }
-        None => {
-            let lines = resized::<S, HOST_SENSORS>(lines);
-            Search::<HOST_SENSORS, HOST_HITS>::new(layout, nodes, &lines).examine(false)
-        }
-    }
-}
-
-/// The lines in matrices with room for another number of sensors.
-fn resized<const FROM: usize, const TO: usize>(
-    lines: &[DofMassLines<f64, FROM>],
-) -> Vec<DofMassLines<f64, TO>> {
-    lines.iter().map(|(index, lines)| (*index, lines.resized())).collect()
+    let fits_rig = layout.sensors.len() <= RIG_SENSORS && layout.hits.len() <= RIG_HITS;
+    Search::new(layout, nodes, lines).examine(fits_rig)
 }

@@ -21,6 +21,7 @@ mod test_lines;
 
 use massline_shared::FrequencyResponses;
 use massline_shared::body::{RigidBody, scale};
+use massline_shared::capacity::Unbounded;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::global_fit::{GlobalFitSettings, GlobalFitSolution};
 use massline_shared::identify::suspension::{
@@ -28,7 +29,7 @@ use massline_shared::identify::suspension::{
     undetermined_property,
 };
 use massline_shared::identify::{Estimate, Method};
-use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
+use massline_shared::layout::HostLayout;
 use massline_shared::modes::{LinesPerSide, Reduction};
 
 use adequacy::{Adequacy, Judged, judge, refuse_misfit, warn_of_misfit};
@@ -44,7 +45,7 @@ pub use survey::{Asked, Survey};
 pub use test_lines::{DofLines, TestLines};
 
 /// A fit with the capacity of the host.
-pub type HostFit<'a> = SuspensionFit<'a, f64, HOST_SENSORS, HOST_HITS>;
+pub type HostFit<'a> = SuspensionFit<'a, f64, Unbounded>;
 
 /// How the suspension modes are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,6 +6,7 @@
 //! | [`solution`] | what the program finds from the data of a test, and the result that it makes of it |
 //! | [`words`] | diagnostics, verdicts and results in words |
 //! | [`document`] | the JSON documents of all commands, and their schemas |
+//! | [`recorded_hits`] | the graded hits of a recording |
 //! | [`result_file`] | one result with its test: what pictures and pages are made of |
 //! | [`picture`] | pictures |
 //! | [`page`] | results as a page for people |
@@ -21,6 +22,7 @@ pub mod page;
 pub mod picture;
 pub mod projection;
 pub mod readings;
+pub mod recorded_hits;
 pub mod result_file;
 pub mod solution;
 pub mod table;

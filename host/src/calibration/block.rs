@@ -6,9 +6,10 @@ use massline_shared::calibration::block::{
 };
 use massline_shared::calibration::opposite_hits::{Setup, opposite_hits};
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
+use massline_shared::capacity::Rig;
 use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::identify::MassLines;
-use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout};
+use massline_shared::layout::RigLayout;
 use massline_shared::signal::HAMMER;
 use nalgebra::Vector3;
 
@@ -17,7 +18,7 @@ use super::electronics::{ConversionOrder, Electronics};
 use crate::{Error, Result};
 
 /// The hits of a block test.
-pub type Hits = Vec<BlockHit<f64, RIG_SENSORS>>;
+pub type Hits = Vec<BlockHit<f64, Rig>>;
 
 /// The result of a block test, relative to the calibration in force during it.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,7 +100,7 @@ impl Block {
         let known = record.method.knows_sensors();
         let hammer =
             known.then(|| force_ratio(lines, count, block)).transpose().map_err(undetermined)?;
-        let exact = layout.cast::<f64, RIG_SENSORS, RIG_HITS>();
+        let exact = layout.cast::<f64, Rig>();
         let setup = exact.as_ref().map(|exact| Setup {
             sensors: &exact.sensors,
             mass: block.mass,

@@ -8,11 +8,14 @@ use massline_shared::layout::{HitPolicy, HitTreatment, TestSettings};
 use serde_json::json;
 
 use super::number::{not_negative, positive};
-use crate::hits::{Options, PreparedRecording};
 use crate::output::Output;
 use crate::{Error, Result};
+use massline_analysis::hits::{Options, PreparedRecording};
 use massline_files::recording::{
     Decimal, Recording, Sensitivity, StatedSensitivity, StatedUnit, Statements,
+};
+use massline_report::recorded_hits::{
+    hits_json, hits_text, understanding_json, understanding_text,
 };
 
 /// Arguments of `massline hits`.
@@ -115,19 +118,19 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let recording =
         PreparedRecording::new(recording, &options).map_err(|error| error.within(&file))?;
     if output.json() {
-        output.explain(&json!({ "recording": recording.understanding().to_json() }));
+        output.explain(&json!({ "recording": understanding_json(recording.understanding()) }));
     } else {
-        output.text(format!("{file}: {}", recording.understanding().to_text()))?;
+        output.text(format!("{file}: {}", understanding_text(recording.understanding())))?;
     }
     let hits = recording.grade(&options).map_err(|error| error.within(&file))?;
     hits.warnings.iter().for_each(|warning| output.warn(warning));
     if hits.hits.iter().any(|hit| hit.report.good()) {
-        return output.answer(&hits.to_json(), |_| hits.to_text());
+        return output.answer(&hits_json(&hits), |_| hits_text(&hits));
     }
     if output.json() {
-        output.explain(&hits.to_json());
+        output.explain(&hits_json(&hits));
     } else {
-        output.text(hits.to_text())?;
+        output.text(hits_text(&hits))?;
     }
     let all = hits.hits.len();
     let text = format!("all {all} hits were rejected; the sentence beside each says what to do");

@@ -1,8 +1,9 @@
 //! The solution of frequency responses, from those of mass lines and of suspension modes.
 
 use massline_result::{FrequencyResponsesRead, MassLine, Refusal, TestResult};
+use massline_shared::capacity::Unbounded;
 use massline_shared::identify::{DofMassLines, Method};
-use massline_shared::layout::{HOST_SENSORS, HostLayout};
+use massline_shared::layout::HostLayout;
 
 use super::suspension::ModalPart;
 use super::{MassLinePart, ReferencePoint};
@@ -98,7 +99,7 @@ pub(super) fn failed(method: Method, error: &Error) -> Refusal {
 }
 
 /// The mass lines of a hit: sensor 1 x, y, z, … Their noise is estimated from the scatter of the bins about the model.
-fn mass_line((hit, lines): &DofMassLines<f64, HOST_SENSORS>, layout: &HostLayout) -> MassLine {
+fn mass_line((hit, lines): &DofMassLines<f64, Unbounded>, layout: &HostLayout) -> MassLine {
     let channels = 3 * layout.sensors.len();
     MassLine {
         dof: layout.hits.get(*hit).map_or_else(String::new, |hit| hit.dof.to_string()),

@@ -1,9 +1,10 @@
 //! The frequency responses of a layout, and the mass lines that are fitted to them.
 
 use massline_shared::FrequencyResponses;
+use massline_shared::capacity::Unbounded;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::MassLines;
-use massline_shared::layout::{HOST_SENSORS, HostLayout, TestProfile, TestSettings};
+use massline_shared::layout::{HostLayout, TestProfile, TestSettings};
 use massline_shared::mass_line::{
     BasisRow, Bin, Fitting, MassLineError, ResponseFits, find_band, window_correlation,
 };
@@ -109,7 +110,7 @@ impl LayoutResponses {
         let mut all = FittedLines { lines: Vec::new(), band_hz, diagnostics: Vec::new() };
         let mut stiffest = None;
         for (dof, responses) in self.hits.iter().enumerate() {
-            let mut fits = ResponseFits::<f64, HOST_SENSORS>::zeros(responses.len());
+            let mut fits = ResponseFits::<f64, Unbounded>::zeros(responses.len());
             for (channel, response) in responses.iter().enumerate() {
                 fits.set(channel, &response.fit(&fitting)?);
             }
@@ -120,8 +121,8 @@ impl LayoutResponses {
             let suspension = fits.suspension_in_band(band_hz);
             stiffest = suspension.into_iter().chain(stiffest).reduce(f64::max);
             let hits = u16::from(layout.test.hits_per_dof);
-            let lines = MassLines::without_scatter(fits.accelerance).with_noise(fits.noise);
             let band_shift = fits.band_shift(band_hz);
+            let lines = MassLines::without_scatter(fits.accelerance).with_noise(fits.noise);
             all.lines.push((dof, MassLines { hits, band_shift, ..lines }));
         }
         if let Some(suspension) = stiffest {
@@ -244,7 +245,7 @@ impl LayoutResponses {
 
 impl Response {
     /// Fits the mass line of this response.
-    fn fit(&self, fitting: &Fitting<f64>) -> Result<ResponseFits<f64, 1>> {
+    fn fit(&self, fitting: &Fitting<f64>) -> Result<ResponseFits<f64, Unbounded>> {
         let lines = self.points.iter().map(|&(frequency, _)| Bin { frequency, weight: 1.0 });
         let mut rows = vec![BasisRow::default(); self.points.len()];
         let h = |_, line: usize| self.points[line].1;

@@ -217,7 +217,7 @@ fn a_node_without_elastic_shape_is_refused_by_number() {
 fn a_fourth_sensor_is_refused() {
     let bench = Bench::named("default").unwrap();
     let mut layout = test_one();
-    layout.sensors.push(sensor(4, [0.0; 3])).unwrap();
+    layout.sensors.push(sensor(4, [0.0; 3]));
     let error = BenchSource::new(&bench, &layout, 1).unwrap_err();
     assert!(matches!(error, BenchError::TooManySensors(4)), "{error}");
 }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::lines_head::LinesHead;
 use massline_shared::body::RigidBody;
 use massline_shared::calibration::CalibrationSigma;
+use massline_shared::capacity::Rig;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::maximum_likelihood::LearnedBudget;
 use massline_shared::identify::{
@@ -16,7 +17,7 @@ use massline_shared::identify::{
 use massline_shared::layout::{Dof, FrfEstimator, RIG_HITS, RIG_SENSORS, TestProfile};
 use massline_shared::mass_line::Terms;
 use massline_shared::measurement::MeasuredDof;
-use massline_shared::responses::{ResponseSquare, Responses};
+use massline_shared::responses::Responses;
 use massline_shared::signal::RESPONSES;
 use nalgebra::SVector;
 
@@ -148,11 +149,10 @@ pub struct StoredTrend {
 
 impl DofResult {
     /// Converts a measured DOF for storage.
-    pub fn of(details: &MeasuredDof<f32>, (index, lines): &DofMassLines<f32, RIG_SENSORS>) -> Self {
-        let array =
-            |responses: &Responses<f32, RIG_SENSORS>| core::array::from_fn(|k| responses[k]);
+    pub fn of(details: &MeasuredDof<f32>, (index, lines): &DofMassLines<f32, Rig>) -> Self {
+        let array = |responses: &Responses<f32, Rig>| core::array::from_fn(|k| responses[k]);
         let mut scatter = Vec::new();
-        if lines.scatter != ResponseSquare::zeros() {
+        if !lines.scatter.is_zero() {
             scatter.extend(lower_triangle(&lines.scatter, RESPONSES));
         }
         Self {
@@ -179,22 +179,18 @@ impl DofResult {
     }
 
     /// Converts back to the measured DOF; `None` when the numbers are inconsistent.
-    pub fn measured(&self) -> Option<(MeasuredDof<f32>, DofMassLines<f32, RIG_SENSORS>)> {
+    pub fn measured(&self) -> Option<(MeasuredDof<f32>, DofMassLines<f32, Rig>)> {
         let Self { dof, band_hz, coherence, .. } = *self;
         Some((MeasuredDof { dof, band_hz, coherence }, self.mass_lines()?))
     }
 
     /// Mass lines of the DOF with the index of the hit in the layout; `None` when the numbers are
     /// inconsistent.
-    pub fn mass_lines(&self) -> Option<DofMassLines<f32, RIG_SENSORS>> {
+    pub fn mass_lines(&self) -> Option<DofMassLines<f32, Rig>> {
         let hits = u16::from(self.hits);
         let mut lines = MassLines::from_parts(&self.accelerance, &self.noise, &self.scatter, hits)?;
         let StoredTrend { mean, squares, products } = self.trend;
-        let responses = |stored: [f32; RESPONSES]| {
-            let mut responses = Responses::<f32, RIG_SENSORS>::zeros();
-            responses.as_mut_slice().copy_from_slice(&stored);
-            responses
-        };
+        let responses = |stored: [f32; RESPONSES]| Responses::from_fn(RIG_SENSORS, |k| stored[k]);
         lines.trend = ForceTrend { mean, squares, products: responses(products) };
         lines.band_shift = responses(self.band_shift);
         Some((usize::from(self.index), lines))

@@ -20,6 +20,7 @@ use core::fmt;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::identify::MassLines;
 use crate::responses::Responses;
 
@@ -34,11 +35,11 @@ pub struct BlockMass<R> {
 
 /// The hits along one direction and the readings of the sensors.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BlockHit<R, const S: usize> {
+pub struct BlockHit<R: Real, C: Capacity> {
     /// Unit vector of the force in the frame of the block.
     pub direction: Vector3<R>,
     /// Mass lines with the calibration in use, (m/s²)/N.
-    pub lines: MassLines<R, S>,
+    pub lines: MassLines<R, C>,
 }
 
 /// Why a block test gives no calibration.
@@ -115,6 +116,7 @@ impl<R: Real> ForceRatio<R> {
 /// See [`BlockError`].
 ///
 /// ```
+/// # use massline_shared::capacity::Fixed;
 /// # use massline_shared::calibration::block::{BlockHit, BlockMass, sensor_ratios};
 /// # use massline_shared::identify::MassLines;
 /// # use massline_shared::nalgebra::Vector3;
@@ -123,7 +125,7 @@ impl<R: Real> ForceRatio<R> {
 /// let hits = [0, 1, 2].map(|axis| {
 ///     let direction: Vector3<f64> = Vector3::ith(axis, 1.0);
 ///     let read = direction.component_mul(&Vector3::new(1.03, 1.0, 1.0)) / 2.0;
-///     let lines = MassLines::without_scatter(Responses::<f64, 1>::from_column_slice(read.as_slice()));
+///     let lines = MassLines::without_scatter(Responses::<f64, Fixed<1, 1>>::from([read.into()]));
 ///     BlockHit { direction, lines: MassLines { hits: 5, ..lines } }
 /// });
 /// let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -135,8 +137,8 @@ impl<R: Real> ForceRatio<R> {
 /// assert!(sensor_ratios(&hits[..2], 0, &axes, block).is_err());
 /// # Ok::<(), massline_shared::calibration::block::BlockError>(())
 /// ```
-pub fn sensor_ratios<R: Real, const S: usize>(
-    hits: &[BlockHit<R, S>],
+pub fn sensor_ratios<R: Real, C: Capacity>(
+    hits: &[BlockHit<R, C>],
     sensor: usize,
     axes: &[[R; 3]; 3],
     block: BlockMass<R>,
@@ -160,9 +162,11 @@ pub fn sensor_ratios<R: Real, const S: usize>(
         let count = R::of(f64::from(hit.lines.hits));
         for row in 0..3 {
             let channel = 3 * sensor + row;
-            let read = hit.lines.accelerance.get(channel).copied().unwrap_or_else(R::zero);
-            let scatter = hit.lines.scatter.diagonal().get(channel).copied();
-            let scatter = scatter.unwrap_or_else(R::zero) / count;
+            let read =
+                hit.lines.accelerance.as_slice().get(channel).copied().unwrap_or_else(R::zero);
+            let known = channel < hit.lines.scatter.rows();
+            let scatter =
+                if known { hit.lines.scatter[(channel, channel)] } else { R::zero() } / count;
             for column in 0..3 {
                 ratio[(row, column)] += read * weights[column];
                 variance[(row, column)] += scatter * weights[column] * weights[column];
@@ -190,23 +194,25 @@ const DEAD: f64 = 0.05;
 /// See [`BlockError`]. The directions may be any, so they are not passed in.
 ///
 /// ```
+/// # use massline_shared::capacity::Fixed;
 /// # use massline_shared::calibration::block::{BlockMass, force_ratio};
 /// # use massline_shared::identify::MassLines;
 /// # use massline_shared::responses::Responses;
 /// // The hammer reads 2 % too little, so every accelerance is 2 % too large, whatever its direction.
-/// let accelerance = Responses::<f64, 1>::from([[0.6, 0.8, 0.0]]) * (1.02 / 2.0);
+/// let accelerance = &Responses::<f64, Fixed<1, 1>>::from([[0.6, 0.8, 0.0]]) * (1.02 / 2.0);
 /// let lines = MassLines { hits: 5, ..MassLines::without_scatter(accelerance) };
 /// let found = force_ratio([&lines; 3].into_iter(), 1, BlockMass { mass: 2.0, sigma: 0.002 })?;
 /// assert!((found.ratio - 1.02).abs() < 1e-12 && found.is_consistent());
 /// # Ok::<(), massline_shared::calibration::block::BlockError>(())
 /// ```
-pub fn force_ratio<'a, R: Real, const S: usize>(
-    hits: impl Iterator<Item = &'a MassLines<R, S>> + Clone,
+pub fn force_ratio<'a, R: Real, C: Capacity>(
+    hits: impl Iterator<Item = &'a MassLines<R, C>> + Clone,
     sensors: usize,
     block: BlockMass<R>,
 ) -> Result<ForceRatio<R>, BlockError> {
     check(hits.clone(), block)?;
-    if hits.clone().next().is_none() || sensors == 0 || sensors > S {
+    let room = hits.clone().map(|lines| lines.accelerance.sensors()).min().unwrap_or(0);
+    if sensors == 0 || sensors > room {
         return Err(BlockError::DirectionsMissing);
     }
     let floor = R::of(FLOOR * FLOOR);
@@ -239,15 +245,15 @@ const FLOOR: f64 = 1e-3;
 
 /// Mass times the length of the accelerance of one direction, averaged over the sensors, and the variance of
 /// that mean.
-fn mean_ratio<R: Real, const S: usize>(
-    lines: &MassLines<R, S>,
+fn mean_ratio<R: Real, C: Capacity>(
+    lines: &MassLines<R, C>,
     sensors: usize,
     mass: R,
 ) -> Result<(R, R), BlockError> {
     let MassLines { accelerance, scatter, hits, .. } = lines;
     let count = R::of(f64::from(*hits));
     let share = R::one() / R::of(sensors as f64);
-    let mut along = Responses::<R, S>::zeros();
+    let mut along = Responses::<R, C>::zeros(accelerance.sensors());
     let mut sum = R::zero();
     for sensor in 0..sensors {
         let channels = 3 * sensor..3 * sensor + 3;
@@ -270,12 +276,12 @@ fn mean_ratio<R: Real, const S: usize>(
     Ok((sum * mass, variance.max(R::zero()) * mass * mass))
 }
 
-fn check<'a, R: Real, const S: usize>(
-    mut hits: impl Iterator<Item = &'a MassLines<R, S>> + Clone,
+fn check<'a, R: Real, C: Capacity>(
+    mut hits: impl Iterator<Item = &'a MassLines<R, C>> + Clone,
     block: BlockMass<R>,
 ) -> Result<(), BlockError> {
     let sound = block.mass.finite() && block.mass > R::zero() && block.sigma.finite();
-    let finite = |lines: &MassLines<R, S>| {
+    let finite = |lines: &MassLines<R, C>| {
         lines.accelerance.iter().chain(lines.scatter.as_slice()).all(|v| v.finite())
     };
     if !sound || !hits.clone().all(finite) {

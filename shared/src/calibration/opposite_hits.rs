@@ -20,7 +20,9 @@ use heapless::Vec;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::block::BlockHit;
+use crate::capacity::Capacity;
 use crate::layout::Sensor;
+use crate::responses::Responses;
 use crate::signal::{Calibration, HAMMER};
 use crate::{Estimated, Real};
 
@@ -58,19 +60,20 @@ pub struct OppositeHits<R> {
 }
 
 /// One direction: the half sum of both sides.
-struct Pair<R, const S: usize> {
+struct Pair<R: Real, C: Capacity> {
     direction: Vector3<R>,
-    sum: [[R; 3]; S],
+    sum: Responses<R, C>,
 }
 
 /// Evaluates the hits of a block test. `None` when fewer than three sensors were hit from opposite sides, or their
 /// places do not tell the terms apart.
-pub fn opposite_hits<R: Real, const S: usize>(
-    hits: &[BlockHit<R, S>],
+pub fn opposite_hits<R: Real, C: Capacity>(
+    hits: &[BlockHit<R, C>],
     setup: &Setup<'_, R>,
 ) -> Option<OppositeHits<R>> {
     let count = setup.sensors.len();
-    if count < 3 || count > S || setup.mass <= R::zero() {
+    let room = hits.iter().map(|hit| hit.lines.accelerance.sensors()).min().unwrap_or(0);
+    if count < 3 || count > room || setup.mass <= R::zero() {
         return None;
     }
     let pairs = pairs(hits);
@@ -112,7 +115,7 @@ pub fn opposite_hits<R: Real, const S: usize>(
 }
 
 /// The directions that were hit from both sides.
-fn pairs<R: Real, const S: usize>(hits: &[BlockHit<R, S>]) -> Vec<Pair<R, S>, DIRECTIONS> {
+fn pairs<R: Real, C: Capacity>(hits: &[BlockHit<R, C>]) -> Vec<Pair<R, C>, DIRECTIONS> {
     let mut pairs = Vec::new();
     for (k, one) in hits.iter().enumerate() {
         let opposite = hits
@@ -120,12 +123,9 @@ fn pairs<R: Real, const S: usize>(hits: &[BlockHit<R, S>]) -> Vec<Pair<R, S>, DI
             .skip(k + 1)
             .find(|two| one.direction.dot(&two.direction) < R::of(-OPPOSITE));
         if let Some(two) = opposite {
-            let half = R::of(0.5);
-            let sum = |sensor: usize, axis: usize| {
-                let at = (axis, sensor);
-                (one.lines.accelerance[at] + two.lines.accelerance[at]) * half
-            };
-            let sum = core::array::from_fn(|s| core::array::from_fn(|a| sum(s, a)));
+            let mut sum = one.lines.accelerance.clone();
+            sum += &two.lines.accelerance;
+            sum *= R::of(0.5);
             // A fourth direction is left out.
             let _ = pairs.push(Pair { direction: one.direction, sum });
         }
@@ -172,8 +172,8 @@ fn across<R: Real>(along: &Vector3<R>) -> Vector3<R> {
 
 /// κ from one direction and its information, both for readings of unit noise. `None` when the direction does not
 /// determine it.
-fn memory_of<R: Real, const S: usize>(
-    pair: &Pair<R, S>,
+fn memory_of<R: Real, C: Capacity>(
+    pair: &Pair<R, C>,
     setup: &Setup<'_, R>,
     (follower, column): &(usize, Vector3<R>),
 ) -> Option<(R, R)> {
@@ -187,7 +187,7 @@ fn memory_of<R: Real, const S: usize>(
             of_sensor.set_column(UNKNOWNS, column);
         }
         normal += of_sensor.transpose() * of_sensor;
-        right += of_sensor.transpose() * Vector3::from(pair.sum[k]);
+        right += of_sensor.transpose() * Vector3::from(pair.sum.of_sensor(k));
     }
     let factor = normal.cholesky()?;
     // κ is the last unknown, so the last element of the factor is what the others leave of its column.
@@ -199,8 +199,8 @@ fn memory_of<R: Real, const S: usize>(
 
 /// The asymmetry of one direction, its variance for readings of unit noise, and the sum of the squared residuals.
 /// `known` is κ with its column.
-fn asymmetry_of<R: Real, const S: usize>(
-    pair: &Pair<R, S>,
+fn asymmetry_of<R: Real, C: Capacity>(
+    pair: &Pair<R, C>,
     setup: &Setup<'_, R>,
     known: Option<(R, (usize, Vector3<R>))>,
 ) -> Option<(R, R, R)> {
@@ -209,7 +209,7 @@ fn asymmetry_of<R: Real, const S: usize>(
     let mut square = R::zero();
     for (k, sensor) in setup.sensors.iter().enumerate() {
         let of_sensor = rows(setup, sensor, &pair.direction);
-        let mut read = Vector3::from(pair.sum[k]);
+        let mut read = Vector3::from(pair.sum.of_sensor(k));
         if let Some((memory, (_, column))) = known.filter(|(_, (follower, _))| *follower == k) {
             read -= column * memory;
         }

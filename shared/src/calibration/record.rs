@@ -6,6 +6,7 @@ use num_enum::{FromPrimitive, IntoPrimitive};
 use super::block::ForceRatio;
 use super::tumble::SensorSensitivity;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::layout::{DEFAULT_HAMMER_GAIN, Layout, RIG_SENSORS, SensorUncertainty};
 use crate::signal::{Calibration, HAMMER};
 use crate::units::Volts;
@@ -111,7 +112,7 @@ impl CalibrationSigma {
 
     /// Supplies the standard deviations that the layout takes from a calibration
     /// ([`CalibratedGains`](crate::layout::CalibratedGains)).
-    pub fn apply_to<R: Real, const S: usize, const H: usize>(&self, layout: &mut Layout<R, S, H>) {
+    pub fn apply_to<R: Real, C: Capacity>(&self, layout: &mut Layout<R, C>) {
         supply(layout, [self.gain, self.cross_axis, self.hammer_gain].map(f64::from));
     }
 }
@@ -128,16 +129,16 @@ impl CalibrationSigma {
 /// without_calibration(&mut layout);
 /// assert_eq!(layout, as_stated);
 /// ```
-pub fn without_calibration<R: Real, const S: usize, const H: usize>(layout: &mut Layout<R, S, H>) {
+pub fn without_calibration<R: Real, C: Capacity>(layout: &mut Layout<R, C>) {
     let SensorUncertainty { gain, cross_axis, .. } = SensorUncertainty::<f64>::default();
     supply(layout, [gain, cross_axis, DEFAULT_HAMMER_GAIN]);
 }
 
-fn supply<R: Real, const S: usize, const H: usize>(
-    layout: &mut Layout<R, S, H>,
+fn supply<R: Real, C: Capacity>(
+    layout: &mut Layout<R, C>,
     [gain, cross_axis, hammer_gain]: [f64; 3],
 ) {
-    for sensor in &mut layout.sensors {
+    for sensor in layout.sensors.iter_mut() {
         if sensor.calibrated.gain {
             sensor.uncertainty.gain = R::of(gain);
         }

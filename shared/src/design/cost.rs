@@ -30,12 +30,13 @@ pub fn total<R: Real>(cost: R) -> R {
 mod tests {
     use super::*;
     use crate::body::scale;
+    use crate::capacity::Rig;
     use crate::identify::maximum_likelihood::{RIG_WORKSPACE, bound};
     use crate::layout::tests::{bar_body, bar_layout};
 
     fn bar_bound() -> (Bound<f64>, f64) {
         let layout = bar_layout();
-        let noise = |_| crate::responses::Responses::<f64, 3>::repeat(0.01);
+        let noise = |_| crate::responses::Responses::<f64, Rig>::repeat(3, 0.01);
         let found = bound(&layout, &bar_body(), noise, 5, &mut [0.0; RIG_WORKSPACE]).unwrap();
         (found, layout.characteristic_length())
     }

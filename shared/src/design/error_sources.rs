@@ -10,6 +10,7 @@ use nalgebra::SVector;
 use super::Predict;
 use super::cost::relative_variance;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::layout::{ApparatusUncertainty, ErrorSource, HitUncertainty, Layout, SensorUncertainty};
 
 /// Fraction by which variances are raised to see the effect on the bound: rounding divided by it and itself are both below a
@@ -36,7 +37,7 @@ pub struct Part<R> {
 /// # use massline_shared::identify::maximum_likelihood::workspace;
 /// let layout = frame::layout();
 /// let criterion = Criterion::new(frame::body(), 0.14, DEFAULT_NOISE);
-/// let mut memory = vec![0.0; workspace(layout.sensors.len())];
+/// let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
 /// let found = parts(&criterion, &layout, &mut memory).unwrap();
 /// let sum: f64 = found.iter().map(|part| part.share).sum();
 /// assert!((sum - 1.0).abs() < 1e-3);
@@ -44,9 +45,9 @@ pub struct Part<R> {
 /// let of_mass = found.iter().max_by(|a, b| a.shares[0].total_cmp(&b.shares[0])).unwrap();
 /// assert_eq!(of_mass.source.name(), "hammer_gain");
 /// ```
-pub fn parts<R: Real, const S: usize, const H: usize>(
+pub fn parts<R: Real, C: Capacity>(
     prediction: &impl Predict<R>,
-    layout: &Layout<R, S, H>,
+    layout: &Layout<R, C>,
     workspace: &mut [R],
 ) -> Option<[Part<R>; ErrorSource::ALL.len()]> {
     let whole = prediction.variances(layout, workspace)?;
@@ -70,16 +71,12 @@ pub fn parts<R: Real, const S: usize, const H: usize>(
 }
 
 /// Multiplies the standard deviations of a source; that of the noise is not in the layout.
-fn scale<R: Real, const S: usize, const H: usize>(
-    source: ErrorSource,
-    layout: &mut Layout<R, S, H>,
-    factor: R,
-) {
-    for sensor in &mut layout.sensors {
+fn scale<R: Real, C: Capacity>(source: ErrorSource, layout: &mut Layout<R, C>, factor: R) {
+    for sensor in layout.sensors.iter_mut() {
         let sources = SensorUncertainty::<R>::SOURCES;
         scale_own(source, sensor.uncertainty.values_mut().zip(sources), factor);
     }
-    for hit in &mut layout.hits {
+    for hit in layout.hits.iter_mut() {
         let sources = HitUncertainty::<R>::SOURCES;
         scale_own(source, hit.uncertainty.values_mut().zip(sources), factor);
     }
@@ -107,12 +104,13 @@ fn scale_own<'v, R: Real>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::capacity::Rig;
     use crate::design::Criterion;
     use crate::identify::maximum_likelihood::RIG_WORKSPACE;
     use crate::layout::tests::{bar_body, bar_layout};
     use crate::layout::{Attached, Prior};
 
-    fn bar_parts(layout: &Layout<f64, 3, 4>) -> [Part<f64>; ErrorSource::ALL.len()] {
+    fn bar_parts(layout: &Layout<f64, Rig>) -> [Part<f64>; ErrorSource::ALL.len()] {
         let criterion = Criterion::new(bar_body(), layout.characteristic_length(), 0.005);
         parts(&criterion, layout, &mut [0.0; RIG_WORKSPACE]).unwrap()
     }

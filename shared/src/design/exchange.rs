@@ -4,9 +4,8 @@
 
 use core::fmt;
 
-use heapless::Vec;
-
 use crate::Real;
+use crate::capacity::{Capacity, List};
 
 /// Number of sensors and number of hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,18 +18,18 @@ pub struct Counts {
 
 /// Sensors and hits as indices into the lists of candidates, without repetition.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Choice<const S: usize, const H: usize> {
+pub struct Choice<C: Capacity> {
     /// Indices of the candidates that carry a sensor.
-    pub sensors: Vec<usize, S>,
+    pub sensors: C::Sensors<usize>,
     /// Indices of the candidates that are hit.
-    pub hits: Vec<usize, H>,
+    pub hits: C::Hits<usize>,
 }
 
 /// A choice that no single exchange improves.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found<R, const S: usize, const H: usize> {
+pub struct Found<R: Real, C: Capacity> {
     /// The sensors and hits.
-    pub choice: Choice<S, H>,
+    pub choice: Choice<C>,
     /// Cost of the choice.
     pub cost: R,
 }
@@ -40,6 +39,7 @@ pub struct Found<R, const S: usize, const H: usize> {
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
 /// # use massline_shared::body::scale;
+/// # use massline_shared::capacity::Fixed;
 /// # use massline_shared::design::{Choice, Counts, Criterion, DEFAULT_NOISE, Predict, Search};
 /// # use massline_shared::identify::maximum_likelihood::workspace;
 /// # use massline_shared::layout::{Hit, Layout};
@@ -52,14 +52,14 @@ pub struct Found<R, const S: usize, const H: usize> {
 ///     candidates.push(Hit::new(dof.parse().unwrap(), corner, direction));
 /// }
 /// let criterion = Criterion::new(frame::body(), 0.14, DEFAULT_NOISE);
-/// let mut memory = vec![0.0; workspace(layout.sensors.len())];
+/// let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
 /// let search = Search {
 ///     candidates: Counts { sensors: 3, hits: 5 },
 ///     wanted: Counts { sensors: 3, hits: 3 },
 ///     starts: 4,
 ///     seed: 1,
 /// };
-/// let found = search.run::<f64, 3, 4>(None, |choice: &Choice<3, 4>| {
+/// let found = search.run(None, |choice: &Choice<Fixed<3, 4>>| {
 ///     layout.hits = choice.hits.iter().map(|&hit| candidates[hit]).collect();
 ///     criterion.cost(&layout, &mut memory)
 /// }).unwrap();
@@ -108,11 +108,11 @@ impl Search {
     ///
     /// # Errors
     /// When there are too few candidates or too little room, or when no choice has a cost.
-    pub fn run<R: Real, const S: usize, const H: usize>(
+    pub fn run<R: Real, C: Capacity>(
         &self,
-        first: Option<&Choice<S, H>>,
-        mut cost: impl FnMut(&Choice<S, H>) -> Option<R>,
-    ) -> Result<Found<R, S, H>, SearchError> {
+        first: Option<&Choice<C>>,
+        mut cost: impl FnMut(&Choice<C>) -> Option<R>,
+    ) -> Result<Found<R, C>, SearchError> {
         let mut best = first.and_then(|first| self.improve(first.clone(), &mut cost));
         for index in 0..self.starts {
             let found = self.improve(self.start(index)?, &mut cost);
@@ -125,10 +125,7 @@ impl Search {
     ///
     /// # Errors
     /// When there are too few candidates or too little room.
-    pub fn start<const S: usize, const H: usize>(
-        &self,
-        index: u32,
-    ) -> Result<Choice<S, H>, SearchError> {
+    pub fn start<C: Capacity>(&self, index: u32) -> Result<Choice<C>, SearchError> {
         let mut random = SplitMix(self.seed ^ (u64::from(index) << 32));
         let Counts { sensors, hits } = self.wanted;
         Ok(Choice {
@@ -140,11 +137,11 @@ impl Search {
 
     /// Exchanges members of a choice for candidates until nothing lowers the cost any more. `None` when
     /// neither the choice nor any choice that differs from it by one member has a cost.
-    pub fn improve<R: Real, const S: usize, const H: usize>(
+    pub fn improve<R: Real, C: Capacity>(
         &self,
-        mut choice: Choice<S, H>,
-        mut cost: impl FnMut(&Choice<S, H>) -> Option<R>,
-    ) -> Option<Found<R, S, H>> {
+        mut choice: Choice<C>,
+        mut cost: impl FnMut(&Choice<C>) -> Option<R>,
+    ) -> Option<Found<R, C>> {
         let mut least = cost(&choice);
         loop {
             let before = least;
@@ -165,12 +162,12 @@ impl Search {
     }
 
     /// Replaces one member by the candidate that lowers the cost most, and returns the new cost.
-    fn exchange<R: Real, const S: usize, const H: usize>(
+    fn exchange<R: Real, C: Capacity>(
         &self,
-        choice: &mut Choice<S, H>,
+        choice: &mut Choice<C>,
         member: Member,
         mut least: Option<R>,
-        cost: &mut impl FnMut(&Choice<S, H>) -> Option<R>,
+        cost: &mut impl FnMut(&Choice<C>) -> Option<R>,
     ) -> Option<R> {
         let Some(mut best) = choice.get(member) else { return least };
         let candidates = match member {
@@ -200,7 +197,7 @@ enum Member {
     Hit(usize),
 }
 
-impl<const S: usize, const H: usize> Choice<S, H> {
+impl<C: Capacity> Choice<C> {
     fn get(&self, member: Member) -> Option<usize> {
         match member {
             Member::Sensor(i) => self.sensors.get(i).copied(),
@@ -225,10 +222,10 @@ impl<const S: usize, const H: usize> Choice<S, H> {
     }
 }
 
-fn better<R: Real, const S: usize, const H: usize>(
-    a: Option<Found<R, S, H>>,
-    b: Option<Found<R, S, H>>,
-) -> Option<Found<R, S, H>> {
+fn better<R: Real, C: Capacity>(
+    a: Option<Found<R, C>>,
+    b: Option<Found<R, C>>,
+) -> Option<Found<R, C>> {
     match (a, b) {
         (Some(a), Some(b)) => Some(if b.cost < a.cost { b } else { a }),
         (a, b) => a.or(b),
@@ -242,12 +239,8 @@ fn falls<R: Real>(before: R, after: R) -> bool {
 }
 
 /// `count` different numbers below `candidates`; `None` when there are fewer, or no room for them.
-fn draw<const N: usize>(
-    count: usize,
-    candidates: usize,
-    random: &mut SplitMix,
-) -> Option<Vec<usize, N>> {
-    let mut drawn = Vec::new();
+fn draw<L: List<usize>>(count: usize, candidates: usize, random: &mut SplitMix) -> Option<L> {
+    let mut drawn = L::default();
     if count > candidates {
         return None;
     }

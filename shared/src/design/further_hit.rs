@@ -6,6 +6,7 @@
 
 use super::{Criterion, Precision, Predict};
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::identify::maximum_likelihood::BudgetScales;
 use crate::identify::{DofMassLines, Estimate, Progress};
 use crate::layout::{Hit, Layout};
@@ -51,15 +52,15 @@ pub struct FurtherHitSearch<R> {
 
 impl<R: Real> FurtherHitSearch<R> {
     /// A search from the estimate and the mass lines so far, with `sensors` triaxial sensors.
-    pub fn new<const S: usize>(
+    pub fn new<C: Capacity>(
         precision: &Precision<R>,
         estimate: &Estimate<R>,
-        lines: &[DofMassLines<R, S>],
+        lines: &[DofMassLines<R, C>],
         sensors: usize,
         candidates: HitCandidates,
     ) -> Self {
         let (property, _) = precision.worst();
-        let single_hit = |lines: &DofMassLines<R, S>| {
+        let single_hit = |lines: &DofMassLines<R, C>| {
             lines.1.noise.norm_squared() * R::of(f64::from(lines.1.hits.max(1)))
         };
         let sum = lines.iter().fold(R::zero(), |sum, lines| sum + single_hit(lines));
@@ -78,10 +79,10 @@ impl<R: Real> FurtherHitSearch<R> {
     }
 
     /// Evaluates one bound. Layout, mass lines and workspace must be the same in every step.
-    pub fn step<const S: usize, const H: usize>(
+    pub fn step<C: Capacity>(
         &mut self,
-        layout: &Layout<R, S, H>,
-        lines: &[DofMassLines<R, S>],
+        layout: &Layout<R, C>,
+        lines: &[DofMassLines<R, C>],
         workspace: &mut [R],
     ) -> Progress {
         let mut measured = layout.clone();
@@ -106,10 +107,10 @@ impl<R: Real> FurtherHitSearch<R> {
     }
 
     /// The next DOF to look at.
-    fn next_candidate<const S: usize>(
+    fn next_candidate<C: Capacity>(
         &self,
         dofs: usize,
-        lines: &[DofMassLines<R, S>],
+        lines: &[DofMassLines<R, C>],
     ) -> Option<usize> {
         let is_candidate = |dof: usize| match self.candidates {
             HitCandidates::Measured => lines.iter().any(|(of, _)| *of == dof),
@@ -119,9 +120,9 @@ impl<R: Real> FurtherHitSearch<R> {
     }
 
     /// The cost with the hit; `place` is that of its DOF among the measured ones.
-    fn cost_with<const S: usize, const H: usize>(
+    fn cost_with<C: Capacity>(
         &self,
-        measured: &Layout<R, S, H>,
+        measured: &Layout<R, C>,
         hit: Hit<R>,
         place: Option<usize>,
         workspace: &mut [R],
@@ -148,6 +149,7 @@ impl<R: Real> FurtherHitSearch<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::capacity::Rig;
     use crate::identify::maximum_likelihood::RIG_WORKSPACE;
     use crate::identify::{
         Identification, IdentifySettings, MASS_LINE_METHODS, MassLines, Method, Observations,
@@ -155,8 +157,8 @@ mod tests {
     use crate::layout::Target;
     use crate::layout::tests::{bar_body, bar_layout};
 
-    type Wide = Layout<f64, 3, 8>;
-    type Lines = std::vec::Vec<DofMassLines<f64, 3>>;
+    type Wide = Layout<f64, Rig>;
+    type Lines = std::vec::Vec<DofMassLines<f64, Rig>>;
 
     /// The three-bar frame with five hits: two more at the nodes of the first three.
     fn layout() -> Wide {

@@ -18,7 +18,7 @@ use crate::layout::Target;
 /// let layout = frame::layout();
 /// let mass_lines = frame::mass_lines(&layout);
 /// let observed = Observations::of_mass_lines(&layout, &mass_lines);
-/// let mut memory = vec![0.0; workspace(&Method::ALL, layout.sensors.len(), 0)];
+/// let mut memory = vec![0.0; workspace(&Method::ALL, layout.sensors.len(), layout.hits.len())];
 /// let found = identify(&observed, &observed.methods(), &IdentifySettings::default(), &mut memory);
 /// let length = layout.characteristic_length();
 /// let of = |target| Precision::of(found.estimates(), target, length).unwrap();

@@ -1,10 +1,10 @@
 //! What is asked of a prediction: its cost, the benefit of one more sensor or hit, and the cost of leaving one out.
 
-use heapless::Vec;
 use nalgebra::SVector;
 
 use super::cost::{relative_variance, total};
 use crate::Real;
+use crate::capacity::{Capacity, List};
 use crate::layout::{Hit, Layout, Sensor};
 
 /// A standard deviation of this many times the scale comes from rounding in a singular information matrix:
@@ -18,9 +18,9 @@ pub trait Predict<R: Real> {
 
     /// The predicted variances of `theta`, SI units; `None` when the layout does not determine the ten properties. What the
     /// workspace is for depends on the prediction.
-    fn variances<const S: usize, const H: usize>(
+    fn variances<C: Capacity>(
         &self,
-        layout: &Layout<R, S, H>,
+        layout: &Layout<R, C>,
         workspace: &mut [R],
     ) -> Option<SVector<R, 10>>;
 
@@ -29,20 +29,16 @@ pub trait Predict<R: Real> {
     fn with_noise(&self, factor: R) -> Self;
 
     /// Sum of the ten relative variances predicted for a layout; `None` as for [`Self::variances`].
-    fn cost<const S: usize, const H: usize>(
-        &self,
-        layout: &Layout<R, S, H>,
-        workspace: &mut [R],
-    ) -> Option<R> {
+    fn cost<C: Capacity>(&self, layout: &Layout<R, C>, workspace: &mut [R]) -> Option<R> {
         let cost = relative_variance(&self.variances(layout, workspace)?, self.scale());
         (cost.finite() && total(cost) < R::of(UNDETERMINED)).then_some(cost)
     }
 
     /// The candidate for one more sensor that lowers the cost most, and the resulting cost. `None` when there
     /// is no room, or when no layout with one more sensor determines the ten properties.
-    fn best_further_sensor<const S: usize, const H: usize>(
+    fn best_further_sensor<C: Capacity>(
         &self,
-        layout: &Layout<R, S, H>,
+        layout: &Layout<R, C>,
         candidates: impl IntoIterator<Item = Sensor<R>>,
         workspace: &mut [R],
     ) -> Option<(Sensor<R>, R)> {
@@ -55,9 +51,9 @@ pub trait Predict<R: Real> {
     }
 
     /// As [`Self::best_further_sensor`], for one more hit.
-    fn best_further_hit<const S: usize, const H: usize>(
+    fn best_further_hit<C: Capacity>(
         &self,
-        layout: &Layout<R, S, H>,
+        layout: &Layout<R, C>,
         candidates: impl IntoIterator<Item = Hit<R>>,
         workspace: &mut [R],
     ) -> Option<(Hit<R>, R)> {
@@ -72,9 +68,9 @@ pub trait Predict<R: Real> {
     /// The cost when the DOF with this index is hit as often again: what scatters from hit to hit is halved in
     /// variance there. The noise of the sensors is not, so the cost is rather too large. `None` when the layout
     /// does not have that DOF or does not determine the ten properties.
-    fn cost_with_repeated_hit<const S: usize, const H: usize>(
+    fn cost_with_repeated_hit<C: Capacity>(
         &self,
-        layout: &Layout<R, S, H>,
+        layout: &Layout<R, C>,
         index: usize,
         workspace: &mut [R],
     ) -> Option<R> {
@@ -87,11 +83,11 @@ pub trait Predict<R: Real> {
 
     /// The cost without each of the sensors in turn; `None` where the ten properties cannot be determined
     /// without it.
-    fn costs_without_sensors<const S: usize, const H: usize>(
+    fn costs_without_sensors<C: Capacity>(
         &self,
-        layout: &Layout<R, S, H>,
+        layout: &Layout<R, C>,
         workspace: &mut [R],
-    ) -> Vec<Option<R>, S> {
+    ) -> C::Sensors<Option<R>> {
         let less = (0..layout.sensors.len()).map(|index| {
             let mut less = layout.clone();
             less.sensors.remove(index);
@@ -101,11 +97,11 @@ pub trait Predict<R: Real> {
     }
 
     /// As [`Self::costs_without_sensors`], for the hits.
-    fn costs_without_hits<const S: usize, const H: usize>(
+    fn costs_without_hits<C: Capacity>(
         &self,
-        layout: &Layout<R, S, H>,
+        layout: &Layout<R, C>,
         workspace: &mut [R],
-    ) -> Vec<Option<R>, H> {
+    ) -> C::Hits<Option<R>> {
         let less = (0..layout.hits.len()).map(|index| {
             let mut less = layout.clone();
             less.hits.remove(index);
@@ -122,15 +118,16 @@ fn least<T, R: Real>(costs: impl Iterator<Item = (T, R)>) -> Option<(T, R)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::capacity::Unbounded;
     use crate::design::{Criterion, DEFAULT_NOISE};
     use crate::identify::maximum_likelihood::workspace;
     use crate::layout::tests::{bar_body, bar_layout, sensor};
 
-    const WORKSPACE: usize = workspace(4);
+    const WORKSPACE: usize = workspace(4, 8);
 
     /// Test 1 of the three-bar frame with room for one more sensor.
-    fn bar() -> (Criterion<f64>, Layout<f64, 4, 4>) {
-        let layout: Layout<f64, 4, 4> = bar_layout().cast().unwrap();
+    fn bar() -> (Criterion<f64>, Layout<f64, Unbounded>) {
+        let layout: Layout<f64, Unbounded> = bar_layout().cast().unwrap();
         (Criterion::new(bar_body(), layout.characteristic_length(), DEFAULT_NOISE), layout)
     }
 

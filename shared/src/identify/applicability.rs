@@ -10,6 +10,7 @@ use nalgebra::SVector;
 use super::Method;
 use crate::Real;
 use crate::body::{RigidBody, regressor, scale};
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::layout::{Hit, Layout, LayoutReport, Prior, TestProfile};
 use crate::linalg::{LeastSquares, Spectrum};
@@ -48,8 +49,8 @@ pub struct Applicability<R> {
 
 impl<R: Real> Applicability<R> {
     /// Examines a layout for `body`, the assumed body of the object; `methods` are the requested ones.
-    pub fn new<const S: usize, const H: usize>(
-        layout: &Layout<R, S, H>,
+    pub fn new<C: Capacity>(
+        layout: &Layout<R, C>,
         body: &RigidBody<R>,
         methods: &[Method],
     ) -> Self {
@@ -110,8 +111,8 @@ impl<R: Real> Applicability<R> {
 /// layout.hits.pop();
 /// assert_eq!(information_spectrum(&layout, &frame::body()).unwrap().0, 9);
 /// ```
-pub fn information_spectrum<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+pub fn information_spectrum<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     body: &RigidBody<R>,
 ) -> Option<(usize, R)> {
     let Spectrum { rank, condition } = spectrum_under(layout, layout.hits.iter(), body)?;
@@ -121,8 +122,8 @@ pub fn information_spectrum<R: Real, const S: usize, const H: usize>(
 /// As [`information_spectrum`], for some of the hits.
 // Never inlined: this saves 0.5 KB of the firmware's deepest stack.
 #[inline(never)]
-pub(super) fn spectrum_under<'h, R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+pub(super) fn spectrum_under<'h, R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     hits: impl Iterator<Item = &'h Hit<R>>,
     body: &RigidBody<R>,
 ) -> Option<Spectrum<R>> {
@@ -135,7 +136,7 @@ pub(super) fn spectrum_under<'h, R: Real, const S: usize, const H: usize>(
     let mut slopes = LeastSquares::<R, 10>::new();
     for hit in hits {
         let by_phi = regressor(&body.acceleration(&hit.unit_force(&centroid))?);
-        for sensor in &layout.sensors {
+        for sensor in layout.sensors.iter() {
             // The accelerance is inversely proportional to the mass, and its derivative to the square of the
             // mass.
             let readings = sensor.response_rows(&centroid) * inverse * (body.mass * body.mass);

@@ -1,6 +1,7 @@
 //! The error budget that a fit uses: the stated one, or what the data have taught about it.
 
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::layout::{HitUncertainty, Layout, SensorUncertainty};
 
 /// Factors on the standard deviations of the stated error budget. There is none on the hammer's gain, which
@@ -66,10 +67,7 @@ pub enum ErrorBudget {
 
 impl ErrorBudget {
     /// The stated budget where the layout does not permit learning.
-    pub(super) fn permitted_by<R, const S: usize, const H: usize>(
-        self,
-        layout: &Layout<R, S, H>,
-    ) -> Self {
+    pub(super) fn permitted_by<R: Real, C: Capacity>(self, layout: &Layout<R, C>) -> Self {
         match self {
             Self::Learned if !layout.learn_budget => Self::Stated,
             permitted => permitted,
@@ -88,11 +86,11 @@ impl<R: Real> LearnedBudget<R> {
     }
 
     /// Replaces the stated budget of a layout by the learned one.
-    pub fn apply_to<const S: usize, const H: usize>(&self, layout: &mut Layout<R, S, H>) {
+    pub fn apply_to<C: Capacity>(&self, layout: &mut Layout<R, C>) {
         self.scales.apply_to(layout);
         if self.learned_from == LearnedFrom::Residuals {
             let BudgetScales { hit_position, hit_direction, constant } = self.scales;
-            for hit in &mut layout.hits {
+            for hit in layout.hits.iter_mut() {
                 hit.uncertainty.node_position *= hit_position / constant;
                 hit.uncertainty.node_direction *= hit_direction / constant;
             }
@@ -126,7 +124,7 @@ impl<R: Real> Default for BudgetScales<R> {
 
 impl<R: Real> BudgetScales<R> {
     /// Replaces the stated budget of a layout by the scaled one.
-    pub fn apply_to<const S: usize, const H: usize>(&self, layout: &mut Layout<R, S, H>) {
+    pub fn apply_to<C: Capacity>(&self, layout: &mut Layout<R, C>) {
         layout.sensors.iter_mut().for_each(|s| s.uncertainty = self.of_sensor(&s.uncertainty));
         layout.hits.iter_mut().for_each(|hit| hit.uncertainty = self.of_hit(&hit.uncertainty));
     }

@@ -3,10 +3,10 @@
 //! A body moves with the force above its suspension modes and takes up power at every line. A point that does neither has a
 //! reversed hammer or is not where the layout has it; points that all do so have responses of another quantity.
 
-use heapless::Vec;
 use nalgebra::{Complex, Vector3, Vector6};
 
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject, fatal};
 use crate::frequency_responses::FrequencyResponses;
 use crate::layout::Layout;
@@ -41,39 +41,35 @@ impl<R: Real> PointMotion<R> {
 
 /// The motion of the point of each hit of the layout at these lines; `None` when the sensors do not see all motions of the
 /// body, and without lines.
-pub fn point_motions<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+pub fn point_motions<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     readings: &FrequencyResponses<'_, R>,
     reference: &Vector3<R>,
     lines: impl Iterator<Item = usize>,
-) -> Option<Vec<PointMotion<R>, H>> {
-    let mut motions = [Vector6::<Complex<R>>::zeros(); H];
-    let motions = motions.get_mut(..layout.hits.len())?;
-    points_at_lines(layout, reference, lines, |line, of_hits: &mut Vec<_, H>| {
-        reduce_line(layout, readings, reference, line, motions)?;
-        *of_hits = Vec::from_slice(motions).ok()?;
-        Some(())
+) -> Option<C::Hits<PointMotion<R>>> {
+    points_at_lines(layout, reference, lines, |line, motions| {
+        reduce_line(layout, readings, reference, line, motions).map(|_| ())
     })
 }
 
 /// The same from the motion of the reference point under every hit: `motions` gives those of a line.
-pub(in crate::identify) fn points_at_lines<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+pub(in crate::identify) fn points_at_lines<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     reference: &Vector3<R>,
     lines: impl Iterator<Item = usize>,
-    mut motions: impl FnMut(usize, &mut Vec<Vector6<Complex<R>>, H>) -> Option<()>,
-) -> Option<Vec<PointMotion<R>, H>> {
-    let forces: Vec<_, H> = layout.hits.iter().map(|hit| hit.unit_force(reference)).collect();
+    mut motions: impl FnMut(usize, &mut [Vector6<Complex<R>>]) -> Option<()>,
+) -> Option<C::Hits<PointMotion<R>>> {
+    let forces: C::Hits<_> = layout.hits.iter().map(|hit| hit.unit_force(reference)).collect();
     let none =
         PointMotion { power: R::zero(), imaginary_negative: R::zero(), real_negative: R::zero() };
-    let mut found: Vec<_, H> = forces.iter().map(|_| none).collect();
-    let mut of_hits = Vec::new();
+    let mut found: C::Hits<_> = forces.iter().map(|_| none).collect();
+    let mut of_hits: C::Hits<_> = forces.iter().map(|_| Vector6::zeros()).collect();
     let mut count = R::zero();
     let one_if = |is: bool| if is { R::one() } else { R::zero() };
     for line in lines {
         motions(line, &mut of_hits)?;
         count += R::one();
-        for (point, (force, motion)) in found.iter_mut().zip(forces.iter().zip(&of_hits)) {
+        for (point, (force, motion)) in found.iter_mut().zip(forces.iter().zip(of_hits.iter())) {
             let [real, imaginary] =
                 [motion.map(|y| y.re), motion.map(|y| y.im)].map(|part| part.dot(force));
             point.power += imaginary;
@@ -84,7 +80,7 @@ pub(in crate::identify) fn points_at_lines<R: Real, const S: usize, const H: usi
     if count == R::zero() {
         return None;
     }
-    for point in &mut found {
+    for point in found.iter_mut() {
         point.imaginary_negative /= count;
         point.real_negative /= count;
     }

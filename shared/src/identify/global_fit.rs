@@ -48,10 +48,11 @@ use super::observations::{Observations, SpectrumBins};
 use super::suspension::is_blocked;
 use super::{Estimate, inertia_restraint};
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::estimated::Estimated;
 use crate::frequency_responses::FrequencyResponses;
-use crate::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES, HOST_HITS, Layout};
+use crate::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES, Layout};
 use crate::mass_line::Terms;
 use crate::{Progress, Real};
 
@@ -69,7 +70,7 @@ pub const ENTRY: Entry = Entry {
     off_when: "the object is not rigid or the suspension not linear in the band",
     doubted_by: &[],
     is_blocked,
-    workspace: |sensors, _| workspace(sensors, HOST_HITS),
+    workspace,
 };
 
 /// Runs the method behind [`identify`](super::identify). Its single step is the whole fit, since spectral
@@ -81,8 +82,8 @@ pub(super) struct Solver<R> {
 }
 
 impl<R: Real> method::Solver<R> for Solver<R> {
-    fn start<const S: usize, const H: usize, L: SpectrumBins<R>>(
-        observed: &Observations<'_, R, S, H, L>,
+    fn start<C: Capacity, L: SpectrumBins<R>>(
+        observed: &Observations<'_, R, C, L>,
         settings: &super::IdentifySettings<R>,
         start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics> {
@@ -100,17 +101,17 @@ impl<R: Real> method::Solver<R> for Solver<R> {
         Ok(Self { start, settings: GlobalFitSettings { elastic, ..Default::default() } })
     }
 
-    fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
+    fn step<C: Capacity, L: SpectrumBins<R>>(
         &mut self,
-        _observed: &Observations<'_, R, S, H, L>,
+        _observed: &Observations<'_, R, C, L>,
         _workspace: &mut [R],
     ) -> Result<Progress, Diagnostics> {
         Ok(Progress::Done)
     }
 
-    fn finish<const S: usize, const H: usize, L: SpectrumBins<R>>(
+    fn finish<C: Capacity, L: SpectrumBins<R>>(
         &mut self,
-        observed: &Observations<'_, R, S, H, L>,
+        observed: &Observations<'_, R, C, L>,
         workspace: &mut [R],
     ) -> Result<Estimate<R>, Diagnostics> {
         let Some(responses) = observed.spectrum_bins.responses() else {
@@ -278,8 +279,8 @@ pub const fn nuisances(sensors: usize, hits: usize, attached: usize) -> usize {
 /// assert!((solution.estimate.body.mass - 1.23).abs() < 1e-6);
 /// assert!((solution.stiffness[(2, 2)] - 2.0).abs() < 1e-3);
 /// ```
-pub fn solve<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+pub fn solve<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     responses: &FrequencyResponses<'_, R>,
     start: &RigidBody<R>,
     settings: &GlobalFitSettings,
@@ -293,8 +294,8 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
 ///
 /// # Errors
 /// As [`solve`]; `band_too_narrow` also when a slice is too short.
-pub fn solve_with_sensitivities<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+pub fn solve_with_sensitivities<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     responses: &FrequencyResponses<'_, R>,
     start: &RigidBody<R>,
     settings: &GlobalFitSettings,
@@ -309,11 +310,11 @@ pub fn solve_with_sensitivities<R: Real, const S: usize, const H: usize>(
     Ok(solution)
 }
 /// The answer and the fit at its minimum.
-fn fit_problem<'p, 'a, 'w, R: Real, const S: usize, const H: usize>(
-    problem: &'p Problem<'a, R, S, H>,
+fn fit_problem<'p, 'a, 'w, R: Real, C: Capacity>(
+    problem: &'p Problem<'a, R, C>,
     start: &RigidBody<R>,
     workspace: &'w mut [R],
-) -> Result<(GlobalFitSolution<R>, Fit<'p, 'a, 'w, R, S, H>), Diagnostics> {
+) -> Result<(GlobalFitSolution<R>, Fit<'p, 'a, 'w, R, C>), Diagnostics> {
     check(problem, start)?;
     let (sensors, hits) = (problem.layout.sensors.len(), problem.layout.hits.len());
     let narrow = || fatal(Code::BandTooNarrow, problem.bins() as f32);
@@ -329,8 +330,8 @@ fn fit_problem<'p, 'a, 'w, R: Real, const S: usize, const H: usize>(
 }
 
 /// Refuses numbers that are not finite, and responses that are not those of the layout.
-fn check<R: Real, const S: usize, const H: usize>(
-    problem: &Problem<'_, R, S, H>,
+fn check<R: Real, C: Capacity>(
+    problem: &Problem<'_, R, C>,
     start: &RigidBody<R>,
 ) -> Result<(), Diagnostics> {
     problem.responses.check(problem.layout)?;

@@ -6,11 +6,12 @@
 //!
 //! ```
 //! # use massline_shared::body::RigidBody;
+//! # use massline_shared::capacity::Fixed;
 //! # use massline_shared::identify::*;
 //! # use massline_shared::layout::{Hit, Layout, Sensor};
 //! # use nalgebra::SVector;
 //! # let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-//! # let mut layout = Layout::<f64, 3, 4>::default();
+//! # let mut layout = Layout::<f64, Fixed<3, 3>>::default();
 //! # for (node, position) in [(1, [0.0; 3]), (2, [0.2, -0.2, 0.0]), (3, [0.2, 0.0, 0.0])] {
 //! #     layout.sensors.push(Sensor::new(node, position, axes)).unwrap();
 //! # }
@@ -30,7 +31,7 @@
 //! // A layout with three sensors and three hits, and one mass line for each response and hit.
 //! let observed = Observations::of_mass_lines(&layout, &mass_lines);
 //! let wanted = observed.methods();
-//! let mut workspace = vec![0.0; workspace(&wanted, 3, 0)];
+//! let mut workspace = vec![0.0; workspace(&wanted, 3, 3)];
 //! let found = identify(&observed, &wanted, &IdentifySettings::default(), &mut workspace);
 //! let best = &found.estimates()[0];
 //! assert_eq!(best.method, Method::MaximumLikelihood);
@@ -43,13 +44,14 @@ use heapless::Vec;
 use super::method::Observable;
 use super::observations::{Observations, SpectrumBins};
 use super::{Estimate, IdentifySettings, METHODS, Method, Running};
+use crate::capacity::Capacity;
 use crate::diagnosis::Diagnostics;
 use crate::{Progress, Real};
 
 /// Methods, best first.
 pub type Methods = Vec<Method, METHODS>;
 
-impl<R, const S: usize, const H: usize, L: SpectrumBins<R>> Observations<'_, R, S, H, L> {
+impl<R: Real, C: Capacity, L: SpectrumBins<R>> Observations<'_, R, C, L> {
     /// The methods that apply to these observations, best first.
     pub fn methods(&self) -> Methods {
         let seen = |method: &Method| match method.entry().observes {
@@ -95,9 +97,9 @@ pub const MASS_LINE_METHODS: usize = {
     count
 };
 
-/// Size of the workspace that these methods need for this number of sensors and bins.
-pub fn workspace(methods: &[Method], sensors: usize, bins: usize) -> usize {
-    let size = |method: &Method| (method.entry().workspace)(sensors, bins);
+/// Size of the workspace that these methods need for this number of sensors and hits.
+pub fn workspace(methods: &[Method], sensors: usize, hits: usize) -> usize {
+    let size = |method: &Method| (method.entry().workspace)(sensors, hits);
     methods.iter().map(size).max().unwrap_or(0)
 }
 
@@ -110,7 +112,7 @@ pub fn workspace(methods: &[Method], sensors: usize, bins: usize) -> usize {
 /// let layout = frame::layout();
 /// let mass_lines = frame::mass_lines(&layout);
 /// let observed = Observations::of_mass_lines(&layout, &mass_lines);
-/// let mut memory = vec![0.0; workspace(&Method::ALL, layout.sensors.len(), 0)];
+/// let mut memory = vec![0.0; workspace(&Method::ALL, layout.sensors.len(), layout.hits.len())];
 /// let mut identification = Identification::<f64>::idle();
 /// identification.begin(Method::of_mass_lines());
 /// while identification.step(&observed, &IdentifySettings::default(), &mut memory) == Progress::Going {
@@ -178,9 +180,9 @@ impl<R, const N: usize> Identification<R, N> {
 impl<R: Real, const N: usize> Identification<R, N> {
     /// Runs one step of the current method. Observations, settings and workspace must be the same in every
     /// step.
-    pub fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
+    pub fn step<C: Capacity, L: SpectrumBins<R>>(
         &mut self,
-        observed: &Observations<'_, R, S, H, L>,
+        observed: &Observations<'_, R, C, L>,
         settings: &IdentifySettings<R>,
         workspace: &mut [R],
     ) -> Progress {
@@ -196,9 +198,9 @@ impl<R: Real, const N: usize> Identification<R, N> {
         if done { Progress::Done } else { Progress::Going }
     }
 
-    fn start_next<const S: usize, const H: usize, L: SpectrumBins<R>>(
+    fn start_next<C: Capacity, L: SpectrumBins<R>>(
         &mut self,
-        observed: &Observations<'_, R, S, H, L>,
+        observed: &Observations<'_, R, C, L>,
         settings: &IdentifySettings<R>,
     ) {
         let Some(method) = self.queue.pop() else { return };
@@ -210,10 +212,10 @@ impl<R: Real, const N: usize> Identification<R, N> {
         }
     }
 
-    fn finish<const S: usize, const H: usize, L: SpectrumBins<R>>(
+    fn finish<C: Capacity, L: SpectrumBins<R>>(
         &mut self,
         method: Method,
-        observed: &Observations<'_, R, S, H, L>,
+        observed: &Observations<'_, R, C, L>,
         workspace: &mut [R],
     ) {
         match self.running.finish(observed, workspace) {
@@ -244,15 +246,15 @@ impl<R: Real, const N: usize> Identification<R, N> {
 /// let mass_lines = frame::mass_lines(&layout);
 /// let observed = Observations::of_mass_lines(&layout, &mass_lines);
 /// let wanted = [Method::MaximumLikelihood, Method::InertiaRestraint];
-/// let mut memory = vec![0.0; workspace(&wanted, layout.sensors.len(), 0)];
+/// let mut memory = vec![0.0; workspace(&wanted, layout.sensors.len(), layout.hits.len())];
 /// let found = identify(&observed, &wanted, &IdentifySettings::default(), &mut memory);
 /// // Maximum likelihood compares readings and still works; the linear method does not.
 /// assert_eq!(found.estimates()[0].method, Method::MaximumLikelihood);
 /// assert!((found.estimates()[0].body.mass - 1.23).abs() < 0.0033);
 /// assert_eq!(found.refusals()[0].0, Method::InertiaRestraint);
 /// ```
-pub fn identify<R: Real, const S: usize, const H: usize, L: SpectrumBins<R>>(
-    observed: &Observations<'_, R, S, H, L>,
+pub fn identify<R: Real, C: Capacity, L: SpectrumBins<R>>(
+    observed: &Observations<'_, R, C, L>,
     wanted: &[Method],
     settings: &IdentifySettings<R>,
     workspace: &mut [R],

@@ -14,9 +14,11 @@ use super::observations::{Observations, SpectrumBins};
 use super::weighting::{Triangle6, Weighting, whiten};
 use super::{DofMassLines, Estimate, MassLines, Method, ResponseInverse};
 use crate::body::{RigidBody, regressor};
+use crate::capacity::{Capacity, List};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
 use crate::layout::{Hit, Layout, balanced_force, balanced_motion, check_hits, is_finite};
 use crate::linalg::{LeastSquares, Spectrum, all_finite, congruence};
+use crate::responses::Responses;
 use crate::{Progress, Real};
 
 /// A condition of the balanced regression matrix above this gives a warning: errors of 1 % in the mass lines
@@ -104,9 +106,9 @@ impl<R> From<ReferencePoint<R>> for InertiaRestraintSettings<R> {
 /// // The lines of two hits define a plane: rank nine.
 /// assert!(solve(&layout, &dofs[..2], InertiaRestraintSettings::weighted()).is_err());
 /// ```
-pub fn solve<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-    dofs: &[DofMassLines<R, S>],
+pub fn solve<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
+    dofs: &[DofMassLines<R, C>],
     settings: impl Into<InertiaRestraintSettings<R>>,
 ) -> Result<Estimate<R>, Diagnostics> {
     check_data(layout, dofs)?;
@@ -120,9 +122,9 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
 }
 
 /// The ten properties of the object together with the attached bodies.
-fn with_all_that_hangs_on_it<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-    dofs: &[DofMassLines<R, S>],
+fn with_all_that_hangs_on_it<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
+    dofs: &[DofMassLines<R, C>],
     settings: InertiaRestraintSettings<R>,
 ) -> Result<Estimate<R>, Diagnostics> {
     let reference = match settings.reference {
@@ -142,7 +144,7 @@ fn with_all_that_hangs_on_it<R: Real, const S: usize, const H: usize>(
         return Err(found);
     }
     let mut regression = Regression::new(length);
-    let mut factors = heapless::Vec::<Option<Triangle6<R>>, H>::new();
+    let mut factors = C::Hits::<Option<Triangle6<R>>>::default();
     for (index, lines) in dofs {
         if let Some(hit) = layout.hits.get(*index) {
             let motion = inverse.motion(&lines.accelerance);
@@ -175,25 +177,25 @@ fn with_all_that_hangs_on_it<R: Real, const S: usize, const H: usize>(
 pub(super) struct Solver<R>(InertiaRestraintSettings<R>);
 
 impl<R: Real> method::Solver<R> for Solver<R> {
-    fn start<const S: usize, const H: usize, L: SpectrumBins<R>>(
-        _observed: &Observations<'_, R, S, H, L>,
+    fn start<C: Capacity, L: SpectrumBins<R>>(
+        _observed: &Observations<'_, R, C, L>,
         settings: &super::IdentifySettings<R>,
         _start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics> {
         Ok(Self(settings.inertia_restraint))
     }
 
-    fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
+    fn step<C: Capacity, L: SpectrumBins<R>>(
         &mut self,
-        _observed: &Observations<'_, R, S, H, L>,
+        _observed: &Observations<'_, R, C, L>,
         _workspace: &mut [R],
     ) -> Result<Progress, Diagnostics> {
         Ok(Progress::Done)
     }
 
-    fn finish<const S: usize, const H: usize, L: SpectrumBins<R>>(
+    fn finish<C: Capacity, L: SpectrumBins<R>>(
         &mut self,
-        observed: &Observations<'_, R, S, H, L>,
+        observed: &Observations<'_, R, C, L>,
         _workspace: &mut [R],
     ) -> Result<Estimate<R>, Diagnostics> {
         solve(observed.layout, observed.mass_lines, self.0)
@@ -210,7 +212,7 @@ impl<R: Real> method::Solver<R> for Solver<R> {
 /// # use massline_shared::nalgebra::Vector3;
 /// let (layout, body) = (frame::layout(), frame::body());
 /// let mut regression = Regression::new(layout.characteristic_length());
-/// for hit in &layout.hits {
+/// for hit in layout.hits.iter() {
 ///     let force = hit.unit_force(&Vector3::zeros());
 ///     let motion = body.acceleration(&force).unwrap();
 ///     regression.add(&motion, &force);
@@ -331,16 +333,15 @@ fn whiten_both_sides<R: Real>(factor: &Triangle6<R>, weight: &Matrix6<R>) -> Mat
 
 /// Covariance of theta from the scatter of the hits, in balanced variables until the end. `Aⱼᵀ Wⱼ Aⱼ` is
 /// summed over the hits and multiplied by `(Aᵀ A)⁻¹` on both sides.
-fn covariance<R: Real, const S: usize>(
+fn covariance<R: Real, C: Capacity>(
     regression: &Regression<R>,
     body: &RigidBody<R>,
-    inverse: &ResponseInverse<R, S>,
-    dofs: &[DofMassLines<R, S>],
+    inverse: &ResponseInverse<R, C>,
+    dofs: &[DofMassLines<R, C>],
     factors: &[Option<Triangle6<R>>],
 ) -> Option<SMatrix<R, 10, 10>> {
-    let scatters = |lines: &MassLines<R, S>| {
-        lines.hits >= HITS_FOR_SIGMA && lines.scatter.as_slice().iter().any(|v| *v != R::zero())
-    };
+    let scatters =
+        |lines: &MassLines<R, C>| lines.hits >= HITS_FOR_SIGMA && !lines.scatter.is_zero();
     if !dofs.iter().all(|(_, lines)| scatters(lines)) {
         return None;
     }
@@ -351,12 +352,12 @@ fn covariance<R: Real, const S: usize>(
         inertia: body.inertia / (length * length),
     };
     // The transposed map from readings to balanced forces.
-    let mut forces = inverse.transposed;
-    forces.0.iter_mut().skip(3).for_each(|column| column.scale_mut(length));
+    let mut forces = inverse.transposed.clone();
+    forces.0.iter_mut().skip(3).flat_map(Responses::iter_mut).for_each(|value| *value *= length);
     let forces = forces.times_matrix(&balanced.mass_matrix());
     let mut sum = SMatrix::<R, 10, 10>::zeros();
     for (number, (_, lines)) in dofs.iter().enumerate() {
-        let spread = forces.0.map(|force| lines.scatter.times(&force));
+        let spread = forces.0.each_ref().map(|force| lines.scatter.times(force));
         let hits = R::of(f64::from(lines.hits));
         let mut weight = Matrix6::from_fn(|i, j| spread[i].dot(&forces.0[j]) / hits);
         let motion = balanced_motion(&inverse.motion(&lines.accelerance), regression.length);
@@ -419,9 +420,9 @@ fn add_congruence<R: Real>(sum: &mut SMatrix<R, 10, 10>, rows: &[[R; 10]; 6], we
 }
 
 /// Refuses a layout or data that are not finite, and hits that the layout does not have.
-fn check_data<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-    dofs: &[DofMassLines<R, S>],
+fn check_data<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
+    dofs: &[DofMassLines<R, C>],
 ) -> Result<(), Diagnostics> {
     if !is_finite(layout) {
         return Err(fatal(Code::LayoutNotFinite, R::zero()));
@@ -443,10 +444,7 @@ fn rank_deficient(sensors: usize, rank: usize) -> Diagnostics {
 }
 
 /// Adds the diagnostics of an answer.
-fn comment<R: Real, const S: usize, const H: usize>(
-    estimate: &mut Estimate<R>,
-    layout: &Layout<R, S, H>,
-) {
+fn comment<R: Real, C: Capacity>(estimate: &mut Estimate<R>, layout: &Layout<R, C>) {
     let mut push_diagnostic = |code, severity, value: R| {
         // At most four are pushed.
         let _ = estimate.diagnostics.push(Diagnostic::whole(code, severity, value.to_f32()));

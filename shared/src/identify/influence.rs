@@ -3,12 +3,12 @@
 //! Look first at a subject that changes the answer by much more than its share, or without which the data
 //! suddenly agree with their error budget.
 
-use heapless::Vec;
 use nalgebra::SVector;
 
 use super::maximum_likelihood::{ErrorBudget, MaximumLikelihoodSolution, Start, solve};
 use super::{Consistency, DofMassLines, ForceTrend, MassLines};
 use crate::Real;
+use crate::capacity::{Capacity, List};
 use crate::layout::Layout;
 use crate::responses::{ResponseSquare, Responses};
 
@@ -52,7 +52,7 @@ impl<R: Real> Influence<R> {
 /// # use massline_shared::identify::maximum_likelihood::{ErrorBudget, Start, solve, workspace};
 /// let layout = frame::layout();
 /// let dofs = frame::mass_lines(&layout);
-/// let mut memory = vec![0.0; workspace(layout.sensors.len())];
+/// let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
 /// let whole = solve(&layout, &dofs, Start::InertiaRestraint, ErrorBudget::Stated, &mut memory).unwrap();
 /// let mut sensors = 0;
 /// influences(&layout, &dofs, &whole, &mut memory, |found| {
@@ -63,17 +63,17 @@ impl<R: Real> Influence<R> {
 /// });
 /// assert_eq!(sensors, 3);
 /// ```
-pub fn influences<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-    dofs: &[DofMassLines<R, S>],
-    whole: &MaximumLikelihoodSolution<R, S, H>,
+pub fn influences<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
+    dofs: &[DofMassLines<R, C>],
+    whole: &MaximumLikelihoodSolution<R, C>,
     workspace: &mut [R],
     mut act: impl FnMut(Influence<R>),
 ) {
     let start = Start::At(&whole.estimate.body);
     for (index, _) in dofs {
         let others = dofs.iter().filter(|(other, _)| other != index).cloned();
-        let others: Vec<DofMassLines<R, S>, H> = others.take(H).collect();
+        let others = C::Hits::truncated(others);
         if let Ok(without) = solve(layout, &others, start, ErrorBudget::Stated, workspace) {
             let equations = 3 * layout.sensors.len();
             act(compare(Subject::Hit(*index), whole, &without, equations));
@@ -83,7 +83,7 @@ pub fn influences<R: Real, const S: usize, const H: usize>(
         let mut fewer = layout.clone();
         fewer.sensors.remove(sensor);
         let others = dofs.iter().map(|(index, lines)| (*index, without_sensor(lines, sensor)));
-        let others: Vec<DofMassLines<R, S>, H> = others.take(H).collect();
+        let others = C::Hits::truncated(others);
         if let Ok(without) = solve(&fewer, &others, start, ErrorBudget::Stated, workspace) {
             let equations = 3 * dofs.len();
             act(compare(Subject::Sensor(sensor), whole, &without, equations));
@@ -91,15 +91,15 @@ pub fn influences<R: Real, const S: usize, const H: usize>(
     }
 }
 
-fn compare<R: Real, const S: usize, const H: usize>(
+fn compare<R: Real, C: Capacity>(
     subject: Subject,
-    whole: &MaximumLikelihoodSolution<R, S, H>,
-    without: &MaximumLikelihoodSolution<R, S, H>,
+    whole: &MaximumLikelihoodSolution<R, C>,
+    without: &MaximumLikelihoodSolution<R, C>,
     equations: usize,
 ) -> Influence<R> {
     let sigma = whole.estimate.sigma().unwrap_or_else(SVector::zeros);
     let wider = without.estimate.sigma().unwrap_or_else(SVector::zeros);
-    let chi_squared = |solution: &MaximumLikelihoodSolution<R, S, H>| {
+    let chi_squared = |solution: &MaximumLikelihoodSolution<R, C>| {
         solution.estimate.consistency.map_or(R::zero(), |c| c.chi_squared)
     };
     let share = (chi_squared(whole) - chi_squared(without)).max(R::zero());
@@ -112,22 +112,20 @@ fn compare<R: Real, const S: usize, const H: usize>(
 }
 
 /// The mass lines of the other sensors.
-fn without_sensor<R: Real, const S: usize>(
-    lines: &MassLines<R, S>,
-    sensor: usize,
-) -> MassLines<R, S> {
+fn without_sensor<R: Real, C: Capacity>(lines: &MassLines<R, C>, sensor: usize) -> MassLines<R, C> {
     let from = |channel: usize| if channel < 3 * sensor { channel } else { channel + 3 };
-    let kept = |channel: usize| from(channel) < 3 * S;
-    let pick = |vector: &Responses<R, S>| {
-        Responses::from_fn(|axis, i| {
-            let channel = 3 * i + axis;
-            if kept(channel) { vector[from(channel)] } else { R::zero() }
-        })
-    };
+    let (sensors, last) = (lines.accelerance.sensors() - 1, lines.scatter.rows());
+    let kept = |channel: usize| from(channel) < last;
+    let pick =
+        |vector: &Responses<R, C>| {
+            Responses::from_fn(sensors, |channel| {
+                if kept(channel) { vector[from(channel)] } else { R::zero() }
+            })
+        };
     MassLines {
         accelerance: pick(&lines.accelerance),
         noise: pick(&lines.noise),
-        scatter: ResponseSquare::from_fn(|i, j| {
+        scatter: ResponseSquare::from_fn(sensors, |i, j| {
             if kept(i) && kept(j) { lines.scatter[(from(i), from(j))] } else { R::zero() }
         }),
         hits: lines.hits,
@@ -139,6 +137,7 @@ fn without_sensor<R: Real, const S: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::capacity::Rig;
     use crate::identify::maximum_likelihood::{RIG_WORKSPACE, tests as fits};
     use std::vec::Vec;
 
@@ -163,9 +162,8 @@ mod tests {
 
     #[test]
     fn without_a_sensor_the_others_move_up() {
-        let lines = MassLines::<f64, 3>::without_scatter(Responses::from_fn(|axis, i| {
-            (3 * i + axis) as f64
-        }));
+        let accelerance = Responses::from_fn(3, |k| k as f64);
+        let lines = MassLines::<f64, Rig>::without_scatter(accelerance);
         let left = without_sensor(&lines, 1);
         assert_eq!(left.accelerance.as_slice(), [0.0, 1.0, 2.0, 6.0, 7.0, 8.0, 0.0, 0.0, 0.0]);
     }

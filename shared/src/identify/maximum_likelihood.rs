@@ -54,8 +54,9 @@ use super::method::{self, Entry, Observable};
 use super::observations::{Observations, SpectrumBins};
 use super::{DofMassLines, Estimate};
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
-use crate::layout::{Layout, MAX_ATTACHED, RIG_SENSORS, is_finite};
+use crate::layout::{Layout, MAX_ATTACHED, RIG_HITS, RIG_SENSORS, is_finite};
 use crate::{Progress, Real};
 use fit_problem::FitProblem;
 use model::SENSOR_NUISANCES;
@@ -72,7 +73,7 @@ pub const ENTRY: Entry = Entry {
     off_when: "the suspension or an elastic mode is near the band of the mass lines",
     doubted_by: &[],
     is_blocked,
-    workspace: |sensors, _| workspace(sensors),
+    workspace,
 };
 
 /// The method compares readings, so the sensors need not determine all motions, and priors can replace hits.
@@ -93,8 +94,8 @@ fn is_blocked(code: Code, prior_of_inertia: bool) -> bool {
 pub(super) type Solver<R> = Fit<R>;
 
 impl<R: Real> method::Solver<R> for Fit<R> {
-    fn start<const S: usize, const H: usize, L: SpectrumBins<R>>(
-        observed: &Observations<'_, R, S, H, L>,
+    fn start<C: Capacity, L: SpectrumBins<R>>(
+        observed: &Observations<'_, R, C, L>,
         settings: &super::IdentifySettings<R>,
         start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics> {
@@ -103,26 +104,26 @@ impl<R: Real> method::Solver<R> for Fit<R> {
         Self::start(observed.layout, observed.mass_lines, start, budget)
     }
 
-    fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
+    fn step<C: Capacity, L: SpectrumBins<R>>(
         &mut self,
-        observed: &Observations<'_, R, S, H, L>,
+        observed: &Observations<'_, R, C, L>,
         workspace: &mut [R],
     ) -> Result<Progress, Diagnostics> {
         Self::step(self, observed.layout, observed.mass_lines, workspace)
     }
 
-    fn finish<const S: usize, const H: usize, L: SpectrumBins<R>>(
+    fn finish<C: Capacity, L: SpectrumBins<R>>(
         &mut self,
-        observed: &Observations<'_, R, S, H, L>,
+        observed: &Observations<'_, R, C, L>,
         workspace: &mut [R],
     ) -> Result<Estimate<R>, Diagnostics> {
         self.answer(observed.layout, workspace)
     }
 }
 
-/// Size of the workspace for a layout with this number of sensors.
-pub const fn workspace(sensors: usize) -> usize {
-    normal_equations::workspace(unknowns(sensors))
+/// Size of the workspace for a layout with this number of sensors and hits.
+pub const fn workspace(sensors: usize, hits: usize) -> usize {
+    normal_equations::workspace(unknowns(sensors), hits)
 }
 
 /// Largest number of unknowns of a layout with this number of sensors.
@@ -131,15 +132,15 @@ const fn unknowns(sensors: usize) -> usize {
 }
 
 /// Size of the workspace on the rig.
-pub const RIG_WORKSPACE: usize = workspace(RIG_SENSORS);
+pub const RIG_WORKSPACE: usize = workspace(RIG_SENSORS, RIG_HITS);
 
 /// Result of the fit.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MaximumLikelihoodSolution<R, const S: usize, const H: usize> {
+pub struct MaximumLikelihoodSolution<R: Real, C: Capacity> {
     /// The ten properties with their covariance and χ².
     pub estimate: Estimate<R>,
     /// Estimated errors of sensors, hammer and hits.
-    pub nuisances: NuisanceEstimates<R, S, H>,
+    pub nuisances: NuisanceEstimates<R, C>,
 }
 
 /// Determines the ten properties from the mass lines.
@@ -156,7 +157,7 @@ pub struct MaximumLikelihoodSolution<R, const S: usize, const H: usize> {
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
 /// # use massline_shared::identify::maximum_likelihood::{ErrorBudget, Start, solve, workspace};
 /// let layout = frame::layout();
-/// let mut memory = vec![0.0; workspace(layout.sensors.len())];
+/// let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
 /// let dofs = frame::mass_lines(&layout);
 /// let solution = solve(&layout, &dofs, Start::InertiaRestraint, ErrorBudget::FirstOrder, &mut memory).unwrap();
 /// let estimate = &solution.estimate;
@@ -167,22 +168,22 @@ pub struct MaximumLikelihoodSolution<R, const S: usize, const H: usize> {
 /// // Exact readings agree with any budget.
 /// assert!(estimate.consistency.unwrap().reduced() < 0.01);
 /// ```
-pub fn solve<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-    dofs: &[DofMassLines<R, S>],
+pub fn solve<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
+    dofs: &[DofMassLines<R, C>],
     start: Start<'_, R>,
     budget: ErrorBudget,
     workspace: &mut [R],
-) -> Result<MaximumLikelihoodSolution<R, S, H>, Diagnostics> {
+) -> Result<MaximumLikelihoodSolution<R, C>, Diagnostics> {
     let mut fit = Fit::start(layout, dofs, start, budget)?;
     while fit.step(layout, dofs, workspace)? == Progress::Going {}
     fit.finish(layout, dofs, workspace)
 }
 
 /// Refuses a layout or data that are not finite, and hits that the layout does not have.
-fn check_data<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-    dofs: &[DofMassLines<R, S>],
+fn check_data<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
+    dofs: &[DofMassLines<R, C>],
 ) -> Result<(), Diagnostics> {
     if !is_finite(layout) {
         return Err(fatal(Code::LayoutNotFinite, 0.0));
@@ -191,11 +192,12 @@ fn check_data<R: Real, const S: usize, const H: usize>(
 }
 
 /// The equations as the previous step left them.
-fn equations_in<'w, R: Real, const S: usize, const H: usize>(
+fn equations_in<'w, R: Real, C: Capacity>(
     workspace: &'w mut [R],
-    problem: &FitProblem<'_, R, S, H>,
+    problem: &FitProblem<'_, R, C>,
 ) -> Result<NormalEquations<'w, R>, Diagnostics> {
-    NormalEquations::with_hit_errors(workspace, problem.nuisances()).ok_or_else(undetermined)
+    let hits = problem.layout.hits.len();
+    NormalEquations::with_hit_errors(workspace, problem.nuisances(), hits).ok_or_else(undetermined)
 }
 
 /// The problem was identifiable at the start, so a failure to compute means that the fit has diverged.

@@ -1,6 +1,7 @@
 //! The interface of an identification method: the description in its file, and how it is run.
 
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics};
 use crate::{Progress, Real};
 
@@ -40,8 +41,8 @@ pub struct Entry {
     /// Whether a layout with this code rules out the method; the flag is true when priors compensate for the
     /// hits.
     pub is_blocked: fn(Code, bool) -> bool,
-    /// Size of the workspace for this number of sensors and bins.
-    pub workspace: fn(sensors: usize, bins: usize) -> usize,
+    /// Size of the workspace for this number of sensors and hits.
+    pub workspace: fn(sensors: usize, hits: usize) -> usize,
 }
 
 /// A running method, in steps between which other work can be done. A step of a method that uses mass lines
@@ -49,23 +50,23 @@ pub struct Entry {
 pub(super) trait Solver<R: Real>: Sized {
     /// Checks layout and data, and chooses the start. `start` is the answer of another method, if there is
     /// one, without the attached bodies.
-    fn start<const S: usize, const H: usize, L: SpectrumBins<R>>(
-        observed: &Observations<'_, R, S, H, L>,
+    fn start<C: Capacity, L: SpectrumBins<R>>(
+        observed: &Observations<'_, R, C, L>,
         settings: &IdentifySettings<R>,
         start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics>;
 
     /// Runs one step. The workspace must be passed on unchanged to the next step.
-    fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
+    fn step<C: Capacity, L: SpectrumBins<R>>(
         &mut self,
-        observed: &Observations<'_, R, S, H, L>,
+        observed: &Observations<'_, R, C, L>,
         workspace: &mut [R],
     ) -> Result<Progress, Diagnostics>;
 
     /// Returns the answer once no further step is needed.
-    fn finish<const S: usize, const H: usize, L: SpectrumBins<R>>(
+    fn finish<C: Capacity, L: SpectrumBins<R>>(
         &mut self,
-        observed: &Observations<'_, R, S, H, L>,
+        observed: &Observations<'_, R, C, L>,
         workspace: &mut [R],
     ) -> Result<Estimate<R>, Diagnostics>;
 }

@@ -1,26 +1,25 @@
 //! The observations of a test, input of every method.
 
 use super::mass_lines::DofMassLines;
+use crate::Real;
+use crate::capacity::Capacity;
 use crate::frequency_responses::FrequencyResponses;
 use crate::layout::Layout;
 
 /// The observations of a test under a layout.
 #[derive(Debug)]
-pub struct Observations<'a, R, const S: usize, const H: usize, L = NoSpectrumBins> {
+pub struct Observations<'a, R: Real, C: Capacity, L = NoSpectrumBins> {
     /// Layout with sensors, hits and error budget.
-    pub layout: &'a Layout<R, S, H>,
+    pub layout: &'a Layout<R, C>,
     /// Mass lines of the measured hit DOFs, with their index in the layout.
-    pub mass_lines: &'a [DofMassLines<R, S>],
+    pub mass_lines: &'a [DofMassLines<R, C>],
     /// Spectral bins, where they are stored.
     pub spectrum_bins: L,
 }
 
-impl<'a, R, const S: usize, const H: usize> Observations<'a, R, S, H> {
+impl<'a, R: Real, C: Capacity> Observations<'a, R, C> {
     /// Observations with mass lines and without bins, as on a rig.
-    pub fn of_mass_lines(
-        layout: &'a Layout<R, S, H>,
-        mass_lines: &'a [DofMassLines<R, S>],
-    ) -> Self {
+    pub fn of_mass_lines(layout: &'a Layout<R, C>, mass_lines: &'a [DofMassLines<R, C>]) -> Self {
         Self { layout, mass_lines, spectrum_bins: NoSpectrumBins }
     }
 }

@@ -1,12 +1,14 @@
 //! A small change of the data or of the layout, the same for every method.
 
+use crate::Real;
+use crate::capacity::Capacity;
 use crate::layout::Layout;
 
 /// A small change of the data or of the layout.
 #[derive(Clone, Copy, Debug)]
-pub struct Perturbation<'a, R, const S: usize, const H: usize> {
+pub struct Perturbation<'a, R: Real, C: Capacity> {
     /// The layout.
-    pub layout: &'a Layout<R, S, H>,
+    pub layout: &'a Layout<R, C>,
     /// Place of the uncertain quantity by which the layout was shifted, in
     /// [`Layout::uncertain_quantities`](crate::layout::Layout::uncertain_quantities).
     pub quantity: Option<usize>,

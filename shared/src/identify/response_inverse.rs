@@ -3,6 +3,7 @@
 use nalgebra::{SVector, Vector6};
 
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::linalg::{Spectrum, spectrum};
 use crate::responses::{ResponseRows, Responses};
 
@@ -22,26 +23,26 @@ use crate::responses::{ResponseRows, Responses};
 /// assert!((inverse.motion(&readings) - motion).norm() < 1e-12 * motion.norm());
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct ResponseInverse<R, const S: usize> {
+pub struct ResponseInverse<R: Real, C: Capacity> {
     /// Transpose of `G⁺`, which maps readings in m/s² to [a in m/s²; α in rad/s²]. All zero when the rank is
     /// below six.
-    pub transposed: ResponseRows<R, S, 6>,
+    pub transposed: ResponseRows<R, C, 6>,
     /// Rank of `G diag(1, 1, 1, 1/L, 1/L, 1/L)`.
     pub rank: usize,
     /// Condition of that matrix; infinite when the smallest singular value is zero.
     pub condition: R,
 }
 
-impl<R: Real, const S: usize> ResponseInverse<R, S> {
+impl<R: Real, C: Capacity> ResponseInverse<R, C> {
     /// Inverts a response matrix; `length` is L in m. `None` when a number is not finite.
-    pub fn new(response: &ResponseRows<R, S, 6>, length: R) -> Option<Self> {
-        let mut q = *response;
-        q.0.iter_mut().skip(3).for_each(|column| column.unscale_mut(length));
+    pub fn new(response: &ResponseRows<R, C, 6>, length: R) -> Option<Self> {
+        let mut q = response.clone();
+        q.0.iter_mut().skip(3).flat_map(Responses::iter_mut).for_each(|value| *value /= length);
         let factor = orthonormalise(&mut q);
         let Spectrum { rank, condition } = spectrum(&factor)?;
-        let mut transposed = ResponseRows::zeros();
+        let mut transposed = ResponseRows::zeros(response.sensors());
         if rank == 6 {
-            for k in 0..3 * S {
+            for k in 0..3 * response.sensors() {
                 let mut motion = SVector::from(q.row(k));
                 back_substitute(&factor, &mut motion);
                 motion.fixed_rows_mut::<3>(3).unscale_mut(length);
@@ -54,7 +55,7 @@ impl<R: Real, const S: usize> ResponseInverse<R, S> {
     }
 
     /// Least squares motion `[a; α]` from the readings of one hit.
-    pub fn motion(&self, readings: &Responses<R, S>) -> Vector6<R> {
+    pub fn motion(&self, readings: &Responses<R, C>) -> Vector6<R> {
         Vector6::from_fn(|i, _| self.transposed.0[i].dot(readings))
     }
 }
@@ -63,16 +64,16 @@ impl<R: Real, const S: usize> ResponseInverse<R, S> {
 /// pass where a column loses more than half of its square is as good as Householder (Giraud et al. 2005) and
 /// leaves Q explicit. A dependent column becomes zero or leaves rounding in the factor, which its singular
 /// values show.
-fn orthonormalise<R: Real, const S: usize>(q: &mut ResponseRows<R, S, 6>) -> [[R; 6]; 6] {
+fn orthonormalise<R: Real, C: Capacity>(q: &mut ResponseRows<R, C, 6>) -> [[R; 6]; 6] {
     let mut factor = [[R::zero(); 6]; 6];
     for k in 0..6 {
-        let mut column = q.0[k];
+        let mut column = q.0[k].clone();
         let mut square = column.norm_squared();
         for _pass in 0..2 {
             for i in 0..k {
                 let part = q.0[i].dot(&column);
                 factor[i][k] += part;
-                column -= q.0[i] * part;
+                column.add_multiple(&q.0[i], -part);
             }
             let before = square;
             square = column.norm_squared();
@@ -83,7 +84,7 @@ fn orthonormalise<R: Real, const S: usize>(q: &mut ResponseRows<R, S, 6>) -> [[R
         let norm = square.sqrt();
         factor[k][k] = norm;
         if norm > R::zero() {
-            column.unscale_mut(norm);
+            column.iter_mut().for_each(|value| *value /= norm);
         }
         q.0[k] = column;
     }
@@ -131,13 +132,15 @@ mod tests {
             let g = layout.response_matrix(&Vector3::zeros());
             let inverse = ResponseInverse::new(&g, layout.characteristic_length()).unwrap();
             assert_eq!(inverse.rank, rank);
-            assert_eq!(inverse.transposed, ResponseRows::zeros());
+            assert_eq!(inverse.transposed, ResponseRows::zeros(3));
         }
     }
 
     #[test]
     fn a_matrix_that_is_not_finite_is_refused() {
-        let g = ResponseRows([Responses::<f32, 3>::repeat(f32::NAN); 6]);
+        let g = ResponseRows::<f32, crate::capacity::Rig, 6>(core::array::from_fn(|_| {
+            Responses::repeat(3, f32::NAN)
+        }));
         assert!(ResponseInverse::new(&g, 1.0).is_none());
     }
 }

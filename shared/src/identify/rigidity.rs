@@ -5,11 +5,11 @@
 //! wrong gain or has come loose, unless the fault is in the three readings normal to the plane of the
 //! sensors: those have no redundancy, and such a fault looks like a rotation.
 
-use heapless::Vec;
 use nalgebra::Vector3;
 
 use super::ResponseInverse;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::layout::Layout;
 use crate::responses::Responses;
 
@@ -34,31 +34,36 @@ pub const RIGIDITY_LIMIT: f64 = 0.08;
 /// let torn = rigid_residuals(&layout, &readings).unwrap();
 /// assert!(torn.iter().any(|&part| part > RIGIDITY_LIMIT));
 /// ```
-pub fn rigid_residuals<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-    accelerance: &Responses<R, S>,
-) -> Option<Vec<R, S>> {
+pub fn rigid_residuals<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
+    accelerance: &Responses<R, C>,
+) -> Option<C::Sensors<R>> {
     let response = layout.response_matrix(&Vector3::zeros());
     let inverse = ResponseInverse::new(&response, layout.characteristic_length())?;
     if inverse.rank < 6 {
         return None;
     }
     let used = layout.sensors.len();
-    let readings = accelerance.map_with_location(|_, i, v| if i < used { v } else { R::zero() });
+    if accelerance.sensors() < used {
+        return None;
+    }
+    let readings =
+        Responses::from_fn(used, |k| if k < 3 * used { accelerance[k] } else { R::zero() });
     let size = readings.norm();
-    let left = readings - response.times(&inverse.motion(&readings));
+    let left = &readings - &response.times(&inverse.motion(&readings));
     if !(size.finite() && left.norm().finite() && size > R::zero()) {
         return None;
     }
-    Some(left.column_iter().take(used).map(|part| part.norm() / size).collect())
+    Some((0..used).map(|i| Vector3::from(left.of_sensor(i)).norm() / size).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::capacity::Rig;
     use crate::layout::tests::{bar_body, bar_layout};
 
-    fn readings(hit: usize) -> Responses<f64, 3> {
+    fn readings(hit: usize) -> Responses<f64, Rig> {
         bar_layout().accelerance(&bar_body(), hit).unwrap()
     }
 
@@ -92,9 +97,9 @@ mod tests {
         let mut layout = bar_layout();
         layout.sensors.pop();
         assert_eq!(rigid_residuals(&layout, &readings(0)), None);
-        let nothing = Responses::<f64, 3>::zeros();
+        let nothing = Responses::<f64, Rig>::zeros(3);
         assert_eq!(rigid_residuals(&bar_layout(), &nothing), None);
-        let wild = Responses::<f64, 3>::repeat(f64::NAN);
+        let wild = Responses::<f64, Rig>::repeat(3, f64::NAN);
         assert_eq!(rigid_residuals(&bar_layout(), &wild), None);
     }
 }

@@ -12,6 +12,7 @@ use super::maximum_likelihood::{self, ErrorBudget, Start};
 use super::{Consistency, DofMassLines, MassLines};
 use crate::Real;
 use crate::body::RigidBody;
+use crate::capacity::{Capacity, List};
 use crate::layout::{Axis, Layout, Sign};
 
 /// χ² must fall by this much for a mistake to be accepted, and to exclude another one: the value that chance
@@ -118,8 +119,8 @@ impl AxisMap {
 
 impl<R: Real> SingleFault<R> {
     /// Every mistake that could have been made in a test; `nodes` are the points that could have been hit.
-    pub fn all<'a, const S: usize, const H: usize>(
-        layout: &'a Layout<R, S, H>,
+    pub fn all<'a, C: Capacity>(
+        layout: &'a Layout<R, C>,
         nodes: &'a [(u16, [R; 3])],
     ) -> impl Iterator<Item = Self> + 'a {
         let sensors = layout.sensors.len();
@@ -148,10 +149,7 @@ impl<R: Real> SingleFault<R> {
     }
 
     /// The nominal layout with this mistake; `None` when it does not have the sensor or hit.
-    pub fn applied<const S: usize, const H: usize>(
-        &self,
-        layout: &Layout<R, S, H>,
-    ) -> Option<Layout<R, S, H>> {
+    pub fn applied<C: Capacity>(&self, layout: &Layout<R, C>) -> Option<Layout<R, C>> {
         let mut layout = layout.clone();
         match *self {
             Self::SensorAxes { sensor, reads } => {
@@ -170,10 +168,10 @@ impl<R: Real> SingleFault<R> {
                     node if node == b => Some(of_a),
                     _ => None,
                 };
-                for sensor in &mut layout.sensors {
+                for sensor in layout.sensors.iter_mut() {
                     sensor.position = moved(sensor.node).unwrap_or(sensor.position);
                 }
-                for hit in &mut layout.hits {
+                for hit in layout.hits.iter_mut() {
                     hit.position = moved(hit.dof.node).unwrap_or(hit.position);
                 }
             }
@@ -201,16 +199,16 @@ impl<R: Real> SingleFault<R> {
     /// // The person hit 2:-Z and wrote 2:+Z.
     /// let mistake = SingleFault::HitReversed { hit: 1 };
     /// let dofs = frame::mass_lines(&mistake.applied(&nominal).unwrap());
-    /// let mut memory = vec![0.0; workspace(nominal.sensors.len())];
+    /// let mut memory = vec![0.0; workspace(nominal.sensors.len(), nominal.hits.len())];
     /// let nominal_fit = solve(&nominal, &dofs, Start::Crude, ErrorBudget::Stated, &mut memory);
     /// let explained = mistake.test(&nominal, &dofs, &mut memory).unwrap().chi_squared;
     /// assert!(explained < 0.1);
     /// assert!(nominal_fit.is_err() || nominal_fit.unwrap().estimate.consistency.unwrap().chi_squared > DECISIVE_CHI_SQUARED);
     /// ```
-    pub fn test<const S: usize, const H: usize>(
+    pub fn test<C: Capacity>(
         &self,
-        layout: &Layout<R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        layout: &Layout<R, C>,
+        dofs: &[DofMassLines<R, C>],
         workspace: &mut [R],
     ) -> Option<Consistency<R>> {
         fit(&self.applied(layout)?, dofs, workspace)
@@ -219,18 +217,18 @@ impl<R: Real> SingleFault<R> {
     /// Expected χ² of the nominal layout if this mistake had been made with `body`, the object alone: near
     /// its degrees of freedom when the data do not reveal the mistake. `dofs` supply the noise and the number
     /// of hits averaged. `None` when the fit has no answer, which also reveals the mistake.
-    pub fn shows<const S: usize, const H: usize>(
+    pub fn shows<C: Capacity>(
         &self,
-        layout: &Layout<R, S, H>,
+        layout: &Layout<R, C>,
         body: &RigidBody<R>,
-        dofs: &[DofMassLines<R, S>],
+        dofs: &[DofMassLines<R, C>],
         workspace: &mut [R],
     ) -> Option<Consistency<R>> {
         let truth = self.applied(layout)?;
         let attached = layout.attached.iter().map(|a| SVector::from(a.phi));
         let whole = attached.fold(body.phi(), |sum, phi| sum + phi);
         let whole = RigidBody::from_phi(&whole)?;
-        let mut readings = heapless::Vec::<DofMassLines<R, S>, H>::new();
+        let mut readings = C::Hits::<DofMassLines<R, C>>::default();
         for (index, lines) in dofs {
             let accelerance = truth.accelerance(&whole, *index)?;
             readings.push((*index, MassLines { accelerance, ..lines.clone() })).ok()?;
@@ -244,9 +242,9 @@ impl<R: Real> SingleFault<R> {
 
 /// χ² of the maximum likelihood fit, started from the linear method or, where that has no answer, from a crude
 /// start.
-fn fit<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-    dofs: &[DofMassLines<R, S>],
+fn fit<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
+    dofs: &[DofMassLines<R, C>],
     workspace: &mut [R],
 ) -> Option<Consistency<R>> {
     let start = Start::InertiaRestraint;

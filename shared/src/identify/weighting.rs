@@ -77,7 +77,7 @@ impl<R: Real> PlacementErrors<R> {
 }
 
 /// A lower triangular matrix of six rows, row by row. The upper half would waste memory for every hit.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Triangle6<R>([R; 21]);
 
 impl<R: Real> Triangle6<R> {

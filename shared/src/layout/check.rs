@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Hit, Layout, Sensor};
 use crate::Real;
 use crate::body::{RigidBody, regressor};
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::linalg::{LeastSquares, Spectrum, symmetric_eigen3};
 
@@ -32,7 +33,7 @@ const ONE_POINT: f64 = 1e-6;
 /// assert!(report.diagnostics.is_empty());
 /// assert_eq!((report.rank_g, report.rank_a), (6, Some(10)));
 /// // All three hits in one direction turn the body about two axes only.
-/// for hit in &mut layout.hits {
+/// for hit in layout.hits.iter_mut() {
 ///     hit.direction = [0.0, 0.0, 1.0];
 /// }
 /// let report = LayoutReport::new(&layout, Some(&frame::body()));
@@ -76,8 +77,8 @@ pub struct LayoutReport<R> {
 /// let found = check_geometry(&layout, Some(&guess));
 /// assert!(found.iter().any(|problem| problem.code == Code::SensorsCollinear));
 /// ```
-pub fn check_geometry<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+pub fn check_geometry<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     body: Option<&RigidBody<R>>,
 ) -> Diagnostics {
     LayoutReport::new(layout, body).diagnostics
@@ -85,10 +86,7 @@ pub fn check_geometry<R: Real, const S: usize, const H: usize>(
 
 impl<R: Real> LayoutReport<R> {
     /// Examines a layout and, when something is known of it, the body.
-    pub fn new<const S: usize, const H: usize>(
-        layout: &Layout<R, S, H>,
-        body: Option<&RigidBody<R>>,
-    ) -> Self {
+    pub fn new<C: Capacity>(layout: &Layout<R, C>, body: Option<&RigidBody<R>>) -> Self {
         let mut report = Self {
             diagnostics: Diagnostics::new(),
             length: R::one(),
@@ -115,7 +113,7 @@ impl<R: Real> LayoutReport<R> {
         report
     }
 
-    fn look_at_axes<const S: usize, const H: usize>(&mut self, layout: &Layout<R, S, H>) {
+    fn look_at_axes<C: Capacity>(&mut self, layout: &Layout<R, C>) {
         for (i, sensor) in layout.sensors.iter().enumerate() {
             let axes = sensor.axes_matrix();
             let error = (axes * axes.transpose() - Matrix3::identity()).amax();
@@ -136,7 +134,7 @@ impl<R: Real> LayoutReport<R> {
         }
     }
 
-    fn look_at_sensors<const S: usize, const H: usize>(&mut self, layout: &Layout<R, S, H>) {
+    fn look_at_sensors<C: Capacity>(&mut self, layout: &Layout<R, C>) {
         let found = &mut self.diagnostics;
         for (i, sensor) in layout.sensors.iter().enumerate() {
             if layout.sensors.iter().take(i).any(|other| stand_together(sensor, other)) {
@@ -158,7 +156,7 @@ impl<R: Real> LayoutReport<R> {
             }
         }
         let mut responses = LeastSquares::<R, 6>::new();
-        for sensor in &layout.sensors {
+        for sensor in layout.sensors.iter() {
             let rows = sensor.response_rows(&Vector3::zeros());
             for i in 0..3 {
                 let over_length = |j: usize| if j < 3 { R::one() } else { R::one() / self.length };
@@ -173,9 +171,9 @@ impl<R: Real> LayoutReport<R> {
         }
     }
 
-    fn look_at_forces<const S: usize, const H: usize>(&mut self, layout: &Layout<R, S, H>) {
+    fn look_at_forces<C: Capacity>(&mut self, layout: &Layout<R, C>) {
         let mut forces = LeastSquares::<R, 6>::new();
-        for hit in &layout.hits {
+        for hit in layout.hits.iter() {
             let mut force = hit.unit_force(&Vector3::zeros());
             force.fixed_rows_mut::<3>(3).unscale_mut(self.length);
             forces.push(force.into(), R::zero());
@@ -183,13 +181,9 @@ impl<R: Real> LayoutReport<R> {
         self.rank_f = spectrum_of(&forces).rank;
     }
 
-    fn look_at_regression<const S: usize, const H: usize>(
-        &mut self,
-        layout: &Layout<R, S, H>,
-        body: &RigidBody<R>,
-    ) {
+    fn look_at_regression<C: Capacity>(&mut self, layout: &Layout<R, C>, body: &RigidBody<R>) {
         let mut regression = LeastSquares::<R, 10>::new();
-        for hit in &layout.hits {
+        for hit in layout.hits.iter() {
             let Some(mut motion) = body.acceleration(&hit.unit_force(&Vector3::zeros())) else {
                 error(&mut self.diagnostics, Code::TenParametersNotIdentifiable, R::zero());
                 return;
@@ -291,7 +285,7 @@ fn error<R: Real>(found: &mut Diagnostics, code: Code, value: R) {
 
 /// True when no number of a layout is NaN or infinite, no standard deviation is negative, and target, priors
 /// and attached bodies are valid.
-pub(crate) fn is_finite<R: Real, const S: usize, const H: usize>(layout: &Layout<R, S, H>) -> bool {
+pub(crate) fn is_finite<R: Real, C: Capacity>(layout: &Layout<R, C>) -> bool {
     let gravity = layout.gravity.iter().flatten();
     let sensors =
         layout.sensors.iter().flat_map(|s| s.position.iter().chain(s.axes.iter().flatten()));
@@ -319,7 +313,7 @@ fn stand_together<R: Real>(a: &Sensor<R>, b: &Sensor<R>) -> bool {
 }
 
 /// `Σ (p − p̄)(p − p̄)ᵀ` over the sensors.
-fn sensor_spread<R: Real, const S: usize, const H: usize>(layout: &Layout<R, S, H>) -> Matrix3<R> {
+fn sensor_spread<R: Real, C: Capacity>(layout: &Layout<R, C>) -> Matrix3<R> {
     let centroid = layout.sensor_centroid();
     layout.sensors.iter().fold(Matrix3::zeros(), |sum, s| {
         let arm = Vector3::from(s.position) - centroid;

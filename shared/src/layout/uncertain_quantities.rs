@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{Layout, MAX_ATTACHED, TestProfile};
 use crate::Real;
+use crate::capacity::Capacity;
 
 /// Uncertain quantities of one sensor: nine sensitivities row by row, three rotations, three displacements.
 pub const SENSOR_QUANTITIES: usize = 15;
@@ -41,9 +42,9 @@ pub enum UncertainQuantity {
     Prior(usize),
 }
 
-impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
+impl<R: Real, C: Capacity> Layout<R, C> {
     /// Every uncertain quantity, sensor by sensor, gravity, hit by hit, then the hammer, the attached bodies and the priors.
-    pub fn uncertain_quantities(&self) -> impl Iterator<Item = UncertainQuantity> + use<R, S, H> {
+    pub fn uncertain_quantities(&self) -> impl Iterator<Item = UncertainQuantity> + use<R, C> {
         let of_sensors = (0..self.sensors.len()).flat_map(|index| {
             (0..SENSOR_QUANTITIES)
                 .map(move |quantity| UncertainQuantity::Sensor { index, quantity })
@@ -73,7 +74,7 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
             UncertainQuantity::Hit { index, quantity } => self.shift_hit(index, quantity),
             UncertainQuantity::Hammer => {
                 let gain = self.force_gain();
-                for hit in &mut self.hits {
+                for hit in self.hits.iter_mut() {
                     // It reads too much, so the force is smaller.
                     hit.direction = hit.direction.map(|v| v * (R::one() - gain));
                 }

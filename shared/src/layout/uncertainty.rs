@@ -3,6 +3,7 @@
 
 use super::{ErrorSource, Layout};
 use crate::Real;
+use crate::capacity::Capacity;
 
 /// Largest number of attached bodies.
 pub const MAX_ATTACHED: usize = 3;
@@ -169,7 +170,7 @@ uncertainties! {
     }
 }
 
-impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
+impl<R: Real, C: Capacity> Layout<R, C> {
     /// States that sensors, hits, hammer, converter and gravity are exact.
     pub fn set_exact(&mut self) {
         self.sensors.iter_mut().for_each(|sensor| sensor.uncertainty = SensorUncertainty::none());

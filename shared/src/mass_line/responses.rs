@@ -9,6 +9,7 @@ use nalgebra::Complex;
 
 use super::{ABOVE_SUSPENSION, BasisRow, Bin, MassLineBasis, MassLineError, Terms};
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::responses::Responses;
 
 /// Fraction of the band, on a logarithmic scale, that is left out at either end for the comparison.
@@ -42,6 +43,7 @@ pub struct Fitting<R> {
 /// Theory, section 5.
 ///
 /// ```
+/// # use massline_shared::capacity::Fixed;
 /// # use massline_shared::mass_line::*;
 /// # use massline_shared::nalgebra::Complex;
 /// // Two responses, of which the second bends at the lower end of the band.
@@ -53,40 +55,40 @@ pub struct Fitting<R> {
 /// };
 /// let fitting = Fitting { band: [10.0, 120.0], decay: 0.0, terms: Terms::Abc, correlation: 1.0, lag_sigma: 0.0 };
 /// let mut memory = [BasisRow::<f64>::EMPTY; 64];
-/// let fits = ResponseFits::<f64, 1>::new(bins, &fitting, 2, h, &mut memory)?;
+/// let fits = ResponseFits::<f64, Fixed<1, 1>>::new(bins, &fitting, 2, h, &mut memory)?;
 /// assert!((fits.accelerance[0] - 1.0).abs() < 1e-9);
 /// assert_eq!(fits.unsteady().map(|(response, _)| response).collect::<Vec<_>>(), [1]);
 /// # Ok::<(), MassLineError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct ResponseFits<R, const S: usize> {
+pub struct ResponseFits<R: Real, C: Capacity> {
     /// A of every response, (m/s²)/N.
-    pub accelerance: Responses<R, S>,
+    pub accelerance: Responses<R, C>,
     /// Standard deviation of each A due to noise, corrected for the window.
-    pub noise: Responses<R, S>,
+    pub noise: Responses<R, C>,
     /// What a low-pass that is off by one standard deviation adds to the noise, relative to A.
     lag_noise: R,
     /// B of every response, (m/s⁴)/N.
-    suspension: Responses<R, S>,
+    suspension: Responses<R, C>,
     /// Change of each A when the ends of the band are left out, (m/s²)/N.
-    moved: Responses<R, S>,
+    moved: Responses<R, C>,
     /// Standard deviation of that change, from noise and low-passes.
-    moved_noise: Responses<R, S>,
+    moved_noise: Responses<R, C>,
     responses: usize,
 }
 
 /// The fits of all responses over one band.
-struct BandFits<R, const S: usize> {
-    accelerance: Responses<R, S>,
-    noise: Responses<R, S>,
+struct BandFits<R: Real, C: Capacity> {
+    accelerance: Responses<R, C>,
+    noise: Responses<R, C>,
     /// B of every response.
-    suspension: Responses<R, S>,
+    suspension: Responses<R, C>,
     /// Change of A, relative, by a low-pass that is off by one standard deviation, and what that adds to the noise.
     lag_shift: R,
     lag_noise: R,
 }
 
-impl<R: Real, const S: usize> ResponseFits<R, S> {
+impl<R: Real, C: Capacity> ResponseFits<R, C> {
     /// Fits `responses` responses. `bins` as for [`MassLineBasis::new`]; `h(response, bin)` is the
     /// accelerance of a response at a bin, by the same index as in `bins`.
     ///
@@ -103,17 +105,18 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
         I: Iterator<Item = Bin<R>> + Clone,
     {
         let count = bins.clone().count();
-        let responses = responses.min(3 * S);
+        let sensors = responses.div_ceil(3);
+        let responses = responses.min(Responses::<R, C>::zeros(sensors).as_slice().len());
         let mut fit = |band: [R; 2]| {
             let Fitting { decay, terms, correlation, lag_sigma, .. } = *fitting;
             let basis = MassLineBasis::new(bins.clone(), band, decay, terms, workspace)?;
             // A response whose low-pass is off by one standard deviation reads H (1 + s δτ).
             let lag = |bin: Bin<R>| Complex::new(decay, bin.frequency * R::two_pi()) * lag_sigma;
             let lag = basis.fit(bins.clone().map(lag))?;
-            let mut fits = BandFits::<R, S> {
-                accelerance: Responses::zeros(),
-                noise: Responses::zeros(),
-                suspension: Responses::zeros(),
+            let mut fits = BandFits::<R, C> {
+                accelerance: Responses::zeros(sensors),
+                noise: Responses::zeros(sensors),
+                suspension: Responses::zeros(sensors),
                 lag_shift: lag.accelerance(),
                 lag_noise: lag.sigma[0] * correlation,
             };
@@ -123,7 +126,7 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
                 fits.suspension[response] = fitted.coefficients[1];
                 fits.noise[response] = fitted.sigma[0] * correlation;
             }
-            Ok::<BandFits<R, S>, MassLineError>(fits)
+            Ok::<BandFits<R, C>, MassLineError>(fits)
         };
         // A band that is too narrow to be trimmed is not compared.
         let inner = fit(inner(fitting.band));
@@ -136,30 +139,30 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
                 let sigma = inner.noise.zip_map(&accelerance, |noise: R, a: R| {
                     (noise * noise + a * a * by_lag * by_lag).sqrt()
                 });
-                (inner.accelerance - accelerance, sigma)
+                (&inner.accelerance - &accelerance, sigma)
             }
-            Err(_) => (Responses::zeros(), Responses::zeros()),
+            Err(_) => (Responses::zeros(sensors), Responses::zeros(sensors)),
         };
         Ok(Self { accelerance, noise, lag_noise, suspension, moved, moved_noise, responses })
     }
 
     /// Zeros for this number of responses, to be filled with [`Self::set`].
     pub fn zeros(responses: usize) -> Self {
-        let zero = Responses::zeros();
+        let zero = || Responses::<R, C>::zeros(responses.div_ceil(3));
         Self {
-            accelerance: zero,
-            noise: zero,
+            accelerance: zero(),
+            noise: zero(),
             lag_noise: R::zero(),
-            suspension: zero,
-            moved: zero,
-            moved_noise: zero,
-            responses: responses.min(3 * S),
+            suspension: zero(),
+            moved: zero(),
+            moved_noise: zero(),
+            responses: responses.min(zero().as_slice().len()),
         }
     }
 
     /// Stores the mass line of one response that was fitted alone; no effect for a response that does not
     /// exist.
-    pub fn set(&mut self, response: usize, alone: &ResponseFits<R, 1>) {
+    pub fn set<D: Capacity>(&mut self, response: usize, alone: &ResponseFits<R, D>) {
         if response < self.responses {
             self.accelerance[response] = alone.accelerance[0];
             self.noise[response] = alone.noise[0];
@@ -180,14 +183,14 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
 
     /// Change of every A when the ends of the band are left out, (m/s²)/N; zero where it is within the noise, and for plateaus
     /// above the suspension.
-    pub fn band_shift(&self, band: [R; 2]) -> Responses<R, S> {
+    pub fn band_shift(&self, band: [R; 2]) -> Responses<R, C> {
         if self.unsteady().next().is_none() && self.suspension_in_band(band).is_none() {
-            return Responses::zeros();
+            return Responses::zeros(self.accelerance.sensors());
         }
         self.moved_beyond_noise()
     }
 
-    fn moved_beyond_noise(&self) -> Responses<R, S> {
+    fn moved_beyond_noise(&self) -> Responses<R, C> {
         self.moved.zip_map(&self.moved_noise, |moved: R, noise| {
             if moved.abs() > noise * R::of(SIGNIFICANT) { moved } else { R::zero() }
         })
@@ -216,6 +219,7 @@ fn inner<R: Real>([low, high]: [R; 2]) -> [R; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::capacity::Rig;
     use std::vec::Vec;
 
     const RESOLUTION: f64 = 4000.0 / 2048.0;
@@ -247,7 +251,7 @@ mod tests {
             .collect()
     }
 
-    fn fits(suspension: f64, band: [f64; 2], noise: f64, terms: Terms) -> ResponseFits<f64, 3> {
+    fn fits(suspension: f64, band: [f64; 2], noise: f64, terms: Terms) -> ResponseFits<f64, Rig> {
         let h = responses(suspension, noise);
         let bins = (0..BINS).map(|k| Bin { frequency: RESOLUTION * k as f64, weight: 1.0 });
         let fitting = Fitting { band, decay: 10.0, terms, correlation: 2.26, lag_sigma: 0.0 };

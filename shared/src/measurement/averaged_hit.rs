@@ -2,11 +2,12 @@
 
 use super::averaging::{DofSpectra, HitAverager, HitMemory};
 use super::long_hit::LongHitAverager;
+use crate::Real;
 use crate::signal::{FftError, RealFft, Record};
 
 /// A hit that is being averaged.
 #[derive(Clone, Debug)]
-pub(super) enum AveragedHit<R> {
+pub(super) enum AveragedHit<R: Real> {
     /// With mass lines of its own.
     MassLine(HitAverager<R>),
     /// With a long record.

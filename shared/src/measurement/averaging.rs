@@ -6,6 +6,8 @@
 
 use nalgebra::Complex;
 
+use crate::Real;
+use crate::capacity::Rig;
 use crate::identify::{DofMassLines, ScatterAccumulator};
 use crate::layout::{HitPolicy, HitTreatment, RIG_SENSORS, TestSettings};
 use crate::mass_line::{
@@ -16,7 +18,7 @@ use crate::responses::Responses;
 use crate::signal::{
     AdcProperties, CHANNELS, Calibration, FftError, HAMMER, HitAgreement, HitAnalysis, Hum,
     KnownScatter, PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES, RealFft, RepeatHits, SPECTRUM_BINS,
-    Samples, Spectra, resolution,
+    Samples, Spectra, divide_by_force, resolution,
 };
 
 /// The averaged spectra of one DOF, as a rig stores them.
@@ -35,7 +37,7 @@ pub struct ProcessingSettings<'a, R> {
 
 /// What is known of a hit before it is averaged.
 #[derive(Clone, Copy, Debug)]
-pub struct ExpectedHit<R> {
+pub struct ExpectedHit<R: Real> {
     /// The hum in its record.
     pub hum: Option<Hum<R>>,
     /// Expected scatter of the accelerances from hit to hit, relative:
@@ -66,13 +68,13 @@ pub enum Change {
 /// A hit that is being averaged. The spectrum of the force and the design stay in the [`HitMemory`] until the
 /// hit is finished.
 #[derive(Clone, Debug)]
-pub struct HitAverager<R> {
+pub struct HitAverager<R: Real> {
     change: Change,
     analysis: HitAnalysis<R>,
     /// Factor on all spectra of this hit, which gives it its weight in the averages.
     factor: R,
     design: Result<MassLineDesign<R>, MassLineError>,
-    single: Responses<R, RIG_SENSORS>,
+    single: Responses<R, Rig>,
     /// True when a response has no mass line of its own.
     incomplete: bool,
 }
@@ -114,7 +116,14 @@ impl<R: RealFft> HitAverager<R> {
             Change::Add => spectra.add_force(force),
             Change::Remove => spectra.remove_force(force),
         }
-        Ok(Self { change, analysis, factor, design, single: Responses::zeros(), incomplete: false })
+        Ok(Self {
+            change,
+            analysis,
+            factor,
+            design,
+            single: Responses::zeros(RIG_SENSORS),
+            incomplete: false,
+        })
     }
 
     /// Adds a response to the spectra, or removes it, and adds it to this hit's own mass lines.
@@ -136,11 +145,11 @@ impl<R: RealFft> HitAverager<R> {
             Change::Add => spectra.add_response(response, force, &lines),
             Change::Remove => spectra.remove_response(response, force, &lines),
         }
-        HitAnalysis::divide(&mut lines, force);
+        divide_by_force(&mut lines, force);
         let lines = lines.iter().copied();
         let basis = self.design.as_ref().ok().and_then(|design| design.over(basis));
         let fit = basis.and_then(|basis| basis.fit(lines).ok());
-        match (fit, self.single.get_mut(response)) {
+        match (fit, self.single.as_mut_slice().get_mut(response)) {
             (Some(fit), Some(own)) => *own = fit.accelerance(),
             _ => self.incomplete = true,
         }
@@ -149,8 +158,8 @@ impl<R: RealFft> HitAverager<R> {
 
     /// This hit's own mass lines after all responses have been added, zero beyond the last; `None` when one
     /// of them has none.
-    pub fn mass_lines(&self, calibration: &Calibration) -> Option<Responses<R, RIG_SENSORS>> {
-        let mut single = self.single;
+    pub fn mass_lines(&self, calibration: &Calibration) -> Option<Responses<R, Rig>> {
+        let mut single = self.single.clone();
         calibration.undo_cross_axis(single.as_mut_slice());
         (!self.incomplete).then_some(single)
     }
@@ -161,13 +170,13 @@ impl<R: RealFft> HitAverager<R> {
     pub fn squared_force<D: Samples<R> + ?Sized>(
         &self,
         record: &D,
-        single: &Responses<R, RIG_SENSORS>,
-        repeats: &ScatterAccumulator<R, RIG_SENSORS>,
+        single: &Responses<R, Rig>,
+        repeats: &ScatterAccumulator<R, Rig>,
     ) -> Option<R> {
         let size = |response: usize| {
             if repeats.hits() > 0 { repeats.mean()[response] } else { single[response] }.abs()
         };
-        let all = 0..single.len();
+        let all = 0..single.as_slice().len();
         let loudest = all.reduce(|most, next| if size(next) > size(most) { next } else { most })?;
         let squared = self.analysis.squared_reading(record, loudest);
         let force = squared / (single[loudest] * single[loudest]);
@@ -195,10 +204,10 @@ impl<R: RealFft> HitAverager<R> {
 }
 
 /// Scatter of the repeat hits at the DOFs measured so far.
-pub fn known_scatter<R: RealFft>(measured: &[DofMassLines<R, RIG_SENSORS>]) -> KnownScatter<R> {
+pub fn known_scatter<R: RealFft>(measured: &[DofMassLines<R, Rig>]) -> KnownScatter<R> {
     let mut known = KnownScatter::none();
     for (_, lines) in measured {
-        let squares = lines.scatter.diagonal().sum() * R::of(f64::from(lines.hits.max(1) - 1));
+        let squares = lines.scatter.trace() * R::of(f64::from(lines.hits.max(1) - 1));
         // Without repeat hits the scatter is unknown.
         if squares > R::zero() {
             known.add(u32::from(lines.hits), lines.accelerance.norm_squared(), squares);
@@ -212,8 +221,8 @@ pub fn known_scatter<R: RealFft>(measured: &[DofMassLines<R, RIG_SENSORS>]) -> K
 /// that is an outlier from the spectra, and to start the DOF again after [`HitAgreement::Inconsistent`] and
 /// [`HitAgreement::OthersInconsistent`].
 pub fn join<R: RealFft>(
-    repeats: &mut ScatterAccumulator<R, RIG_SENSORS>,
-    single: &Responses<R, RIG_SENSORS>,
+    repeats: &mut ScatterAccumulator<R, Rig>,
+    single: &Responses<R, Rig>,
     squared_force: Option<R>,
     elsewhere: KnownScatter<R>,
     policy: HitPolicy,
@@ -260,7 +269,7 @@ pub fn fit_responses<R: RealFft>(
     spectra: &DofSpectra<R>,
     band: [R; 2],
     basis: &mut [BasisRow<R>],
-) -> Result<ResponseFits<R, RIG_SENSORS>, MassLineError> {
+) -> Result<ResponseFits<R, Rig>, MassLineError> {
     let ProcessingSettings { adc, test, .. } = settings;
     let decay = test.exponential_decay;
     let correlation = window_correlation(decay, record_duration(adc));
@@ -368,10 +377,10 @@ mod tests {
 
     #[test]
     fn the_scatter_of_the_measured_dofs_is_known() {
-        let mut lines = MassLines::without_scatter(Responses::repeat(0.5_f64));
+        let mut lines = MassLines::without_scatter(Responses::repeat(3, 0.5_f64));
         lines.hits = 5;
         lines.scatter[(0, 0)] = 0.01;
-        let once = MassLines { hits: 1, ..MassLines::without_scatter(Responses::repeat(0.5)) };
+        let once = MassLines { hits: 1, ..MassLines::without_scatter(Responses::repeat(3, 0.5)) };
         let mut expected = KnownScatter::none();
         expected.add(5, 9.0 * 0.25, 4.0 * 0.01);
         assert_eq!(known_scatter(&[(0, lines), (1, once)]), expected);

@@ -4,8 +4,9 @@ use core::ops::RangeInclusive;
 
 use super::averaging::{ProcessingSettings, band_of, fit_responses};
 use super::{MeasuredDof, Measurement};
+use crate::capacity::Rig;
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
-use crate::identify::{ForceTrend, MassLines, RIGIDITY_LIMIT, rigid_residuals};
+use crate::identify::{ForceTrend, MassLines, RIGIDITY_LIMIT, ScatterAccumulator, rigid_residuals};
 use crate::layout::{RIG_SENSORS, TestSettings};
 use crate::mass_line::MassLineError;
 use crate::responses::{ResponseSquare, Responses};
@@ -62,7 +63,8 @@ impl<R: RealFft> Measurement<'_, R> {
             let (code, value) = (Code::SuspensionInBand, suspension.to_f32());
             self.push_diagnostic(Diagnostic::whole(code, Severity::Warning, value));
         }
-        let (mut accelerance, mut band_shift) = (fits.accelerance, fits.band_shift(band));
+        let mut band_shift = fits.band_shift(band);
+        let mut accelerance = fits.accelerance;
         // The noise of a channel is not corrected: it changes only by the square of the cross-axis
         // sensitivities.
         self.calibration.undo_cross_axis(accelerance.as_mut_slice());
@@ -73,8 +75,10 @@ impl<R: RealFft> Measurement<'_, R> {
         // A single hit has no scatter, and the scatter of fewer hits than were averaged does not apply.
         let single = self.memory.single_hits.as_ref();
         let single = single.filter(|single| single.hits() == hits && hits > 1);
-        let scatter = single.map_or_else(ResponseSquare::zeros, |single| single.covariance());
-        let trend = single.map_or_else(ForceTrend::unknown, |single| single.trend());
+        let scatter = single.map(ScatterAccumulator::covariance);
+        let scatter = scatter.unwrap_or_else(|| ResponseSquare::zeros(RIG_SENSORS));
+        let trend = single.map(|single| single.trend().clone());
+        let trend = trend.unwrap_or_else(|| ForceTrend::unknown(RIG_SENSORS));
         let lines = MassLines { accelerance, noise: fits.noise, scatter, hits, trend, band_shift };
         let inside = bins_of_band(band, resolution(&adc, test.profile));
         let coherence = coherences(spectra, adc.responses(), inside);
@@ -83,7 +87,7 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 
     /// Reports the sensor with the largest residual, when the readings do not fit a rigid body.
-    fn check_rigidity(&mut self, test: &TestSettings<R>, readings: &Responses<R, RIG_SENSORS>) {
+    fn check_rigidity(&mut self, test: &TestSettings<R>, readings: &Responses<R, Rig>) {
         let residuals = self.layout.as_ref().and_then(|layout| rigid_residuals(layout, readings));
         let numbers = residuals.iter().flatten().map(|left| left.to_f32()).enumerate();
         let worst = numbers.filter(|(_, left)| left.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1));

@@ -6,17 +6,18 @@ use super::campaign::{
 use super::hits::Task;
 use super::stored_lines::StoredLines;
 use super::{Activity, MeasuredDof, Measurement, Memory, NextAction, Recorded, Streamed, note};
+use crate::Real;
+use crate::capacity::Rig;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::DofMassLines;
-use crate::layout::RIG_SENSORS;
 use crate::signal::RealFft;
 use crate::signal::self_test::SelfTest;
 
 /// Data of a finished DOF, by which a campaign is restored.
 #[derive(Clone, Debug, PartialEq)]
-pub enum DofData<R> {
+pub enum DofData<R: Real> {
     /// Its mass lines.
-    MassLines(DofMassLines<R, RIG_SENSORS>),
+    MassLines(DofMassLines<R, Rig>),
     /// What is known of its stored lines, in the suspension profile.
     Lines(StoredLines<R>),
 }

@@ -10,9 +10,11 @@ use super::{
     Activity, GradedHit, LOSSES_TO_STOP, Measurement, NextAction, Recorded, ScanIndex, Streamed,
     note,
 };
+use crate::Real;
 use crate::design::FurtherHitSearch;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
-use crate::layout::{HitPolicy, HitTreatment, TestProfile};
+use crate::identify::ScatterAccumulator;
+use crate::layout::{HitPolicy, HitTreatment, RIG_SENSORS, TestProfile};
 use crate::signal::{
     CaptureState, FftError, FullRateExtremes, HitAgreement, HitReport, RECORD_SCANS, RealFft, Scan,
     grade, grade_long,
@@ -22,7 +24,7 @@ use crate::units::Newtons;
 /// Progress within the current step of the campaign.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "there is one at a time, and no allocator")]
-pub(super) enum Task<R> {
+pub(super) enum Task<R: Real> {
     /// The step has not begun.
     None,
     /// The sampler runs; `trigger` is the scan of the trigger once it has fired.
@@ -362,7 +364,8 @@ impl<R: RealFft> Measurement<'_, R> {
     fn join_mass_lines(&mut self, hit: &HitAverager<R>, policy: HitPolicy) -> HitAgreement<R> {
         let Some(own) = hit.mass_lines(&self.calibration) else { return HitAgreement::Agrees };
         let elsewhere = averaging::known_scatter(&self.memory.mass_lines);
-        let others = self.memory.single_hits.get_or_insert_default();
+        let others =
+            self.memory.single_hits.get_or_insert_with(|| ScatterAccumulator::new(RIG_SENSORS));
         let force = hit.squared_force(&self.memory.record, &own, others);
         averaging::join(others, &own, force, elsewhere, policy)
     }

@@ -17,7 +17,6 @@ use crate::calibration::block::{BlockError, BlockMass, ForceRatio, force_ratio};
 use crate::design::{FurtherHitSearch, HitCandidates, Precision};
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::identify::{IdentifySettings, Method, Observations, Progress};
-use crate::responses::ResponseSquare;
 use crate::signal::RealFft;
 
 /// Relative standard deviation assumed for a mass that is typed in: that of a kitchen scale.
@@ -159,7 +158,7 @@ impl<R: RealFft> Measurement<'_, R> {
     fn weigh(&self, mass: f32) -> BlockResult {
         let layout = self.layout.as_ref().ok_or(BlockError::DirectionsMissing)?;
         let lines = self.memory.mass_lines.iter().map(|(_, lines)| lines);
-        if lines.clone().any(|lines| lines.scatter == ResponseSquare::zeros()) {
+        if lines.clone().any(|lines| lines.scatter.is_zero()) {
             return Err(BlockError::TooFewHits);
         }
         let mass = R::of(f64::from(mass));

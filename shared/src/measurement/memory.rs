@@ -6,19 +6,21 @@ use nalgebra::Complex;
 use super::averaging::{DofSpectra, HitMemory};
 use super::result::MeasuredDof;
 use super::stored_lines::StoredLines;
+use crate::Real;
+use crate::capacity::Rig;
 use crate::identify::{
     DofMassLines, Identification, MASS_LINE_METHODS, ScatterAccumulator, maximum_likelihood,
 };
-use crate::layout::{RIG_HITS, RIG_SENSORS};
+use crate::layout::RIG_HITS;
 use crate::mass_line::BasisRow;
 use crate::signal::{KnownScatter, RECORD_SCANS, RealFft, Record, SPECTRUM_BINS};
 
 // The scratch memory is also the workspace of the methods.
-const _: () = assert!(maximum_likelihood::workspace(RIG_SENSORS) <= RECORD_SCANS);
+const _: () = assert!(maximum_likelihood::RIG_WORKSPACE <= RECORD_SCANS);
 
 /// The large memory of a measurement: about 75 KiB in single precision. Its initial value is all zeros, so a
 /// static one takes no room in the image.
-pub struct Memory<R> {
+pub struct Memory<R: Real> {
     pub(super) record: Record,
     /// Averages of the hits at the current DOF.
     pub(super) spectra: DofSpectra<R>,
@@ -27,11 +29,11 @@ pub struct Memory<R> {
     pub(super) force: [Complex<R>; SPECTRUM_BINS],
     pub(super) basis: [BasisRow<R>; SPECTRUM_BINS],
     /// Mass lines of the single hits at the current DOF.
-    pub(super) single_hits: Option<ScatterAccumulator<R, RIG_SENSORS>>,
+    pub(super) single_hits: Option<ScatterAccumulator<R, Rig>>,
     /// Data measured in this campaign, DOF by DOF.
     pub(super) dofs: Vec<MeasuredDof<R>, RIG_HITS>,
     /// The mass lines of these DOFs, in the same order.
-    pub(super) mass_lines: Vec<DofMassLines<R, RIG_SENSORS>, RIG_HITS>,
+    pub(super) mass_lines: Vec<DofMassLines<R, Rig>, RIG_HITS>,
     /// Or, in the suspension profile, what is known of their stored lines.
     pub(super) lines: Vec<StoredLines<R>, RIG_HITS>,
     /// The methods that run, or their answers.
@@ -68,7 +70,7 @@ macro_rules! memory {
 
 memory!(f32, f64);
 
-impl<R> Memory<R> {
+impl<R: Real> Memory<R> {
     /// The parts needed to process a hit.
     pub(super) fn of_hit(&mut self) -> (&Record, &mut DofSpectra<R>, HitMemory<'_, R>) {
         let Self { record, spectra, scratch, force, basis, .. } = self;
@@ -85,11 +87,7 @@ impl<R> Memory<R> {
     }
 
     /// Stores the data of a DOF and replaces previous data of it.
-    pub(super) fn store_dof(
-        &mut self,
-        details: MeasuredDof<R>,
-        mass_lines: DofMassLines<R, RIG_SENSORS>,
-    ) {
+    pub(super) fn store_dof(&mut self, details: MeasuredDof<R>, mass_lines: DofMassLines<R, Rig>) {
         self.discard_dof(mass_lines.0);
         // There is room for every DOF of a layout.
         let _ = self.mass_lines.push(mass_lines);

@@ -1,16 +1,18 @@
 //! Result of a campaign.
 
 use super::stored_lines::StoredLines;
+use crate::Real;
 use crate::calibration::CalibrationSigma;
 use crate::calibration::block::{BlockError, ForceRatio};
+use crate::capacity::Rig;
 use crate::diagnosis::Diagnostics;
 use crate::identify::{DofMassLines, Estimate, Method};
-use crate::layout::{Dof, RIG_SENSORS};
+use crate::layout::Dof;
 use crate::signal::RESPONSES;
 
 /// Data of a measured DOF besides its mass lines.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MeasuredDof<R> {
+pub struct MeasuredDof<R: Real> {
     /// Name of the DOF.
     pub dof: Dof,
     /// Lower and upper end of the band of its mass lines, Hz.
@@ -25,11 +27,11 @@ pub type BlockResult = Result<ForceRatio<f32>, BlockError>;
 
 /// Measured data and estimates of a campaign, borrowed from the measurement.
 #[derive(Clone, Copy, Debug)]
-pub struct TestResult<'m, R> {
+pub struct TestResult<'m, R: Real> {
     /// Data of each measured DOF.
     pub dofs: &'m [MeasuredDof<R>],
     /// Their mass lines, in the same order.
-    pub mass_lines: &'m [DofMassLines<R, RIG_SENSORS>],
+    pub mass_lines: &'m [DofMassLines<R, Rig>],
     /// In their place in the suspension profile: what is known of the stored lines of the DOFs, in the same order.
     pub lines: &'m [StoredLines<R>],
     /// Estimates, one per method, best first; empty for a block.

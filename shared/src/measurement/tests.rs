@@ -252,7 +252,7 @@ fn hits_of_unequal_force_count_the_same_where_noise_is_small() {
     for each in [(12.0, 1.0), (40.0, 1.1)] {
         hit(&mut rig, each);
     }
-    let measured = rig.result().mass_lines[0].1.accelerance;
+    let measured = &rig.result().mass_lines[0].1.accelerance;
     for k in 1..=9 {
         let ratio = measured[k - 1] / (1.05 * (0.3 + 0.1 * k as f64));
         // A code is 0.6 % of the smallest peak; with squared forces as weights the ratio would be 1.04.

@@ -6,6 +6,7 @@ use nalgebra::{Complex, Vector3, Vector6};
 use super::force_mixing::ForceMixing;
 use super::{MOST_FORCES, MOST_LINES};
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::frequency_responses::FrequencyResponses;
 use crate::layout::{Layout, balanced_force};
 use crate::linalg::ComplexLeastSquares;
@@ -100,11 +101,11 @@ impl<R: Real> Reduction<R> {
 
     /// Reduces all lines. `reading(line, channel, hit)` is an accelerance, (m/s²)/N. `None` when the sensors do not
     /// determine the motion, and for more than [`MOST_LINES`] lines.
-    pub fn fill<const S: usize, const H: usize>(
+    pub fn fill<C: Capacity>(
         &mut self,
-        layout: &Layout<R, S, H>,
+        layout: &Layout<R, C>,
         reference: &Vector3<R>,
-        mixing: &ForceMixing<R, H>,
+        mixing: &ForceMixing<R, C>,
         s: &[Complex<R>],
         reading: impl Fn(usize, usize, usize) -> Complex<R>,
     ) -> Option<()> {
@@ -136,8 +137,8 @@ impl<R: Real> Reduction<R> {
 /// Reduces the frequency responses of one line to the motions of the reference point: one for each force into
 /// `motions`. Returns the standard deviations of [`OriginResponses::sigma`], or `None` when the sensors do not determine
 /// the motion.
-pub fn reduce_line<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+pub fn reduce_line<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     responses: &FrequencyResponses<'_, R>,
     reference: &Vector3<R>,
     line: usize,
@@ -160,8 +161,8 @@ pub fn reduce_line<R: Real, const S: usize, const H: usize>(
 
 /// The motions under as many forces as `motions` has room for, at most [`MOST_FORCES`], from the readings of all
 /// channels at one line.
-fn reduce<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+fn reduce<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     s: Complex<R>,
     reference: &Vector3<R>,
     reading: impl Fn(usize, usize) -> Complex<R>,
@@ -180,8 +181,8 @@ fn deviations<R: Real>(equations: &ComplexLeastSquares<R, 6, MOST_FORCES>) -> Op
 }
 
 /// The motions that solve the equations, one for each right side.
-fn solve_motions<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+fn solve_motions<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     equations: &ComplexLeastSquares<R, 6, MOST_FORCES>,
     motions: &mut [Vector6<Complex<R>>],
 ) -> Option<()> {
@@ -193,8 +194,8 @@ fn solve_motions<R: Real, const S: usize, const H: usize>(
 }
 
 /// The readings of all channels under some forces as equations for the motions in balanced variables.
-fn equations_of_line<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+fn equations_of_line<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     s: Complex<R>,
     reference: &Vector3<R>,
     reading: impl Fn(usize, usize) -> Complex<R>,

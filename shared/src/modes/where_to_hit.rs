@@ -4,6 +4,7 @@ use nalgebra::{Vector3, Vector6};
 
 use super::norm_indicator_of_shape;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::layout::{Axis, Dof, Layout, Sign, balanced_motion, unit_force};
 
 /// Share of the largest possible Norm Indicator below which the hits hardly show a mode.
@@ -25,9 +26,9 @@ pub struct Shown<R> {
 impl<R: Real> Shown<R> {
     /// How well these hits of the layout, as places in it, show the mode of this shape at the sensors' centroid. `None`
     /// without hits.
-    pub fn of<const S: usize, const H: usize>(
+    pub fn of<C: Capacity>(
         shape: &Vector6<R>,
-        layout: &Layout<R, S, H>,
+        layout: &Layout<R, C>,
         hits: impl IntoIterator<Item = usize>,
     ) -> Option<Self> {
         let reference = layout.sensor_centroid();
@@ -60,8 +61,8 @@ fn largest<R: Real, T>(all: impl Iterator<Item = (R, T)>) -> Option<(R, T)> {
 
 /// Hits along every axis of the body at every point of the layout, with force and torque of 1 N about the sensors' centroid.
 /// The points of the hits come first, because beside a sensor it is hard to hit.
-pub fn candidates<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+pub fn candidates<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
 ) -> impl Iterator<Item = (Dof, Vector6<R>)> + '_ {
     let sensors = layout.sensors.iter().map(|sensor| (sensor.node, sensor.position));
     let points = layout.hits.iter().map(|hit| (hit.dof.node, hit.position)).chain(sensors);
@@ -80,11 +81,12 @@ pub fn candidates<R: Real, const S: usize, const H: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::capacity::Rig;
     use crate::layout::tests::bar_layout;
 
     #[test]
     fn a_mode_that_no_hit_moves_names_a_hit_that_does() {
-        let mut layout: Layout<f64, 3, 12> = bar_layout().cast().unwrap();
+        let mut layout: Layout<f64, Rig> = bar_layout().cast().unwrap();
         layout.hits.iter_mut().for_each(|hit| hit.direction = [1.0, 0.0, 0.0]);
         let all = || 0..layout.hits.len();
         let along = |k: usize| Vector6::ith(k, 1.0);

@@ -10,7 +10,7 @@ use super::record::rest_scans;
 use super::spectra::ratio;
 use super::{
     AdcProperties, CHANNELS, Calibration, FftError, HitNoise, Hum, HumSearch, RealFft, Samples,
-    window,
+    Signal, window,
 };
 use crate::Real;
 use crate::layout::TestSettings;
@@ -48,7 +48,7 @@ use crate::layout::TestSettings;
 /// for response in 0..adc.responses() {
 ///     analysis.response(&*record, response, &mut scratch, &mut lines)?;
 ///     spectra.add_response(response, &force, &lines);
-///     HitAnalysis::divide(&mut lines, &force); // this hit's own H, with weights |F|²
+///     divide_by_force(&mut lines, &force); // this hit's own H, with weights |F|²
 /// }
 /// let expected = 200.0 * calibration.per_code(&adc, 1) / (800.0 * calibration.per_code(&adc, HAMMER));
 /// assert!((lines[20].re / expected - 1.0).abs() < 1e-4);
@@ -56,15 +56,13 @@ use crate::layout::TestSettings;
 /// # Ok::<(), FftError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct HitAnalysis<R> {
+pub struct HitAnalysis<R, S = [Signal<R>; CHANNELS]> {
     /// Scans per second.
     rate: R,
     /// Delay between consecutive channels, s.
     channel_delay: R,
-    /// Scale of each channel, N or m/s² per reading.
-    scale: [R; CHANNELS],
-    /// Time constants of the low-passes, s; zero without a low-pass.
-    lag: [R; CHANNELS],
+    /// The signals of the channels, the hammer first.
+    signals: S,
     /// σ of the exponential window, 1/s.
     decay: R,
     /// Number of scans on either side of the peak that the force window passes.
@@ -84,45 +82,37 @@ impl<R: RealFft> HitAnalysis<R> {
         pre_trigger: usize,
     ) -> Self {
         let of = |value: f32| R::of(f64::from(value));
-        let scale = core::array::from_fn(|channel| of(calibration.per_code(adc, channel)));
-        let cutoffs = calibration.channels.map(|channel| of(channel.cutoff.0));
-        Self::of_signals(of(adc.rate.0), of(adc.channel_delay.0), scale, test, pre_trigger)
-            .with_cutoffs(cutoffs)
+        let signals = core::array::from_fn(|channel| {
+            let cutoff = of(calibration.channels[channel].cutoff.0);
+            Signal::new(of(calibration.per_code(adc, channel)), cutoff)
+        });
+        Self::of_signals(of(adc.rate.0), of(adc.channel_delay.0), signals, test, pre_trigger)
     }
+}
 
-    /// Analysis for any signals, without low-passes: `rate` readings per second, channel `k` sampled
-    /// `k · channel_delay` seconds after channel 0, `scale` N or m/s² per reading.
+/// Frequency response of a single hit: replaces `lines`, the spectrum of a response, by `H = X/F`; 0 where there is no
+/// force.
+pub fn divide_by_force<R: Real>(lines: &mut [Complex<R>], force: &[Complex<R>]) {
+    for (line, f) in lines.iter_mut().zip(force) {
+        *line = ratio(*line * f.conj(), f.norm_sqr());
+    }
+}
+
+impl<R: RealFft, S: AsRef<[Signal<R>]>> HitAnalysis<R, S> {
+    /// Analysis for any signals: `rate` readings per second, channel `k` sampled `k · channel_delay` seconds after
+    /// channel 0, which is the hammer.
     pub fn of_signals(
         rate: R,
         channel_delay: R,
-        scale: [R; CHANNELS],
+        signals: S,
         test: &TestSettings<R>,
         pre_trigger: usize,
     ) -> Self {
         // The cast turns NaN into 0.
         let half_width = (test.force_window_s * rate).to_f64() as usize;
         let rest = rest_scans(pre_trigger);
-        let lag = [R::zero(); CHANNELS];
-        Self {
-            rate,
-            channel_delay,
-            scale,
-            lag,
-            decay: test.exponential_decay,
-            half_width,
-            rest,
-            hum: None,
-        }
-    }
-
-    /// The same for channels behind first-order low-passes with these cutoff frequencies, Hz; zero where
-    /// there is none.
-    pub fn with_cutoffs(self, cutoffs: [R; CHANNELS]) -> Self {
-        let lag = cutoffs.map(|cutoff| {
-            let lag = R::one() / (R::two_pi() * cutoff);
-            if lag.finite() { lag } else { R::zero() }
-        });
-        Self { lag, ..self }
+        let decay = test.exponential_decay;
+        Self { rate, channel_delay, signals, decay, half_width, rest, hum: None }
     }
 
     /// The same for one record with this hum.
@@ -155,7 +145,7 @@ impl<R: RealFft> HitAnalysis<R> {
     ) -> Result<(), FftError> {
         let samples = self.copy(record, HAMMER, scratch)?;
         let rest = mean(samples.get(..self.rest).unwrap_or(samples));
-        let sign = self.scale[HAMMER];
+        let sign = self.signal(HAMMER).scale;
         let mut peak = (0, R::zero());
         for (n, sample) in samples.iter_mut().enumerate() {
             *sample -= rest;
@@ -195,16 +185,17 @@ impl<R: RealFft> HitAnalysis<R> {
 
     /// Noise and motion of the hit in a record of this many responses.
     pub fn hit_noise<D: Samples<R> + ?Sized>(&self, record: &D, responses: usize) -> HitNoise<R> {
-        let scale = self.scale.get(..=responses).unwrap_or(&self.scale);
+        let signals = self.signals.as_ref();
+        let signals = signals.get(..=responses).unwrap_or(signals);
         // The force passes its window on either side of its peak, which follows the trigger.
-        HitNoise::of(record, scale, self.rest, self.half_width + self.half_width)
+        HitNoise::of(record, signals, self.rest, self.half_width + self.half_width)
     }
 
     /// Squared reading of a response (the first is 0) during the contact, (m/s²)², weighted with the reading itself:
     /// what a channel that compresses is wrong by in proportion.
     pub fn squared_reading<D: Samples<R> + ?Sized>(&self, record: &D, response: usize) -> R {
         let channel = response.saturating_add(1);
-        let scale = self.scale.get(channel).copied().unwrap_or_else(R::zero);
+        let scale = self.signal(channel).scale;
         let contact = self.half_width + self.half_width;
         mean_cube(record, channel, self.rest, contact) * scale * scale
     }
@@ -222,14 +213,6 @@ impl<R: RealFft> HitAnalysis<R> {
         energy / (two * self.rate)
     }
 
-    /// Frequency response of a single hit: replaces `lines`, the spectrum of a response, by `H = X/F`; 0
-    /// where there is no force.
-    pub fn divide(lines: &mut [Complex<R>], force: &[Complex<R>]) {
-        for (line, f) in lines.iter_mut().zip(force) {
-            *line = ratio(*line * f.conj(), f.norm_sqr());
-        }
-    }
-
     /// Copies a channel's readings without hum to the front of `scratch` and sets the rest to zero; returns the
     /// readings.
     fn copy<'s, D: Samples<R> + ?Sized>(
@@ -245,15 +228,20 @@ impl<R: RealFft> HitAnalysis<R> {
         Ok(samples)
     }
 
+    /// The signal of a channel; a scale of zero when the channel does not exist.
+    fn signal(&self, channel: usize) -> Signal<R> {
+        self.signals.as_ref().get(channel).copied().unwrap_or(Signal::new(R::zero(), R::zero()))
+    }
+
     fn exponential(&self, samples: &mut [R], rest: R, channel: usize) {
-        let scale = self.scale.get(channel).copied().unwrap_or_else(R::zero);
+        let scale = self.signal(channel).scale;
         window::exponential(samples, rest, scale / self.rate, self.decay / self.rate);
     }
 
     /// A first-order low-pass with the cutoff `f` gives `X(s)/(1 + s/2πf)`. Amplitude and phase are corrected
     /// together, at `s = σ + iω` because the spectra of windowed records are there.
     fn undo_low_pass(&self, channel: usize, points: usize, lines: &mut [Complex<R>]) {
-        let lag = self.lag.get(channel).copied().unwrap_or_else(R::zero);
+        let lag = self.signal(channel).lag;
         if lag == R::zero() {
             return;
         }

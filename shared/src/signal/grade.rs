@@ -257,7 +257,11 @@ impl Findings {
     fn add(&mut self, code: Code, subject: Subject, value: f32) {
         let severity = self.policy.treatment(code).severity();
         // There is room for ten overloaded channels and one finding of every other code, which never all
-        // occur together. Any others are dropped; the hit is then rejected anyway.
+        // occur together. More overloaded channels of other recorders are not named.
+        let overloads = self.list.iter().filter(|other| other.code == Code::Overload).count();
+        if code == Code::Overload && overloads >= CHANNELS {
+            return;
+        }
         let _ = self.list.push(Diagnostic::about(code, severity, subject, value));
     }
 }

@@ -1,7 +1,7 @@
 //! Noise and motion of a hit, estimated before its spectra are known.
 
-use super::Samples;
 use super::chain::HAMMER;
+use super::{Samples, Signal};
 use crate::Real;
 
 /// Noise and motion of one hit, summed over its responses.
@@ -16,16 +16,16 @@ pub struct HitNoise<R> {
 
 impl<R: Real> HitNoise<R> {
     /// Noise and motion in a record with `rest` scans before the hit and `contact` scans that contain it;
-    /// `scale` is N or m/s² per reading for each channel in use.
+    /// `signals` are those of the channels in use.
     pub(super) fn of<D: Samples<R> + ?Sized>(
         record: &D,
-        scale: &[R],
+        signals: &[Signal<R>],
         rest: usize,
         contact: usize,
     ) -> Self {
         let mut sum = Self { variance: R::zero(), accelerance_squared: R::zero() };
         let mut force = R::zero();
-        for (channel, scale) in scale.iter().enumerate() {
+        for (channel, Signal { scale, .. }) in signals.iter().enumerate() {
             let before = || record.readings(channel, 0).take(rest);
             let count = R::of(rest.max(1) as f64);
             let mean = rest_value(record, channel, rest);

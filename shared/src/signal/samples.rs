@@ -3,6 +3,24 @@
 use super::{CHANNELS, Scan};
 use crate::Real;
 
+/// Scale and low-pass of the readings of a channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Signal<R> {
+    /// N or m/s² per reading.
+    pub scale: R,
+    /// Time constant of the channel's low-pass, s; zero without one.
+    pub lag: R,
+}
+
+impl<R: Real> Signal<R> {
+    /// Readings of this scale, N or m/s², behind a first-order low-pass with this cutoff frequency, Hz; zero where there
+    /// is none.
+    pub fn new(scale: R, cutoff: R) -> Self {
+        let lag = R::one() / (R::two_pi() * cutoff);
+        Self { scale, lag: if lag.finite() { lag } else { R::zero() } }
+    }
+}
+
 /// Equally spaced readings of several channels: a record of codes, or any other signals.
 pub trait Samples<R: Real> {
     /// Number of readings of each channel.

@@ -2,6 +2,7 @@
 
 use core::marker::PhantomData;
 
+use massline_shared::capacity::Capacity;
 use massline_shared::{Real, ResponseRows};
 
 include!(concat!(env!("OUT_DIR"), "/cases.rs"));
@@ -225,13 +226,13 @@ impl<'a, 'b, R: Real> Check<'a, 'b, R> {
     }
 
     /// Compares a matrix with one row for each response of `S` sensors.
-    pub fn response_rows<const S: usize, const N: usize>(
+    pub fn response_rows<C: Capacity, const N: usize>(
         &mut self,
         path: &str,
-        got: &ResponseRows<R, S, N>,
+        got: &ResponseRows<R, C, N>,
     ) {
         let mut rows = heapless::Vec::<R, 128>::new();
-        for response in 0..3 * S {
+        for response in 0..3 * got.sensors() {
             if rows.extend_from_slice(&got.row(response)).is_err() {
                 return self.fail(path);
             }

@@ -1,6 +1,7 @@
 //! `s_chain_`: from ADC counts to mass lines and the ten inertial parameters.
 
 use massline_shared::Real;
+use massline_shared::capacity::Rig;
 use massline_shared::identify::MassLines;
 use massline_shared::identify::inertia_restraint::{ReferencePoint, solve};
 use massline_shared::layout::TestSettings;
@@ -12,7 +13,7 @@ use massline_shared::signal::{
 use massline_shared::units::{Hertz, Seconds, Volts};
 use nalgebra::{Complex, SMatrix};
 
-use crate::layout::{GoldenDofs, RESPONSES, SENSORS};
+use crate::layout::{GoldenDofs, RESPONSES};
 use crate::{Array, Check, Values};
 
 /// Points of the transform: the next power of two above the 540 scans of a record.
@@ -38,7 +39,7 @@ pub(crate) fn run<R: RealFft + Default>(check: &mut Check<'_, '_, R>) -> Option<
     }
     let mut dofs = GoldenDofs::new();
     for (index, fits) in measured.iter().enumerate() {
-        dofs.push((index, MassLines::without_scatter(fits.accelerance))).ok()?;
+        dofs.push((index, MassLines::without_scatter(fits.accelerance.clone()))).ok()?;
     }
     check.matrix("H_truth", &accelerance);
     check.matrix("H_oracle", &accelerance);
@@ -53,7 +54,7 @@ fn measure<R: RealFft + Default>(
     check: &Check<'_, '_, R>,
     channel_delay: f32,
     cutoffs: [Hertz; 2],
-) -> Option<[ResponseFits<R, SENSORS>; HITS]> {
+) -> Option<[ResponseFits<R, Rig>; HITS]> {
     let adc = AdcProperties {
         rate: Hertz(input(check, "fs")?),
         channels: CHANNELS as u8,
@@ -118,7 +119,7 @@ fn fit<R: RealFft + Default>(
     analysis: &HitAnalysis<R>,
     test: &TestSettings<R>,
     spectra: &Spectra<R, RESPONSES, BINS>,
-) -> Option<ResponseFits<R, SENSORS>> {
+) -> Option<ResponseFits<R, Rig>> {
     let resolution = analysis.resolution(POINTS);
     let lines = (0..BINS).map(|line| Bin {
         frequency: R::of(line as f64) * resolution,

@@ -2,6 +2,7 @@
 
 use massline_shared::Real;
 use massline_shared::body::RigidBody;
+use massline_shared::capacity::Rig;
 use massline_shared::design::{Choice, Counts, Search, cost};
 use nalgebra::SVector;
 
@@ -9,7 +10,7 @@ use crate::Check;
 use crate::layout::GoldenLayout;
 
 /// A choice of sensors and hits that fits a [`GoldenLayout`].
-type GoldenChoice = Choice<3, 4>;
+type GoldenChoice = Choice<Rig>;
 /// A single start reaches the score from each of the seeds 1 to 20 (measured).
 const STARTS: u32 = 2;
 

@@ -3,6 +3,7 @@
 use core::fmt::Write as _;
 
 use massline_shared::body::RigidBody;
+use massline_shared::capacity::Rig;
 use massline_shared::identify::ResponseInverse;
 use massline_shared::identify::inertia_restraint::Regression;
 use massline_shared::layout::sensor_shift;
@@ -10,7 +11,7 @@ use massline_shared::{Real, ResponseRows};
 use nalgebra::{Complex, SVector, Vector3};
 
 use crate::Check;
-use crate::layout::{GoldenLayout, GoldenResponses, RESPONSES, SENSORS};
+use crate::layout::{GoldenLayout, GoldenResponses, RESPONSES};
 
 pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     let layout = check.layout()?;
@@ -51,7 +52,7 @@ fn frequency_of(path: &'static str) -> Option<&'static str> {
 fn readings<R: Real>(
     layout: &GoldenLayout<R>,
     body: &RigidBody<R>,
-    response: &ResponseRows<R, SENSORS, 6>,
+    response: &ResponseRows<R, Rig, 6>,
 ) -> Option<SensorColumns<R>> {
     let mut readings = SensorColumns::new();
     for hit in &layout.hits {
@@ -64,7 +65,7 @@ fn readings<R: Real>(
 /// The inertia restraint method about the origin with a given response matrix.
 fn identify<R: Real>(
     layout: &GoldenLayout<R>,
-    response: &ResponseRows<R, SENSORS, 6>,
+    response: &ResponseRows<R, Rig, 6>,
     readings: &SensorColumns<R>,
 ) -> Option<SVector<R, 10>> {
     let length = layout.characteristic_length();

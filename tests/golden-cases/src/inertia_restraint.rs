@@ -6,7 +6,7 @@ use massline_shared::identify::{MassLines, ResponseInverse};
 use nalgebra::Vector3;
 
 use crate::Check;
-use crate::layout::{GoldenDofs, GoldenResponses};
+use crate::layout::{GoldenDofs, GoldenResponses, SENSORS};
 
 pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     let layout = check.layout()?;
@@ -55,7 +55,7 @@ pub(crate) fn column<R: Real>(
     index: usize,
 ) -> Option<GoldenResponses<R>> {
     let mut values = check.input(name)?.skip(index).step_by(columns);
-    let mut column = GoldenResponses::zeros();
+    let mut column = GoldenResponses::zeros(SENSORS);
     for to in column.iter_mut() {
         *to = values.next()?;
     }

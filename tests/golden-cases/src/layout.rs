@@ -3,6 +3,7 @@
 
 use heapless::Vec;
 use massline_shared::body::RigidBody;
+use massline_shared::capacity::Rig;
 use massline_shared::identify::DofMassLines;
 use massline_shared::identify::maximum_likelihood::{Bound, RIG_WORKSPACE, bound};
 use massline_shared::layout::{
@@ -18,11 +19,11 @@ pub(crate) const SENSORS: usize = 3;
 /// Number of responses of a [`GoldenLayout`].
 pub(crate) const RESPONSES: usize = 3 * SENSORS;
 /// The layout of a golden case: three triaxial sensors and up to five hits.
-pub type GoldenLayout<R> = Layout<R, SENSORS, 5>;
+pub type GoldenLayout<R> = Layout<R, Rig>;
 /// Responses of a [`GoldenLayout`].
-pub(crate) type GoldenResponses<R> = Responses<R, SENSORS>;
+pub(crate) type GoldenResponses<R> = Responses<R, Rig>;
 /// Mass lines of the hit DOFs of a [`GoldenLayout`].
-pub(crate) type GoldenDofs<R> = Vec<DofMassLines<R, SENSORS>, 5>;
+pub(crate) type GoldenDofs<R> = Vec<DofMassLines<R, Rig>, 5>;
 
 impl<R: Real> Check<'_, '_, R> {
     /// The layout from the sensors, hits and gravity of the inputs.
@@ -90,7 +91,7 @@ impl<R: Real> Check<'_, '_, R> {
             };
         }
         let sigma = self.input_number("sigma")? / R::of(f64::from(hits)).sqrt();
-        let noise = |_| GoldenResponses::repeat(sigma);
+        let noise = |_| GoldenResponses::repeat(SENSORS, sigma);
         bound(&layout, body, noise, hits, &mut [R::zero(); RIG_WORKSPACE])
     }
 }

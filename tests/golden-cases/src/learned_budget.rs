@@ -1,14 +1,13 @@
 //! `l_learn_`: maximum likelihood that learns its error budget.
 
 use massline_shared::Real;
-use massline_shared::identify::maximum_likelihood::{ErrorBudget, Start, solve, workspace};
+use massline_shared::identify::maximum_likelihood::{ErrorBudget, RIG_WORKSPACE, Start, solve};
 use massline_shared::identify::{Estimate, ScatterAccumulator, inertia_restraint};
 use massline_shared::layout::{HitUncertainty, SensorUncertainty};
 
 use crate::Check;
-use crate::layout::{GoldenDofs, GoldenLayout, GoldenResponses, RESPONSES};
+use crate::layout::{GoldenDofs, GoldenLayout, GoldenResponses, RESPONSES, SENSORS};
 
-const WORKSPACE: usize = workspace(3);
 /// The case whose last fit is not the point at which the iteration of the theory ends, see the schema.
 const DEVIATING: &str = "l_learn_04_two_hits";
 
@@ -62,7 +61,7 @@ fn fit<R: Real>(
     dofs: &GoldenDofs<R>,
     budget: ErrorBudget,
 ) -> Option<Estimate<R>> {
-    let mut memory = [R::zero(); WORKSPACE];
+    let mut memory = [R::zero(); RIG_WORKSPACE];
     let weights = inertia_restraint::InertiaRestraintSettings::weighted();
     let start = inertia_restraint::solve(layout, dofs, weights).ok()?;
     let solution = solve(layout, dofs, Start::At(&start.body), budget, &mut memory).ok()?;
@@ -105,13 +104,14 @@ fn dofs<R: Real>(check: &Check<'_, '_, R>, layout: &GoldenLayout<R>) -> Option<G
     let mut single = single;
     let mut dofs = GoldenDofs::new();
     for index in 0..layout.hits.len() {
-        let mut hits = ScatterAccumulator::new();
+        let mut hits = ScatterAccumulator::new(SENSORS);
         for _ in 0..per_dof {
-            let read = GoldenResponses::from_iterator(single.by_ref().take(RESPONSES));
+            let mut read = GoldenResponses::zeros(SENSORS);
+            read.iter_mut().zip(single.by_ref()).for_each(|(to, value)| *to = value);
             hits.add(&read, None);
         }
         let noise = noise / R::of(per_dof as f64).sqrt();
-        let lines = hits.mass_lines().with_noise(GoldenResponses::from_element(noise));
+        let lines = hits.mass_lines().with_noise(GoldenResponses::repeat(SENSORS, noise));
         dofs.push((index, lines)).ok()?;
     }
     Some(dofs)

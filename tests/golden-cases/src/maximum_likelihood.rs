@@ -5,7 +5,7 @@ use massline_shared::Real;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::inertia_restraint::{self, ReferencePoint};
 use massline_shared::identify::maximum_likelihood::{
-    ErrorBudget, Start, bound, readings_covariance, solve, workspace,
+    ErrorBudget, RIG_WORKSPACE, Start, bound, readings_covariance, solve,
 };
 use massline_shared::identify::{HALF_WIDTH_95, MassLines};
 use massline_shared::layout::{HitUncertainty, Prior, SensorUncertainty};
@@ -13,9 +13,7 @@ use nalgebra::SVector;
 
 use crate::Check;
 use crate::inertia_restraint::column;
-use crate::layout::{GoldenDofs, GoldenLayout, GoldenResponses, RESPONSES};
-
-const WORKSPACE: usize = workspace(3);
+use crate::layout::{GoldenDofs, GoldenLayout, GoldenResponses, RESPONSES, SENSORS};
 
 /// Maximum likelihood with the standard deviations of all responses and of the hits.
 pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
@@ -30,9 +28,9 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
         dofs.push((index, lines)).ok()?;
     }
     answer(check, &layout, &dofs)?;
-    let noise = |index: usize| dofs.get(index).map_or(GoldenResponses::zeros(), |(_, l)| l.noise);
+    let noise = |index: usize| dofs[index].1.noise.clone();
     let truth = RigidBody::from_theta(&SVector::from(check.input_array::<10>("theta_true")?));
-    let mut memory = [R::zero(); WORKSPACE];
+    let mut memory = [R::zero(); RIG_WORKSPACE];
     let at_truth = bound(&layout, &truth, noise, hits, &mut memory)?;
     check.numbers("crlb_sd_at_truth", at_truth.sigma().as_slice());
     Some(())
@@ -51,10 +49,11 @@ pub(crate) fn run_full<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
         };
     }
     layout.apparatus.hammer_gain = check.input_number("budget.sig_hammer").unwrap_or(R::zero());
-    let noise = GoldenResponses::from_element(check.input_number("budget.sigma")?);
+    let sigma = check.input_number("budget.sigma")?;
     let mut dofs = GoldenDofs::new();
     for index in 0..layout.hits.len() {
         let accelerance = column(check, "H", layout.hits.len(), index)?;
+        let noise = GoldenResponses::repeat(SENSORS, sigma);
         let lines = MassLines { noise, hits, ..MassLines::without_scatter(accelerance) };
         dofs.push((index, lines)).ok()?;
     }
@@ -80,7 +79,7 @@ fn answer<R: Real>(
     layout: &GoldenLayout<R>,
     dofs: &GoldenDofs<R>,
 ) -> Option<()> {
-    let mut memory = [R::zero(); WORKSPACE];
+    let mut memory = [R::zero(); RIG_WORKSPACE];
     let start = inertia_restraint::solve(layout, dofs, ReferencePoint::Centroid).ok()?;
     let solution =
         solve(layout, dofs, Start::At(&start.body), ErrorBudget::FirstOrder, &mut memory).ok()?;

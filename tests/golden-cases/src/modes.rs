@@ -12,7 +12,7 @@ use massline_shared::{FrequencyResponses, Real};
 use nalgebra::{Complex, Matrix6, Vector3, Vector6};
 
 use crate::Check;
-use crate::layout::{GoldenResponses, RESPONSES};
+use crate::layout::{GoldenResponses, RESPONSES, SENSORS};
 
 const MODES: usize = 6;
 const FORCES: usize = 5;
@@ -23,10 +23,10 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     let length = check.input_number("L")?;
     let inverse = ResponseInverse::new(&layout.response_matrix(&Vector3::zeros()), length)?;
     let readings = check.input("Phi")?;
-    let modes = readings.clone().count() / GoldenResponses::<R>::zeros().len();
+    let modes = readings.clone().count() / RESPONSES;
     let mut shapes = heapless::Vec::<Vector6<R>, MODES>::new();
     for mode in 0..modes {
-        let mut column = GoldenResponses::zeros();
+        let mut column = GoldenResponses::zeros(SENSORS);
         let values = readings.clone().skip(mode).step_by(modes);
         column.iter_mut().zip(values).for_each(|(to, value)| *to = value);
         shapes.push(inverse.motion(&column)).ok()?;

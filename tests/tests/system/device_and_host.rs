@@ -71,7 +71,7 @@ fn agree(text: &str, bench: &Bench, seed: u64, methods: usize) {
     let source = scans(bench, &file, seed);
     let layout = file.rig_layout().expect("fits the rig");
     let result = measure(source, &layout, &mut ());
-    let lines = lines_of(&result);
+    let lines = lines_of(&result, &file.layout);
     let observed = Observations::of_mass_lines(&file.layout, &lines);
     let host = identify(&observed, Selection::All, &IdentifySettings::default());
     let rig = estimates_of(&result);

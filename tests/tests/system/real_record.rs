@@ -1,7 +1,7 @@
 //! The signal chain on hammer data recorded by a third party, against NumPy on the same samples.
 
 use massline_shared::layout::TestSettings;
-use massline_shared::signal::{CHANNELS, EdgeTrigger, HitAnalysis, Spectra};
+use massline_shared::signal::{EdgeTrigger, HitAnalysis, Signal, Spectra};
 use nalgebra::Complex;
 
 const SEGMENTS: usize = 5;
@@ -73,7 +73,13 @@ fn spectra(decay: f64) -> Spectra<f64, 1, BINS> {
         force_window_s: 51.5 / RATE,
         ..TestSettings::default()
     };
-    let analysis = HitAnalysis::of_signals(RATE, 0.0, [1.0; CHANNELS], &test, PRE_TRIGGER);
+    let analysis = HitAnalysis::of_signals(
+        RATE,
+        0.0,
+        [Signal { scale: 1.0, lag: 0.0 }; 2],
+        &test,
+        PRE_TRIGGER,
+    );
     let mut spectra = Spectra::<f64, 1, BINS>::new();
     let mut scratch = [0.0; POINTS];
     let mut force = [Complex::new(0.0, 0.0); BINS];

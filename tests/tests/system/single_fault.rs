@@ -27,7 +27,8 @@ fn examined_on(bench: &Bench, text: &str, seed: u64) -> (LayoutFile, Examination
     let layout = file.layout.cast().expect("fits the rig");
     let measured = measure(&mut source, &layout, &nominal_calibration(bench)).expect("lines");
     let nodes: Vec<_> = file.nodes.iter().map(|node| (node.id, node.position)).collect();
-    let examination = examine(&file.layout, &nodes, &measured.dofs);
+    let lines = measured.dofs.iter().map(|(index, lines)| (*index, lines.resized(3)));
+    let examination = examine(&file.layout, &nodes, &lines.collect::<Vec<_>>());
     (file, examination)
 }
 

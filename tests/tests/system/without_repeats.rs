@@ -7,12 +7,13 @@
 use massline_analysis::monte_carlo::measurement::TestLayout;
 use massline_analysis::monte_carlo::statistics::MethodStatistics;
 use massline_shared::body::RigidBody;
+use massline_shared::capacity::Rig;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::maximum_likelihood::{
     ErrorBudget, Start, bound, solve, without_repeats, workspace,
 };
 use massline_shared::identify::{DofMassLines, Estimate, MassLines, Method};
-use massline_shared::layout::{Dof, Hit, HitUncertainty, RIG_SENSORS, SensorUncertainty};
+use massline_shared::layout::{Dof, Hit, HitUncertainty, SensorUncertainty};
 use massline_shared::responses::Responses;
 use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, three_bar, with_calibrated_hammer};
 use massline_tests::long;
@@ -112,7 +113,7 @@ fn drawn(
     body: &RigidBody<f64>,
     noise: f64,
     random: &mut ChaCha8Rng,
-) -> Vec<DofMassLines<f64, RIG_SENSORS>> {
+) -> Vec<DofMassLines<f64, Rig>> {
     let mut truth = budget.clone();
     let mut sensitivities = Vec::new();
     for sensor in &mut truth.sensors {
@@ -138,16 +139,17 @@ fn drawn(
         let mut marked = truth.clone();
         let sigmas = [node_position, node_position, node_direction, node_direction];
         moved(&mut marked.hits[index], sigmas.map(|sigma| sigma * normal(random)));
-        let mut mean = Responses::<f64, RIG_SENSORS>::zeros();
+        let mut mean = Responses::<f64, Rig>::zeros(3);
         for _ in 0..HITS {
             let mut one = marked.clone();
             let sigmas = [position, position, direction, direction];
             moved(&mut one.hits[index], sigmas.map(|sigma| sigma * normal(random)));
             let exact = one.accelerance(body, index).expect("the body has a mass");
             for (i, sensitivity) in sensitivities.iter().enumerate() {
-                let read = sensitivity * exact.column(i).into_owned() + vector(random, noise);
-                let mut column = mean.column_mut(i);
-                column += read / f64::from(HITS);
+                let exact = Vector3::from(exact.of_sensor(i));
+                let read = sensitivity * exact + vector(random, noise);
+                let sum = Vector3::from(mean.of_sensor(i)) + read / f64::from(HITS);
+                mean.set_sensor(i, sum.into());
             }
         }
         let lines = MassLines::without_scatter(mean).with_noise(noise_of_mean(noise));
@@ -156,8 +158,8 @@ fn drawn(
     dofs
 }
 
-fn noise_of_mean(noise: f64) -> Responses<f64, RIG_SENSORS> {
-    Responses::repeat(noise / f64::from(HITS).sqrt())
+fn noise_of_mean(noise: f64) -> Responses<f64, Rig> {
+    Responses::repeat(3, noise / f64::from(HITS).sqrt())
 }
 
 /// Noise of the accelerances of one hit, (m/s²)/N.
@@ -196,7 +198,7 @@ fn compare(errors: Errors, dofs: usize, batch: u64) -> [Row; 3] {
             let lines = drawn(&exact, &body, noise, &mut random);
             let start = Start::InertiaRestraint;
             let mut stating = |layout: &TestLayout| {
-                let room = &mut memory[..workspace(sensors)];
+                let room = &mut memory[..workspace(sensors, hits)];
                 solve(layout, &lines, start, ErrorBudget::Stated, room)
             };
             let stated_answers = [stating(&exact), stating(&stated)];

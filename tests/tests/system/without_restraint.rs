@@ -6,13 +6,14 @@ use massline_analysis::monte_carlo::measurement::measure;
 use massline_files::layout_file::LayoutFile;
 use massline_physics::Bench;
 use massline_shared::Real;
+use massline_shared::capacity::Rig;
 use massline_shared::identify::maximum_likelihood::{ErrorBudget, RIG_WORKSPACE, Start, solve};
 use massline_shared::identify::{Applicability, DofMassLines, Estimate, Method};
-use massline_shared::layout::{Layout, RIG_HITS, RIG_SENSORS, assumed_body};
+use massline_shared::layout::{Layout, assumed_body};
 use massline_tests::campaign::{THREE_BAR_TESTS, scans};
 
-type RigLayoutIn<R> = Layout<R, RIG_SENSORS, RIG_HITS>;
-type Dofs<R> = Vec<DofMassLines<R, RIG_SENSORS>>;
+type RigLayoutIn<R> = Layout<R, Rig>;
+type Dofs<R> = Vec<DofMassLines<R, Rig>>;
 
 /// Two sensors on every pair of nodes.
 const SENSORS: [&str; 6] = ["[1, 2]", "[1, 3]", "[1, 4]", "[2, 3]", "[2, 4]", "[3, 4]"];

@@ -2,6 +2,7 @@
 
 use massline_physics::suspension::RigidMode;
 use massline_shared::body::RigidBody;
+use massline_shared::capacity::Capacity;
 use massline_shared::design::{Criterion, Predict};
 use massline_shared::identify::suspension::undetermined_property;
 use massline_shared::layout::{HostLayout, Layout};
@@ -73,9 +74,9 @@ impl Predict<f64> for LayoutCriterion {
     }
 
     /// `workspace` as for [`Criterion::bound`]; suspension modes need none.
-    fn variances<const S: usize, const H: usize>(
+    fn variances<C: Capacity>(
         &self,
-        layout: &Layout<f64, S, H>,
+        layout: &Layout<f64, C>,
         workspace: &mut [f64],
     ) -> Option<SVector<f64, 10>> {
         match self {

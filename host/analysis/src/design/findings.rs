@@ -2,6 +2,7 @@
 
 use massline_shared::Real;
 use massline_shared::body::RigidBody;
+use massline_shared::capacity::Capacity;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::{Applicability, Method};
 use massline_shared::layout::{HostLayout, Layout, TestProfile};
@@ -10,9 +11,7 @@ use super::methods_of;
 
 /// A warning of a layout in the suspension profile that does not state gravity, which its sensors sense: the tilt of the object
 /// is as large in their readings as its motion.
-pub fn gravity_to_be_stated<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-) -> Option<Diagnostic> {
+pub fn gravity_to_be_stated<R: Real, C: Capacity>(layout: &Layout<R, C>) -> Option<Diagnostic> {
     let lacks = layout.test.profile == TestProfile::Suspension && layout.lacks_gravity();
     lacks.then(|| Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0))
 }

@@ -36,7 +36,7 @@ pub struct MassRange {
 impl MassRange {
     /// The range for objects of the shape of this body; `None` when no hit moves it.
     pub fn of(layout: &HostLayout, body: &RigidBody<f64>) -> Option<Self> {
-        let largest = |hit| Some(layout.accelerance(body, hit)?.amax());
+        let largest = |hit| Some(layout.accelerance(body, hit)?.largest());
         let shapes: Vec<f64> =
             (0..layout.hits.len()).filter_map(largest).map(|most| most * body.mass).collect();
         let test = &layout.test;
@@ -92,7 +92,7 @@ mass_kg = 0.12
         // The same shape with the lightest mass: its hit of 8 N reads 15 g, and one of gravity is left.
         body.inertia *= masses.lightest / mass;
         body.mass = masses.lightest;
-        let reads = (0..3).map(|hit| file.layout.accelerance(&body, hit).unwrap().amax() * 8.0);
+        let reads = (0..3).map(|hit| file.layout.accelerance(&body, hit).unwrap().largest() * 8.0);
         let least = reads.fold(f64::INFINITY, f64::min);
         assert!((least / (15.0 * STANDARD_GRAVITY) - 1.0).abs() < 1e-12, "{least}");
         assert!(masses.lightest <= masses.lightest_everywhere);

@@ -2,7 +2,7 @@
 
 use massline_shared::design::{Part, Predict, parts, total};
 use massline_shared::identify::maximum_likelihood::workspace;
-use massline_shared::layout::{Dof, HOST_SENSORS, HostLayout};
+use massline_shared::layout::{Dof, HostLayout};
 use nalgebra::SVector;
 
 use super::{Assumptions, Candidates, LayoutCriterion, LayoutFindings};
@@ -52,7 +52,7 @@ pub struct Advice {
 impl Predicted {
     /// The prediction for a layout; `None` when it does not determine the ten properties.
     pub(super) fn of(criterion: &LayoutCriterion, layout: &HostLayout) -> Option<Self> {
-        let mut memory = memory();
+        let mut memory = memory(layout);
         criterion.cost(layout, &mut memory)?;
         let variances = criterion.variances(layout, &mut memory)?;
         let determined = criterion.is_determined(&variances, layout);
@@ -94,7 +94,7 @@ impl DesignReport {
         let findings = LayoutFindings::new(layout, criterion.body());
         let possible = findings.admits_any();
         let predicted = if possible { Predicted::of(&criterion, layout) } else { None };
-        let parts = predicted.and_then(|_| parts(&criterion, layout, &mut memory()));
+        let parts = predicted.and_then(|_| parts(&criterion, layout, &mut memory(layout)));
         let candidates = Candidates::of(file).beyond(layout);
         Self {
             findings: if predicted.is_some() { findings } else { findings.without_answer() },
@@ -109,7 +109,7 @@ impl DesignReport {
 
 impl Advice {
     fn of(criterion: &LayoutCriterion, layout: &HostLayout, more: Candidates) -> Self {
-        let memory = &mut memory();
+        let memory = &mut memory(layout);
         let hit = criterion.best_further_hit(layout, more.hits, memory);
         let sensor = criterion.best_further_sensor(layout, more.sensors, memory);
         let percents = |cost: Option<f64>| cost.map(percent);
@@ -124,9 +124,9 @@ impl Advice {
     }
 }
 
-/// Working memory for the bound of a [`HostLayout`].
-fn memory() -> Vec<f64> {
-    vec![0.0; workspace(HOST_SENSORS)]
+/// Working memory for the bound of a layout, with one more sensor and one more hit.
+fn memory(layout: &HostLayout) -> Vec<f64> {
+    vec![0.0; workspace(layout.sensors.len() + 1, layout.hits.len() + 1)]
 }
 
 /// Converts the sum of relative variances to the total in % that people read.

@@ -1,10 +1,9 @@
 //! Chooses sensors and hits among the nodes of a layout file.
 
+use massline_shared::capacity::Unbounded;
 use massline_shared::design::{Choice, Counts, Found, Predict, Search, SearchError};
 use massline_shared::identify::maximum_likelihood::workspace;
-use massline_shared::layout::{
-    HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS, TestProfile, extent,
-};
+use massline_shared::layout::{Hit, HostLayout, Sensor, TestProfile, extent};
 
 use super::{Assumptions, Candidates, LayoutCriterion, LayoutFindings, Predicted};
 use crate::parallel::{Interrupted, pieces};
@@ -93,13 +92,8 @@ pub fn suggest(
         starts: options.starts,
         seed: options.seed,
     };
-    let layout = if wanted.sensors <= RIG_SENSORS && wanted.hits <= RIG_HITS {
-        job.search::<RIG_SENSORS, RIG_HITS>(&search, is_interrupted, progress)?
-    } else {
-        job.search::<HOST_SENSORS, HOST_HITS>(&search, is_interrupted, progress)?
-    };
     let nothing = || nothing(file.layout.test.profile);
-    let layout = layout.ok_or_else(nothing)?;
+    let layout = job.search(&search, is_interrupted, progress)?.ok_or_else(nothing)?;
     let length = layout.characteristic_length();
     let criterion = assumed.criterion(&layout, length, options.noise);
     let findings = LayoutFindings::new(&layout, criterion.body());
@@ -173,34 +167,31 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// The best layout of all starts, computed in matrices of the smallest sufficient capacity, which is
-    /// several times faster; `None` when no choice determines the ten properties.
-    fn search<const S: usize, const H: usize>(
+    /// The best layout of all starts; `None` when no choice determines the ten properties.
+    fn search(
         &self,
         search: &Search,
         is_interrupted: Interrupted<'_>,
         progress: impl FnMut(u64) + Send,
     ) -> Result<Option<HostLayout>> {
-        let empty: Layout<f64, S, H> =
-            self.empty.cast().ok_or_else(|| nothing(self.empty.test.profile))?;
-        let first = self.present::<S, H>(search);
+        let first = self.present(search);
         // The file's own layout is an additional start.
         let starts = search.starts + u32::from(first.is_some());
         let start = |index: u32| match index.checked_sub(search.starts) {
             None => search.start(index),
             Some(_) => first.clone().ok_or(SearchError::NothingFound),
         };
-        let memory = || vec![0.0; workspace(S)];
+        let memory = || vec![0.0; workspace(search.wanted.sensors, search.wanted.hits)];
         let found = pieces(starts.into(), is_interrupted, progress, memory, |memory, index| {
             let cost =
-                |choice: &Choice<S, H>| self.criterion.cost(&self.layout(&empty, choice), memory);
+                |choice: &Choice<Unbounded>| self.criterion.cost(&self.layout(choice), memory);
             start(index as u32).map(|start| search.improve(start, cost))
         });
         if found.len() < starts as usize {
             let text = format!("interrupted after {} of {starts} starts", found.len());
             return Err(Error::interrupted(text));
         }
-        let mut best: Option<Found<f64, S, H>> = None;
+        let mut best: Option<Found<f64, Unbounded>> = None;
         for found in found {
             let found = found.map_err(|e| Error::input("too_few_candidates", e.to_string()))?;
             if let Some(found) = found
@@ -209,41 +200,35 @@ impl Job<'_> {
                 best = Some(found);
             }
         }
-        Ok(best.and_then(|best| self.layout(&empty, &ordered(best.choice)).cast()))
+        Ok(best.map(|best| self.layout(&ordered(best.choice))))
     }
 
     /// The file's own sensors and hits as a choice, if all are candidates and their numbers are those wanted.
-    fn present<const S: usize, const H: usize>(&self, search: &Search) -> Option<Choice<S, H>> {
+    fn present(&self, search: &Search) -> Option<Choice<Unbounded>> {
         let layout = &self.file.layout;
-        let mut choice = Choice::default();
-        for sensor in &layout.sensors {
-            let index = self.candidates.sensors.iter().position(|s| s.node == sensor.node)?;
-            choice.sensors.push(index).ok()?;
-        }
-        for hit in &layout.hits {
-            let index = self.candidates.hits.iter().position(|h| h.dof == hit.dof)?;
-            choice.hits.push(index).ok()?;
-        }
+        let Candidates { sensors, hits } = self.candidates;
+        let sensor = |own: &Sensor<f64>| sensors.iter().position(|s| s.node == own.node);
+        let hit = |own: &Hit<f64>| hits.iter().position(|h| h.dof == own.dof);
+        let choice = Choice::<Unbounded> {
+            sensors: layout.sensors.iter().map(sensor).collect::<Option<_>>()?,
+            hits: layout.hits.iter().map(hit).collect::<Option<_>>()?,
+        };
         let counts = Counts { sensors: choice.sensors.len(), hits: choice.hits.len() };
         (counts == search.wanted).then_some(choice)
     }
 
-    fn layout<const S: usize, const H: usize>(
-        &self,
-        empty: &Layout<f64, S, H>,
-        choice: &Choice<S, H>,
-    ) -> Layout<f64, S, H> {
+    fn layout(&self, choice: &Choice<Unbounded>) -> HostLayout {
         let Candidates { sensors, hits } = self.candidates;
-        Layout {
+        HostLayout {
             sensors: choice.sensors.iter().filter_map(|&i| sensors.get(i).copied()).collect(),
             hits: choice.hits.iter().filter_map(|&j| hits.get(j).copied()).collect(),
-            ..empty.clone()
+            ..self.empty.clone()
         }
     }
 }
 
 /// Sorts a choice in the order of the candidates, which is that of the nodes.
-fn ordered<const S: usize, const H: usize>(mut choice: Choice<S, H>) -> Choice<S, H> {
+fn ordered(mut choice: Choice<Unbounded>) -> Choice<Unbounded> {
     choice.sensors.sort_unstable();
     choice.hits.sort_unstable();
     choice

@@ -20,6 +20,7 @@
 
 use massline_physics::suspension::RigidMode;
 use massline_shared::body::RigidBody;
+use massline_shared::capacity::Capacity;
 use massline_shared::design::{Criterion, Predict};
 use massline_shared::layout::{HostLayout, Layout, UncertainQuantity};
 use nalgebra::{Complex, DMatrix, Matrix6, SVector, Vector3, Vector6};
@@ -79,9 +80,9 @@ impl SuspensionCriterion {
 
     /// The residues over the standard deviation of their noise: mode by mode, response by response, hit by hit. `None` for a
     /// body without inertia.
-    fn residues<const S: usize, const H: usize>(
+    fn residues<C: Capacity>(
         &self,
-        layout: &Layout<f64, S, H>,
+        layout: &Layout<f64, C>,
         theta: &SVector<f64, 10>,
         mixing: &Matrix6<f64>,
     ) -> Option<Vec<f64>> {
@@ -106,10 +107,7 @@ impl SuspensionCriterion {
 
     /// How the residues of the modes that show change, a column for each unknown: the ten properties over their scales, the angles, and the uncertain
     /// quantities that the layout has, over their standard deviations.
-    fn slopes<const S: usize, const H: usize>(
-        &self,
-        layout: &Layout<f64, S, H>,
-    ) -> Option<Vec<Vec<f64>>> {
+    fn slopes<C: Capacity>(&self, layout: &Layout<f64, C>) -> Option<Vec<Vec<f64>>> {
         let theta = self.plain.body.theta();
         let nominal = self.residues(layout, &theta, &self.mixing)?;
         let of_mode = (nominal.len() / self.modes.len()).max(1);
@@ -150,9 +148,9 @@ impl Predict<f64> for SuspensionCriterion {
     }
 
     /// Needs no workspace.
-    fn variances<const S: usize, const H: usize>(
+    fn variances<C: Capacity>(
         &self,
-        layout: &Layout<f64, S, H>,
+        layout: &Layout<f64, C>,
         _workspace: &mut [f64],
     ) -> Option<SVector<f64, 10>> {
         let slopes = self.slopes(layout)?;
@@ -178,9 +176,9 @@ impl Predict<f64> for SuspensionCriterion {
 }
 
 /// Mass matrix of a body with what the layout attaches to it; `None` when an attached one has no mass.
-fn moving_mass<const S: usize, const H: usize>(
+fn moving_mass<C: Capacity>(
     body: &RigidBody<f64>,
-    layout: &Layout<f64, S, H>,
+    layout: &Layout<f64, C>,
 ) -> Option<Matrix6<f64>> {
     let mut mass = body.mass_matrix();
     for attached in &layout.attached {

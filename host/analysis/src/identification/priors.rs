@@ -3,12 +3,13 @@
 //! A tight prior pulls the answer towards itself, so its residual in the fit is small even when it is wrong.
 //! The fit is therefore done without it, and the result is compared with the prior.
 
+use massline_shared::capacity::Unbounded;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::maximum_likelihood::{
     self, ErrorBudget, Start, without_repeats, workspace,
 };
 use massline_shared::identify::{DofMassLines, Estimate, REJECTION_Z};
-use massline_shared::layout::{HOST_SENSORS, HostLayout, Prior};
+use massline_shared::layout::{HostLayout, Prior};
 
 use super::solve_learned;
 
@@ -17,12 +18,12 @@ use super::solve_learned;
 /// fit without any.
 pub(super) fn inconsistent_priors(
     layout: &HostLayout,
-    lines: &[DofMassLines<f64, HOST_SENSORS>],
+    lines: &[DofMassLines<f64, Unbounded>],
 ) -> Vec<Diagnostic> {
     if layout.priors.is_empty() {
         return Vec::new();
     }
-    let mut memory = vec![0.0; workspace(layout.sensors.len())];
+    let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
     search(layout, |layout| {
         let (start, budget) = (Start::InertiaRestraint, ErrorBudget::Stated);
         let stated = maximum_likelihood::solve(layout, lines, start, budget, &mut memory);

@@ -1,13 +1,14 @@
 //! Whether the mass lines fit a rigid body under a layout, as a rig checks it when a DOF is measured.
 
+use massline_shared::capacity::Unbounded;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::{DofMassLines, RIGIDITY_LIMIT, rigid_residuals};
-use massline_shared::layout::{HOST_SENSORS, HostLayout};
+use massline_shared::layout::HostLayout;
 
 /// The sensors that do not move with the others: the one with the largest residual of each hit DOF, once each.
 pub fn sensors_not_rigid(
     layout: &HostLayout,
-    lines: &[DofMassLines<f64, HOST_SENSORS>],
+    lines: &[DofMassLines<f64, Unbounded>],
 ) -> Vec<Diagnostic> {
     let mut worst = vec![0.0_f64; layout.sensors.len()];
     for (_, own) in lines {

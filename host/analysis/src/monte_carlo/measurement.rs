@@ -3,10 +3,10 @@
 
 use massline_physics::source::ScanSource;
 use massline_result::Doubt;
+use massline_shared::capacity::Rig;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::{DofMassLines, Estimate, Method};
-use massline_shared::layout::RIG_SENSORS;
 use massline_shared::measurement::campaign::{Campaign, Command, Outcome, Phase, Start};
 use massline_shared::measurement::{self, GradedHit, Measurement, Memory, NextAction, StartError};
 use massline_shared::signal::{Calibration, SPECTRUM_BINS, ringing_s};
@@ -26,7 +26,7 @@ const MOST_SCANS: u64 = 360_000;
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulatedTest {
     /// Index in the layout and mass lines of every hit DOF.
-    pub dofs: Vec<DofMassLines<f64, RIG_SENSORS>>,
+    pub dofs: Vec<DofMassLines<f64, Rig>>,
     /// Or, in the suspension profile, the lines of every hit DOF.
     pub lines: Vec<DofLines>,
     /// What all methods of the suspension profile say together.

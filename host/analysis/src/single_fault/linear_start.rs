@@ -5,8 +5,9 @@
 //! beside its node `M x − Σ δₖ [0; tₖ × d] = f`.
 
 use massline_shared::body::{RigidBody, regressor};
+use massline_shared::capacity::Unbounded;
 use massline_shared::identify::DofMassLines;
-use massline_shared::layout::Layout;
+use massline_shared::layout::HostLayout;
 use nalgebra::{DMatrix, DVector, Vector2, Vector3, Vector6};
 
 use super::sized::{Size, SizedFault, across};
@@ -16,10 +17,10 @@ const SINGULAR: f64 = 1e-9;
 
 /// Body, with everything attached to it, and size of a mistake with a hit; `None` for any other mistake, and when sensors or
 /// hits do not determine them.
-pub(super) fn start<const S: usize, const H: usize>(
+pub(super) fn start(
     fault: SizedFault,
-    layout: &Layout<f64, S, H>,
-    lines: &[DofMassLines<f64, S>],
+    layout: &HostLayout,
+    lines: &[DofMassLines<f64, Unbounded>],
 ) -> Option<(RigidBody<f64>, Size)> {
     let (wrong, unknowns) = match fault {
         SizedFault::HitGain { hit } => (hit, 1),

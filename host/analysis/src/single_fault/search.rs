@@ -1,13 +1,14 @@
 //! Fits the mistakes to a test.
 
 use massline_shared::body::RigidBody;
+use massline_shared::capacity::Unbounded;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::identify::maximum_likelihood::{
     self, BudgetScales, ErrorBudget, Start, workspace,
 };
 use massline_shared::identify::single_fault::SingleFault;
 use massline_shared::identify::{Consistency, DofMassLines, Estimate};
-use massline_shared::layout::{Layout, check_geometry};
+use massline_shared::layout::{HostLayout, check_geometry};
 use nalgebra::SVector;
 use rayon::prelude::*;
 
@@ -37,17 +38,17 @@ struct Without {
     answer: Option<Estimate<f64>>,
 }
 
-pub(super) struct Search<'a, const S: usize, const H: usize> {
-    layout: &'a Layout<f64, S, H>,
+pub(super) struct Search<'a> {
+    layout: &'a HostLayout,
     nodes: &'a [(u16, [f64; 3])],
-    lines: &'a [DofMassLines<f64, S>],
+    lines: &'a [DofMassLines<f64, Unbounded>],
 }
 
-impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
+impl<'a> Search<'a> {
     pub(super) fn new(
-        layout: &'a Layout<f64, S, H>,
+        layout: &'a HostLayout,
         nodes: &'a [(u16, [f64; 3])],
-        lines: &'a [DofMassLines<f64, S>],
+        lines: &'a [DofMassLines<f64, Unbounded>],
     ) -> Self {
         Self { layout, nodes, lines }
     }
@@ -244,7 +245,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
             self.lines.iter().filter(|(index, _)| !is_hit(*index)).cloned().collect();
         for (_, own) in &mut lines {
             responses.iter().for_each(|&response| own.accelerance[response] = 0.0);
-            let most = own.accelerance.amax();
+            let most = own.accelerance.largest();
             responses.iter().for_each(|&response| own.noise[response] = LEFT_OUT * most);
         }
         let mut answer = solve(self.layout, &lines, Start::Crude, ErrorBudget::Stated, room)?;
@@ -254,7 +255,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
     }
 
     /// Layout and readings under a mistake.
-    fn test_under(&self, mistake: &Mistake) -> Option<TestUnder<S, H>> {
+    fn test_under(&self, mistake: &Mistake) -> Option<TestUnder> {
         match mistake {
             Mistake::Listed(fault) => Some((fault.applied(self.layout)?, self.lines.to_vec())),
             Mistake::Sized(SizedMistake { fault, numbers, .. }) => {
@@ -296,7 +297,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
     }
 
     fn room(&self) -> Vec<f64> {
-        vec![0.0; workspace(self.layout.sensors.len())]
+        vec![0.0; workspace(self.layout.sensors.len(), self.layout.hits.len())]
     }
 
     /// Applies `act` to each item on all cores; returns the results in order.
@@ -310,9 +311,9 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
     }
 }
 
-fn solve<const S: usize, const H: usize>(
-    layout: &Layout<f64, S, H>,
-    lines: &[DofMassLines<f64, S>],
+fn solve(
+    layout: &HostLayout,
+    lines: &[DofMassLines<f64, Unbounded>],
     start: Start<'_, f64>,
     budget: ErrorBudget,
     room: &mut [f64],

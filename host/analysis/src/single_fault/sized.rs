@@ -5,9 +5,10 @@
 
 use massline_shared::Estimated;
 use massline_shared::body::RigidBody;
+use massline_shared::capacity::Unbounded;
 use massline_shared::identify::single_fault::DECISIVE_CHI_SQUARED;
 use massline_shared::identify::{DofMassLines, ForceTrend, MassLines};
-use massline_shared::layout::{Axis, Layout, Prior};
+use massline_shared::layout::{Axis, HostLayout, Prior};
 use massline_shared::responses::{ResponseSquare, Responses};
 use nalgebra::{Matrix2, Vector2, Vector3};
 
@@ -54,8 +55,7 @@ pub enum SizedFault {
 pub(super) type Size = Vector2<f64>;
 
 /// A test under a mistake: its layout and its readings.
-pub(super) type TestUnder<const S: usize, const H: usize> =
-    (Layout<f64, S, H>, Vec<DofMassLines<f64, S>>);
+pub(super) type TestUnder = (HostLayout, Vec<DofMassLines<f64, Unbounded>>);
 
 /// Shortest and longest step of a gain, relative to the gain before.
 const GAIN_STEP: [f64; 2] = [-0.7, 3.0];
@@ -64,10 +64,7 @@ const DIFFERENCE: f64 = 1e-4;
 
 impl SizedFault {
     /// Every mistake of unknown size that could have been made in a test with these measured hits.
-    pub(super) fn all<const S: usize, const H: usize>(
-        layout: &Layout<f64, S, H>,
-        lines: &[DofMassLines<f64, S>],
-    ) -> Vec<Self> {
+    pub(super) fn all(layout: &HostLayout, lines: &[DofMassLines<f64, Unbounded>]) -> Vec<Self> {
         let sensors = 0..layout.sensors.len();
         let mut all: Vec<Self> = sensors
             .flat_map(|sensor| {
@@ -114,11 +111,7 @@ impl SizedFault {
     }
 
     /// True when the mistake changes this reading of this DOF.
-    pub(super) fn changes<const S: usize, const H: usize>(
-        self,
-        layout: &Layout<f64, S, H>,
-        (hit, response): (usize, usize),
-    ) -> bool {
+    pub(super) fn changes(self, layout: &HostLayout, (hit, response): (usize, usize)) -> bool {
         match self {
             Self::ChannelGain { sensor, axis } => response == 3 * sensor + axis.index(),
             Self::SensorGain { sensor } => response / 3 == sensor,
@@ -132,12 +125,12 @@ impl SizedFault {
     }
 
     /// The test under this mistake.
-    pub(super) fn corrected<const S: usize, const H: usize>(
+    pub(super) fn corrected(
         self,
         size: &Size,
-        layout: &Layout<f64, S, H>,
-        lines: &[DofMassLines<f64, S>],
-    ) -> Option<TestUnder<S, H>> {
+        layout: &HostLayout,
+        lines: &[DofMassLines<f64, Unbounded>],
+    ) -> Option<TestUnder> {
         let mut layout = layout.clone();
         let mut lines = lines.to_vec();
         match self {
@@ -161,8 +154,8 @@ impl SizedFault {
                     return None;
                 }
                 for (index, own) in &mut lines {
-                    let factors = Responses::from_fn(|axis, sensor| {
-                        let is_wrong = self.changes(&layout, (*index, 3 * sensor + axis));
+                    let factors = Responses::from_fn(layout.sensors.len(), |response| {
+                        let is_wrong = self.changes(&layout, (*index, response));
                         if is_wrong { gain.recip() } else { 1.0 }
                     });
                     *own = scaled(own, &factors);
@@ -174,19 +167,19 @@ impl SizedFault {
 
     /// The change of the readings of a DOF per unit of each number, for a body with everything attached to it. That of a
     /// gain is relative to the gain. `layout` is that of the test under the mistake.
-    pub(super) fn slopes<const S: usize, const H: usize>(
+    pub(super) fn slopes(
         self,
-        layout: &Layout<f64, S, H>,
+        layout: &HostLayout,
         whole: &RigidBody<f64>,
         hit: usize,
-    ) -> [Responses<f64, S>; 2] {
+    ) -> [Responses<f64, Unbounded>; 2] {
+        let zeros = || Responses::zeros(layout.sensors.len());
         if self.is_gain() {
-            let readings = layout.accelerance(whole, hit).unwrap_or_else(Responses::zeros);
-            let own = Responses::from_fn(|axis, sensor| {
-                let response = 3 * sensor + axis;
+            let readings = layout.accelerance(whole, hit).unwrap_or_else(zeros);
+            let own = Responses::from_fn(layout.sensors.len(), |response| {
                 if self.changes(layout, (hit, response)) { readings[response] } else { 0.0 }
             });
-            return [own, Responses::zeros()];
+            return [own, zeros()];
         }
         [Vector2::x(), Vector2::y()].map(|unit| {
             let moved = |distance: f64| {
@@ -194,8 +187,8 @@ impl SizedFault {
                 moved.accelerance(whole, hit)
             };
             match (moved(DIFFERENCE), moved(-DIFFERENCE)) {
-                (Some(ahead), Some(behind)) => (ahead - behind) / (2.0 * DIFFERENCE),
-                _ => Responses::zeros(),
+                (Some(ahead), Some(behind)) => &(&ahead - &behind) / (2.0 * DIFFERENCE),
+                _ => zeros(),
             }
         })
     }
@@ -212,11 +205,11 @@ impl SizedFault {
     }
 
     /// The mistake with its size; `covariance` is that of the steps that [`Self::slopes`] measures.
-    pub(super) fn with_size<const S: usize, const H: usize>(
+    pub(super) fn with_size(
         self,
         numbers: Size,
         covariance: &Matrix2<f64>,
-        layout: &Layout<f64, S, H>,
+        layout: &HostLayout,
     ) -> Option<SizedMistake> {
         // The second number of a mistake with one has no variance.
         let first = covariance[(0, 0)].max(0.0).sqrt();
@@ -260,19 +253,14 @@ pub struct SizedMistake {
 }
 
 /// What is best known of the properties that a common gain changes, mass and inertia; `None` when nothing is.
-pub(super) fn known_scale<const S: usize, const H: usize>(
-    layout: &Layout<f64, S, H>,
-) -> Option<&Prior<f64>> {
+pub(super) fn known_scale(layout: &HostLayout) -> Option<&Prior<f64>> {
     let relative = |prior: &Prior<f64>| (prior.sigma / prior.value).abs();
     let priors = layout.priors.iter().filter(|prior| !(1..4).contains(&prior.property));
     priors.min_by(|a, b| relative(a).total_cmp(&relative(b)))
 }
 
 /// The nodes with a sensor or a measured hit.
-pub(super) fn used_nodes<const S: usize, const H: usize>(
-    layout: &Layout<f64, S, H>,
-    lines: &[DofMassLines<f64, S>],
-) -> Vec<u16> {
+pub(super) fn used_nodes(layout: &HostLayout, lines: &[DofMassLines<f64, Unbounded>]) -> Vec<u16> {
     let sensors = layout.sensors.iter().map(|sensor| sensor.node);
     let hits = lines.iter().filter_map(|(index, _)| Some(layout.hits.get(*index)?.dof.node));
     let mut nodes: Vec<u16> = sensors.chain(hits).collect();
@@ -291,16 +279,19 @@ pub(super) fn across(direction: &[f64; 3]) -> nalgebra::Matrix3x2<f64> {
 }
 
 /// Mass lines with each response multiplied by a factor.
-fn scaled<const S: usize>(
-    lines: &MassLines<f64, S>,
-    factors: &Responses<f64, S>,
-) -> MassLines<f64, S> {
+fn scaled(
+    lines: &MassLines<f64, Unbounded>,
+    factors: &Responses<f64, Unbounded>,
+) -> MassLines<f64, Unbounded> {
+    let times =
+        |of: &Responses<f64, Unbounded>| of.zip_map(factors, |value, factor| value * factor);
+    let pair = |i, j| lines.scatter[(i, j)] * factors[i] * factors[j];
     MassLines {
-        accelerance: lines.accelerance.component_mul(factors),
-        noise: lines.noise.component_mul(&factors.abs()),
-        scatter: ResponseSquare::from_fn(|i, j| lines.scatter[(i, j)] * factors[i] * factors[j]),
+        accelerance: times(&lines.accelerance),
+        noise: times(&lines.noise).map(f64::abs),
+        scatter: ResponseSquare::from_fn(factors.sensors(), pair),
         hits: lines.hits,
-        trend: ForceTrend { products: lines.trend.products.component_mul(factors), ..lines.trend },
-        band_shift: lines.band_shift.component_mul(factors),
+        trend: ForceTrend { products: times(&lines.trend.products), ..lines.trend },
+        band_shift: times(&lines.band_shift),
     }
 }

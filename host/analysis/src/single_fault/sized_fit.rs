@@ -3,9 +3,10 @@
 
 use massline_shared::Progress;
 use massline_shared::body::RigidBody;
+use massline_shared::capacity::Unbounded;
 use massline_shared::identify::maximum_likelihood::{ErrorBudget, Fit, Start};
 use massline_shared::identify::{DofMassLines, Estimate};
-use massline_shared::layout::Layout;
+use massline_shared::layout::HostLayout;
 use nalgebra::{Matrix2, SVector, Vector2};
 
 use super::linear_start;
@@ -33,19 +34,16 @@ pub(super) struct SizedFit {
 }
 
 /// The body of an answer with everything that is attached to the object.
-pub(super) fn whole<const S: usize, const H: usize>(
-    layout: &Layout<f64, S, H>,
-    body: &RigidBody<f64>,
-) -> Option<RigidBody<f64>> {
+pub(super) fn whole(layout: &HostLayout, body: &RigidBody<f64>) -> Option<RigidBody<f64>> {
     let attached = layout.attached.iter().map(|body| SVector::from(body.phi));
     RigidBody::from_phi(&attached.fold(body.phi(), |sum, phi| sum + phi))
 }
 
 /// Fits a mistake. `without` is the answer without the readings that the mistake changes.
-pub(super) fn fit<const S: usize, const H: usize>(
+pub(super) fn fit(
     fault: SizedFault,
-    layout: &Layout<f64, S, H>,
-    lines: &[DofMassLines<f64, S>],
+    layout: &HostLayout,
+    lines: &[DofMassLines<f64, Unbounded>],
     without: Option<&Estimate<f64>>,
     room: &mut [f64],
 ) -> Option<SizedFit> {
@@ -63,11 +61,11 @@ pub(super) fn fit<const S: usize, const H: usize>(
 }
 
 /// The starts whose fits have the least χ².
-fn best_of<const S: usize, const H: usize>(
+fn best_of(
     starts: &[Size],
     fault: SizedFault,
-    layout: &Layout<f64, S, H>,
-    lines: &[DofMassLines<f64, S>],
+    layout: &HostLayout,
+    lines: &[DofMassLines<f64, Unbounded>],
     room: &mut [f64],
 ) -> Vec<Size> {
     let mut fits: Vec<(f64, Size)> = starts
@@ -87,10 +85,10 @@ fn chi_squared(fit: &SizedFit) -> f64 {
 }
 
 /// The sizes to start from: the one that the other readings predict, otherwise the likely ones.
-fn starts<const S: usize, const H: usize>(
+fn starts(
     fault: SizedFault,
-    layout: &Layout<f64, S, H>,
-    lines: &[DofMassLines<f64, S>],
+    layout: &HostLayout,
+    lines: &[DofMassLines<f64, Unbounded>],
     without: Option<&Estimate<f64>>,
     room: &mut [f64],
 ) -> Vec<Size> {
@@ -117,23 +115,23 @@ fn starts<const S: usize, const H: usize>(
 
 /// The gain of all readings by what is known of the object, beside what the readings alone say of it: masses and moments of
 /// inertia are inversely proportional to the gain.
-fn common_gain<const S: usize, const H: usize>(
-    layout: &Layout<f64, S, H>,
-    lines: &[DofMassLines<f64, S>],
+fn common_gain(
+    layout: &HostLayout,
+    lines: &[DofMassLines<f64, Unbounded>],
     room: &mut [f64],
 ) -> Option<Size> {
     let known = known_scale(layout)?;
-    let without_priors = Layout { priors: Default::default(), ..layout.clone() };
+    let without_priors = HostLayout { priors: Default::default(), ..layout.clone() };
     let (estimate, _) = solve(&without_priors, lines, None, room)?;
     let gain = known.value / estimate.theta()[usize::from(known.property)];
     (gain.is_finite() && gain != 0.0).then(|| Vector2::new(gain, 0.0))
 }
 
 /// The size for which the readings that the mistake changes are nearest to those of an answer without them.
-fn predicted<const S: usize, const H: usize>(
+fn predicted(
     fault: SizedFault,
-    layout: &Layout<f64, S, H>,
-    lines: &[DofMassLines<f64, S>],
+    layout: &HostLayout,
+    lines: &[DofMassLines<f64, Unbounded>],
     answer: &Estimate<f64>,
 ) -> Option<Size> {
     let body = whole(layout, &answer.body)?;
@@ -161,10 +159,10 @@ fn predicted<const S: usize, const H: usize>(
 }
 
 /// Steps from a start to the size with the least χ².
-fn descend<const S: usize, const H: usize>(
+fn descend(
     fault: SizedFault,
-    layout: &Layout<f64, S, H>,
-    lines: &[DofMassLines<f64, S>],
+    layout: &HostLayout,
+    lines: &[DofMassLines<f64, Unbounded>],
     start: &Size,
     room: &mut [f64],
 ) -> Option<SizedFit> {
@@ -177,7 +175,10 @@ fn descend<const S: usize, const H: usize>(
         let whole = whole(&corrected, &estimate.body)?;
         let slopes = |hit: usize| fault.slopes(&corrected, &whole, hit);
         let (step, covariance) = if fault.unknowns() == 1 {
-            let one = |hit: usize| [slopes(hit)[0]];
+            let one = |hit: usize| {
+                let [first, _] = slopes(hit);
+                [first]
+            };
             let change = fitted.estimate_changes(&corrected, &readings, one, room)?;
             let covariance = Matrix2::new(change.covariance[0], 0.0, 0.0, 0.0);
             (Vector2::new(change.sizes[0], 0.0), covariance)
@@ -196,9 +197,9 @@ fn descend<const S: usize, const H: usize>(
 }
 
 /// The answer under the stated budget, and the fit that has it.
-fn solve<const S: usize, const H: usize>(
-    layout: &Layout<f64, S, H>,
-    lines: &[DofMassLines<f64, S>],
+fn solve(
+    layout: &HostLayout,
+    lines: &[DofMassLines<f64, Unbounded>],
     start: Option<&RigidBody<f64>>,
     room: &mut [f64],
 ) -> Option<(Estimate<f64>, Fit<f64>)> {

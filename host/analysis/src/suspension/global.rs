@@ -2,13 +2,14 @@
 
 use massline_shared::FrequencyResponses;
 use massline_shared::body::RigidBody;
+use massline_shared::capacity::Unbounded;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Perturbation;
 use massline_shared::identify::global_fit::{
     GlobalFitSettings, GlobalFitSolution, Sensitivities, gains, nuisances,
     solve_with_sensitivities, workspace,
 };
-use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
+use massline_shared::layout::HostLayout;
 use nalgebra::{Complex, SVector};
 
 use super::HostFit;
@@ -171,7 +172,7 @@ impl GlobalAnswer {
     pub(super) fn perturbed(
         &self,
         fit: &HostFit<'_>,
-        perturbation: &Perturbation<'_, f64, HOST_SENSORS, HOST_HITS>,
+        perturbation: &Perturbation<'_, f64, Unbounded>,
     ) -> SVector<f64, 10> {
         let mut theta = self.solution.estimate.theta();
         if let Some(draw) = perturbation.draw {

@@ -3,8 +3,9 @@
 //! (theory, section 4).
 
 use massline_shared::body::{RigidBody, scale};
+use massline_shared::capacity::Unbounded;
 use massline_shared::identify::DofMassLines;
-use massline_shared::layout::{HIT_QUANTITIES, HOST_SENSORS, HostLayout, UncertainQuantity};
+use massline_shared::layout::{HIT_QUANTITIES, HostLayout, UncertainQuantity};
 use nalgebra::{DMatrix, DVector, SVector};
 
 /// Change of a property for its derivative, relative to its scale: the square of it and the rounding over it are about equal.
@@ -28,7 +29,7 @@ impl LinearFit {
     pub(super) fn about(
         answer: &RigidBody<f64>,
         layout: &HostLayout,
-        lines: &[DofMassLines<f64, HOST_SENSORS>],
+        lines: &[DofMassLines<f64, Unbounded>],
     ) -> Option<Self> {
         let left = left(answer, layout, lines)?;
         let shifted = |shift: UncertainQuantity, layout: &HostLayout| {
@@ -59,7 +60,7 @@ impl LinearFit {
             let mut layout = layout.clone();
             layout.test.hits_per_dof = u8::try_from(of_dof.hits).unwrap_or(u8::MAX);
             let of_hit = layout.uncertain_quantities().filter(|change| is_of_hit(*change, *hit));
-            let least = LEAST_NOISE * of_dof.accelerance.amax();
+            let least = LEAST_NOISE * of_dof.accelerance.largest();
             let noise = of_dof.noise.iter().take(channels).map(|sigma| sigma.max(least).powi(2));
             let mut covariance = DMatrix::from_diagonal(&DVector::from_iterator(channels, noise));
             for change in of_hit.filter_map(|quantity| shifted(quantity, &layout)) {
@@ -89,7 +90,7 @@ impl LinearFit {
     pub(super) fn theta(
         &self,
         layout: &HostLayout,
-        lines: &[DofMassLines<f64, HOST_SENSORS>],
+        lines: &[DofMassLines<f64, Unbounded>],
     ) -> Option<SVector<f64, 10>> {
         let change = left(&self.answer, layout, lines)? - &self.left;
         let change = &self.gain * change;
@@ -115,14 +116,14 @@ fn is_of_hit(change: UncertainQuantity, hit: usize) -> bool {
 fn left(
     object: &RigidBody<f64>,
     layout: &HostLayout,
-    lines: &[DofMassLines<f64, HOST_SENSORS>],
+    lines: &[DofMassLines<f64, Unbounded>],
 ) -> Option<DVector<f64>> {
     let attached = layout.attached.iter().map(|body| SVector::from(body.phi));
     let whole = RigidBody::from_phi(&(object.phi() + attached.sum::<SVector<f64, 10>>()))?;
     let channels = 3 * layout.sensors.len();
     let mut all = Vec::with_capacity(channels * lines.len() + layout.priors.len());
     for (hit, of_dof) in lines {
-        let left = of_dof.accelerance - layout.accelerance(&whole, *hit)?;
+        let left = &of_dof.accelerance - &layout.accelerance(&whole, *hit)?;
         all.extend(left.iter().take(channels));
     }
     let theta = object.theta();
@@ -149,12 +150,12 @@ mod tests {
         layout
     }
 
-    fn lines(layout: &HostLayout) -> Vec<DofMassLines<f64, HOST_SENSORS>> {
+    fn lines(layout: &HostLayout) -> Vec<DofMassLines<f64, Unbounded>> {
         let theta = [1.23, 0.169, -0.089, 0.02, 0.0111, 0.0068, 0.0139, 0.0042, -0.001, 0.0027];
         let body = RigidBody::from_theta(&SVector::from(theta));
         let of_hit = |hit| {
             let mut lines = MassLines::without_scatter(layout.accelerance(&body, hit).unwrap())
-                .with_noise(Responses::repeat(0.002));
+                .with_noise(Responses::repeat(3, 0.002));
             lines.hits = 5;
             (hit, lines)
         };
@@ -163,10 +164,10 @@ mod tests {
 
     fn refitted(
         layout: &HostLayout,
-        lines: &[DofMassLines<f64, HOST_SENSORS>],
+        lines: &[DofMassLines<f64, Unbounded>],
         start: Start<'_, f64>,
     ) -> RigidBody<f64> {
-        let mut memory = vec![0.0; workspace(layout.sensors.len())];
+        let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
         solve(layout, lines, start, ErrorBudget::FirstOrder, &mut memory).unwrap().estimate.body
     }
 

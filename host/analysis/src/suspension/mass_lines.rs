@@ -1,9 +1,10 @@
 //! The methods that use mass lines, among the others.
 
+use massline_shared::capacity::Unbounded;
 use massline_shared::identify::{
     DofMassLines, Estimate, Method, Perturbation, inertia_restraint, random_signs,
 };
-use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
+use massline_shared::layout::{HOST_SENSORS, HostLayout};
 use nalgebra::SVector;
 
 use super::linear_fit::LinearFit;
@@ -18,7 +19,7 @@ pub struct MassLineAnswers<'a> {
     pub budget: HostLayout,
     /// The answers.
     pub estimates: &'a [Estimate<f64>],
-    lines: &'a [DofMassLines<f64, HOST_SENSORS>],
+    lines: &'a [DofMassLines<f64, Unbounded>],
     /// How the equations of inertia restraint are weighted.
     settings: inertia_restraint::InertiaRestraintSettings<f64>,
     /// About the answer by maximum likelihood, where there is one.
@@ -29,7 +30,7 @@ impl<'a> MassLineAnswers<'a> {
     /// Answers to these lines, of which inertia restraint weights its equations as `settings` say.
     pub fn new(
         estimates: &'a [Estimate<f64>],
-        lines: &'a [DofMassLines<f64, HOST_SENSORS>],
+        lines: &'a [DofMassLines<f64, Unbounded>],
         budget: HostLayout,
         settings: inertia_restraint::InertiaRestraintSettings<f64>,
     ) -> Self {
@@ -42,7 +43,7 @@ impl<'a> MassLineAnswers<'a> {
     pub(super) fn perturbed(
         &self,
         method: Method,
-        perturbation: &Perturbation<'_, f64, HOST_SENSORS, HOST_HITS>,
+        perturbation: &Perturbation<'_, f64, Unbounded>,
     ) -> Option<SVector<f64, 10>> {
         let lines = self.noisy(perturbation.draw);
         let layout = perturbation.layout;
@@ -56,14 +57,12 @@ impl<'a> MassLineAnswers<'a> {
         }
     }
 
-    fn noisy(&self, draw: Option<u32>) -> Vec<DofMassLines<f64, HOST_SENSORS>> {
+    fn noisy(&self, draw: Option<u32>) -> Vec<DofMassLines<f64, Unbounded>> {
         let mut all = self.lines.to_vec();
         let Some(draw) = draw else { return all };
         for (hit, lines) in &mut all {
-            let noise = lines.noise;
-            for (channel, (value, sigma)) in
-                lines.accelerance.iter_mut().zip(noise.iter()).enumerate()
-            {
+            let values = lines.accelerance.iter_mut().zip(&lines.noise).enumerate();
+            for (channel, (value, sigma)) in values {
                 let place = FIRST_PLACE + 3 * HOST_SENSORS * *hit + channel;
                 *value += sigma * f64::from(random_signs(draw, place)[0]);
             }

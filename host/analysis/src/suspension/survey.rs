@@ -1,10 +1,11 @@
 //! What small changes of data and layout do to the answers.
 
+use massline_shared::capacity::Unbounded;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::agreement::{Agreement, Answers, Propagation, ask, changes};
 use massline_shared::identify::suspension::{Answer, ModeDeviations, judged_estimate};
 use massline_shared::identify::{Estimate, METHODS, Method, Perturbation};
-use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
+use massline_shared::layout::HostLayout;
 use massline_shared::modes::{Modes, Reduction};
 use nalgebra::{SVector, Vector3};
 
@@ -39,7 +40,7 @@ struct Changed {
 
 impl Changed {
     fn by(
-        change: &Perturbation<'_, f64, HOST_SENSORS, HOST_HITS>,
+        change: &Perturbation<'_, f64, Unbounded>,
         fit: Option<&HostFit<'_>>,
         asked: &[Asked<'_>],
         memory: &mut Reduction<f64>,

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use massline_protocol::object::DofResult;
 use massline_shared::diagnosis::Code;
-use massline_shared::layout::{HostLayout, LayoutReport};
+use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, LayoutReport};
 use massline_shared::signal::AdcProperties;
 use serde_json::value::RawValue;
 
@@ -83,6 +83,14 @@ pub(super) fn head(bytes: &[u8], file: &str) -> Result<Option<u32>> {
 /// What no test gives, in words.
 pub(super) fn contents(archive: &Archive) -> Result<(), String> {
     let Archive { layout, result, spectra, lines, .. } = archive;
+    let HostLayout { sensors, hits, .. } = &layout.resolved;
+    if sensors.len() > HOST_SENSORS || hits.len() > HOST_HITS {
+        return Err(format!(
+            "layout.resolved: {} sensors and {} hits; at most {HOST_SENSORS} and {HOST_HITS} are possible",
+            sensors.len(),
+            hits.len()
+        ));
+    }
     let found = LayoutReport::new(&layout.resolved, None).diagnostics;
     let has = |code: Code| found.iter().any(|found| found.code == code);
     if has(Code::LayoutNotFinite) {
@@ -98,6 +106,9 @@ pub(super) fn contents(archive: &Archive) -> Result<(), String> {
     for (place, dof) in result.dofs.iter().enumerate() {
         belongs(dof, &layout.resolved)
             .map_err(|what| format!("result.dofs[{place}] ({}): {what}", dof.dof))?;
+        if result.dofs[..place].iter().any(|other| other.index == dof.index) {
+            return Err(format!("result.dofs[{place}] ({}): it is there twice", dof.dof));
+        }
     }
     for (place, head) in result.lines.iter().enumerate() {
         let hit = layout.resolved.hits.get(usize::from(head.index));

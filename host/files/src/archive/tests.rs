@@ -1,6 +1,6 @@
 use heapless::Vec as FixedVec;
 use massline_protocol::object::{DofResult, ResultHead, StoredTrend};
-use massline_shared::layout::FrfEstimator;
+use massline_shared::layout::{FrfEstimator, HOST_SENSORS};
 use massline_shared::mass_line::Terms;
 use massline_shared::signal::RESPONSES;
 use massline_shared::units::{Hertz, Seconds, Volts};
@@ -223,6 +223,21 @@ fn points_that_contradict_each_other_are_named() {
         layout["toml"] = json!(toml.replace("0.20785", "0.21785"));
     });
     assert!(text.contains("layout.toml says [0.21785"), "{text}");
+    let many = said(&|layout| {
+        let sensors = layout["resolved"]["sensors"].as_array_mut().unwrap();
+        *sensors = vec![sensors[0].clone(); HOST_SENSORS + 1];
+    });
+    assert!(many.contains("9 sensors and 3 hits; at most 8 and 24 are possible"), "{many}");
+}
+
+#[test]
+fn a_dof_that_is_there_twice_is_named() {
+    let mut archive = serde_json::to_value(archive()).unwrap();
+    let dofs = archive["result"]["dofs"].as_array_mut().unwrap();
+    dofs.push(dofs[0].clone());
+    let bytes = serde_json::to_vec(&archive).unwrap();
+    let said = Archive::parse(&bytes, "a.massline").unwrap_err().to_string();
+    assert!(said.contains("result.dofs[1] (1:+Y): it is there twice"), "{said}");
 }
 
 #[test]

@@ -66,11 +66,12 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
             let fault = Fault::TwoSensorsOnOneNode { node };
             return Err(source.fault(entry.span(), "sensors", fault));
         }
-        layout.sensors.push(sensor).map_err(|_| {
+        if layout.sensors.len() == HOST_SENSORS {
             let count = sensor_entries.len();
             let fault = Fault::TooMany { what: "sensors", count, most: HOST_SENSORS };
-            source.fault(entry.span(), "sensors", fault)
-        })?;
+            return Err(source.fault(entry.span(), "sensors", fault));
+        }
+        layout.sensors.push(sensor);
         sensors.push(details);
     }
     for entry in hit_entries {
@@ -79,11 +80,12 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
             let fault = Fault::DuplicatedHit { dof: hit.dof.to_string() };
             return Err(source.fault(entry.span(), "hits", fault));
         }
-        layout.hits.push(hit).map_err(|_| {
+        if layout.hits.len() == HOST_HITS {
             let count = hit_entries.len();
             let fault = Fault::TooMany { what: "hits", count, most: HOST_HITS };
-            source.fault(entry.span(), "hits", fault)
-        })?;
+            return Err(source.fault(entry.span(), "hits", fault));
+        }
+        layout.hits.push(hit);
     }
     let weighed = layout.sensors.iter().zip(&masses).filter_map(|(s, mass)| Some((s, (*mass)?)));
     layout.attached = attached(&raw.attached, weighed, source)?;

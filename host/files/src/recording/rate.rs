@@ -72,6 +72,25 @@ pub struct Rate {
     pub notes: Vec<String>,
 }
 
+impl Rate {
+    /// Where it comes from, in words.
+    pub fn origin(&self) -> String {
+        match &self.source {
+            RateSource::Option => "from --rate-hz".into(),
+            RateSource::Header(entry) => format!("from {entry}"),
+            RateSource::Column { name, unit, assumed } => {
+                let name = if name.is_empty() {
+                    "the first column".to_owned()
+                } else {
+                    format!("the time column \"{name}\"")
+                };
+                let assumed = if *assumed { " (assumed)" } else { "" };
+                format!("from {name} in {unit}{assumed}")
+            }
+        }
+    }
+}
+
 impl Recording {
     /// The sampling rate: `stated_hz` from --rate-hz, else that of the time column, whose unit `stated_unit` gives
     /// where the file does not, else that of a header.

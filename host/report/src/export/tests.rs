@@ -79,10 +79,10 @@ fn responses() -> Responses {
     let mut layout = HostLayout::default();
     let turned = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
     for (node, position, axes) in [(1, [0.0; 3], BODY_AXES), (2, [0.2, -0.2, 0.0], turned)] {
-        layout.sensors.push(Sensor::new(node, position, axes)).unwrap();
+        layout.sensors.push(Sensor::new(node, position, axes));
     }
     let hit = Hit::new("4:-X".parse().unwrap(), [0.2, -0.2, 0.15], [-0.6, -0.8, 0.0]);
-    layout.hits.push(hit).unwrap();
+    layout.hits.push(hit);
     let frf = |node, frequency_hz: [f64; 3], direction: i64| Frf {
         response: NodeDirection { node, direction },
         reference: NodeDirection { node: 4, direction: -1 },

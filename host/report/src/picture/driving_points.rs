@@ -7,7 +7,7 @@
 //! The point moves as all sensors together have it; where a sensor sits at the point, its own reading stands beside it.
 
 use massline_shared::identify::ResponseInverse;
-use massline_shared::layout::{Dof, HOST_SENSORS, HostLayout, RIG_SENSORS};
+use massline_shared::layout::{Dof, HostLayout, RIG_SENSORS};
 use massline_shared::modes::reduce_line;
 use massline_shared::{FrequencyResponses, Responses};
 use nalgebra::{Complex, Vector3, Vector6};
@@ -114,8 +114,8 @@ impl DrivingPoints {
             let band = match &of.band {
                 Band::Suspension(ends) => Shown::Suspension(*ends),
                 Band::MassLines(ends, lines) => {
-                    let mut all = Responses::<f64, HOST_SENSORS>::zeros();
-                    all.iter_mut().zip(lines).for_each(|(to, from)| *to = *from);
+                    let of = |response: usize| lines.get(response).copied().unwrap_or_default();
+                    let all = Responses::from_fn(layout.sensors.len(), of);
                     Shown::MassLine(*ends, hit.unit_force(&reference).dot(&inverse.motion(&all)))
                 }
             };

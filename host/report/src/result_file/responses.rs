@@ -154,11 +154,12 @@ fn of_archive(archive: &Archive) -> Vec<DofResponses> {
             band,
         })
     };
-    let of_mass_lines = lines_of(&archive.result).into_iter().filter_map(|(place, lines)| {
-        let of = archive.result.dofs.iter().find(|of| usize::from(of.index) == place)?;
-        let accelerance = lines.accelerance.iter().copied().take(responses).collect();
-        of_dof(place, of.hits, Band::MassLines(of.band_hz.map(f64::from), accelerance))
-    });
+    let of_mass_lines =
+        lines_of(&archive.result, layout).into_iter().filter_map(|(place, lines)| {
+            let of = archive.result.dofs.iter().find(|of| usize::from(of.index) == place)?;
+            let accelerance = lines.accelerance.iter().copied().take(responses).collect();
+            of_dof(place, of.hits, Band::MassLines(of.band_hz.map(f64::from), accelerance))
+        });
     let of_lines = archive.result.lines.iter().filter_map(|of| {
         of_dof(of.index.into(), of.hits as u8, Band::Suspension(of.band_hz.map(f64::from)))
     });

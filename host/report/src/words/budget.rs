@@ -119,7 +119,7 @@ mod tests {
     fn layout() -> HostLayout {
         let mut layout = HostLayout::default();
         for node in ["1:+X", "2:+Y"] {
-            let _ = layout.hits.push(Hit::new(node.parse().unwrap(), [0.0; 3], [1.0, 0.0, 0.0]));
+            layout.hits.push(Hit::new(node.parse().unwrap(), [0.0; 3], [1.0, 0.0, 0.0]));
         }
         layout
     }

@@ -181,7 +181,7 @@ mod tests {
     fn layout() -> HostLayout {
         let mut layout = HostLayout::default();
         for (node, position) in [(1, [0.1, 0.0, 0.0]), (2, [-0.1, 0.0, 0.0])] {
-            let _ = layout.sensors.push(Sensor {
+            layout.sensors.push(Sensor {
                 node,
                 position,
                 axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -190,7 +190,7 @@ mod tests {
                 calibrated: CalibratedGains::default(),
             });
         }
-        let _ = layout.hits.push(Hit::new("1:+X".parse().unwrap(), [0.0; 3], [1.0, 0.0, 0.0]));
+        layout.hits.push(Hit::new("1:+X".parse().unwrap(), [0.0; 3], [1.0, 0.0, 0.0]));
         layout.apparatus.hammer_gain = 0.02;
         layout
     }

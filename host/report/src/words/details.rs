@@ -3,11 +3,12 @@
 use crate::table::table;
 use massline_result::{Details, Spread};
 use massline_shared::body::INERTIAL_PARAMETERS;
+use massline_shared::capacity::Unbounded;
 use massline_shared::identify::influence::{Influence, Subject};
 use massline_shared::identify::maximum_likelihood::{
     HitNuisances, NuisanceEstimates, SensorNuisances,
 };
-use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Sensor};
+use massline_shared::layout::{HostLayout, Sensor};
 
 use super::digits::{deviation, signed_as_exact_as, two_digits};
 use super::known;
@@ -17,7 +18,7 @@ const MIN_INFLUENCE: f64 = 1.0;
 
 /// All details of a fit.
 pub fn fit_details(
-    nuisances: &NuisanceEstimates<f64, HOST_SENSORS, HOST_HITS>,
+    nuisances: &NuisanceEstimates<f64, Unbounded>,
     influences: &[Influence<f64>],
     layout: &HostLayout,
 ) -> massline_result::Details {

@@ -3,6 +3,7 @@
 use massline_protocol::object::MeasurementResult;
 use massline_shared::Real;
 use massline_shared::body::INERTIAL_PARAMETERS;
+use massline_shared::capacity::Capacity;
 use massline_shared::diagnosis::{Code, Diagnostic, Subject, SubjectKind, ValueUnit};
 use massline_shared::layout::{AXIS_LETTERS, Layout, Prior};
 
@@ -25,9 +26,9 @@ pub fn messages(diagnostics: &[Diagnostic]) -> String {
 }
 
 /// As [`messages`], with the names of the layout: the first diagnostic of every code with the message of all that have it.
-pub fn by_code<'d, R: Real, const S: usize, const H: usize>(
+pub fn by_code<'d, R: Real, C: Capacity>(
     diagnostics: &'d [Diagnostic],
-    layout: &Layout<R, S, H>,
+    layout: &Layout<R, C>,
 ) -> Vec<(&'d Diagnostic, String)> {
     grouped(diagnostics, &|subject| name_in(subject, layout))
 }
@@ -52,18 +53,12 @@ fn grouped<'d>(diagnostics: &'d [Diagnostic], known: Known<'_>) -> Vec<(&'d Diag
 }
 
 /// As [`message`], with the node and DOF names of the layout.
-pub fn message_in<R: Real, const S: usize, const H: usize>(
-    diagnostic: &Diagnostic,
-    layout: &Layout<R, S, H>,
-) -> String {
+pub fn message_in<R: Real, C: Capacity>(diagnostic: &Diagnostic, layout: &Layout<R, C>) -> String {
     sentence(diagnostic, &|subject| name_in(subject, layout))
 }
 
 /// What the layout says of a subject.
-fn name_in<R: Real, const S: usize, const H: usize>(
-    subject: Subject,
-    layout: &Layout<R, S, H>,
-) -> Option<String> {
+fn name_in<R: Real, C: Capacity>(subject: Subject, layout: &Layout<R, C>) -> Option<String> {
     match subject {
         Subject::Sensor(index) => {
             layout.sensors.get(usize::from(index)).map(|sensor| format!("on node {}", sensor.node))

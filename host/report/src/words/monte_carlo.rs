@@ -5,6 +5,7 @@ use std::fmt::Display;
 use crate::table::{Table, align_right, table};
 use massline_shared::Real;
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
+use massline_shared::capacity::Capacity;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Method;
 use massline_shared::layout::{Layout, TestProfile};
@@ -121,9 +122,9 @@ fn property_json(name: &'static str, p: &PropertyStatistics) -> PropertyOverRuns
 }
 
 /// Why a test yields no mass lines, with the names of its layout.
-pub fn measure_error_text<R: Real, const S: usize, const H: usize>(
+pub fn measure_error_text<R: Real, C: Capacity>(
     error: &MeasureError,
-    layout: &Layout<R, S, H>,
+    layout: &Layout<R, C>,
 ) -> String {
     match error {
         MeasureError::NeverTriggered(dof) => {
@@ -147,10 +148,7 @@ pub fn measure_error_text<R: Real, const S: usize, const H: usize>(
 }
 
 /// A study of tests with this layout as text: a table for each method, then a summary.
-pub fn to_text<R: Real, const S: usize, const H: usize>(
-    study: &Study,
-    layout: &Layout<R, S, H>,
-) -> String {
+pub fn to_text<R: Real, C: Capacity>(study: &Study, layout: &Layout<R, C>) -> String {
     let mut text = String::new();
     for method in study.methods.iter().filter(|m| m.answers > 0) {
         text += &format!("{}\n{}\n", method.name(), table_of(method));

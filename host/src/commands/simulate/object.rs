@@ -86,7 +86,7 @@ pub(in crate::commands) fn describe(bench: &Bench, place: &str) -> String {
 /// accepts, and a heavy one harder than usual; returns how, for a description.
 fn suit(force_n: &mut [f64; 2], layout: &HostLayout, body: &RigidBody<f64>) -> String {
     let hits = (0..layout.hits.len()).filter_map(|hit| layout.accelerance(body, hit));
-    let most = hits.map(|accelerance| accelerance.amax()).fold(0.0, f64::max);
+    let most = hits.map(|accelerance| accelerance.largest()).fold(0.0, f64::max);
     let range = (Calibration::ADXL326_RANGE_G - 1.0) * STANDARD_GRAVITY;
     let [weakest, hardest] = *force_n;
     let least = layout.test.trigger_n.max(layout.test.min_peak_force_n);

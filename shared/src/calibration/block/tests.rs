@@ -1,11 +1,15 @@
 use super::*;
+use crate::capacity::Fixed;
 use crate::identify::ScatterAccumulator;
 use std::vec::Vec;
+
+/// Room for two sensors.
+type Two = Fixed<2, 3>;
 
 const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const BLOCK: BlockMass<f64> = BlockMass { mass: 2.0, sigma: 0.0 };
 
-fn lines<R: Real>(hits: &[BlockHit<R, 2>]) -> impl Iterator<Item = &MassLines<R, 2>> + Clone {
+fn lines<R: Real>(hits: &[BlockHit<R, Two>]) -> impl Iterator<Item = &MassLines<R, Two>> + Clone {
     hits.iter().map(|hit| &hit.lines)
 }
 
@@ -24,19 +28,19 @@ fn hits<R: Real>(
     sensors: &[Matrix3<f64>; 2],
     hammer: f64,
     direction_error: f64,
-) -> Vec<BlockHit<R, 2>> {
+) -> Vec<BlockHit<R, Two>> {
     let pattern = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [0.0, 0.0]];
     (0..3)
         .map(|axis| {
-            let mut lines = ScatterAccumulator::<f64, 2>::new();
+            let mut lines = ScatterAccumulator::<f64, Two>::new(2);
             for [a, b] in pattern {
                 let mut push = Vector3::ith(axis, 1.0);
                 push[(axis + 1) % 3] = a * direction_error;
                 push[(axis + 2) % 3] = b * direction_error;
                 let acceleration = push.normalize() / BLOCK.mass;
-                let mut read = Responses::<f64, 2>::zeros();
+                let mut read = Responses::<f64, Two>::zeros(2);
                 for (i, sensor) in sensors.iter().enumerate() {
-                    read.set_column(i, &(sensor * acceleration / hammer));
+                    read.set_sensor(i, (sensor * acceleration / hammer).into());
                 }
                 lines.add(&read, None);
             }
@@ -130,7 +134,7 @@ fn the_scatter_of_the_directions_is_the_sigma_of_the_cross_axis_ratios() {
 #[test]
 fn what_gives_no_calibration_is_named() {
     let good = hits::<f64>(&sensors(), 1.0, 0.03);
-    let ratio = |hits: &[BlockHit<f64, 2>]| sensor_ratios(hits, 0, &AXES, BLOCK).unwrap_err();
+    let ratio = |hits: &[BlockHit<f64, Two>]| sensor_ratios(hits, 0, &AXES, BLOCK).unwrap_err();
     assert_eq!(ratio(&good[..2]), BlockError::DirectionsMissing);
     assert_eq!(ratio(&[]), BlockError::DirectionsMissing);
     let mut once = good.clone();
@@ -144,8 +148,8 @@ fn what_gives_no_calibration_is_named() {
     assert_eq!(force_ratio(lines(&good), 2, weightless), Err(BlockError::NotFinite));
     let mut dead = good.clone();
     for hit in &mut dead {
-        hit.lines.accelerance.column_mut(1).fill(0.0);
-        hit.lines.scatter = crate::responses::ResponseSquare::zeros();
+        hit.lines.accelerance.set_sensor(1, [0.0; 3]);
+        hit.lines.scatter = crate::responses::ResponseSquare::zeros(2);
     }
     let silent = BlockError::Dead { sensor: 1 };
     assert_eq!(sensor_ratios(&dead, 1, &AXES, BLOCK), Err(silent));

@@ -1,4 +1,5 @@
 use super::*;
+use crate::capacity::Rig;
 use crate::identify::MassLines;
 use crate::layout::{CalibratedGains, SensorUncertainty};
 use crate::responses::Responses;
@@ -26,7 +27,7 @@ fn odd(k: usize) -> f64 {
 
 /// Hits from both sides of three axes. They miss their direction by up to 30 mrad and the centre by up to 2 mm; the
 /// gains of the sensors are up to 5 % and their axes up to 10 mrad off.
-fn hits<R: Real>(memory: f64, asymmetry: f64, noise: f64) -> [BlockHit<R, 3>; 6] {
+fn hits<R: Real>(memory: f64, asymmetry: f64, noise: f64) -> [BlockHit<R, Rig>; 6] {
     let calibration = Calibration::default();
     let hammer = f64::from(calibration.channels[HAMMER].sensitivity);
     let sensitivity = f64::from(calibration.channels[FOLLOWER].sensitivity);
@@ -39,7 +40,7 @@ fn hits<R: Real>(memory: f64, asymmetry: f64, noise: f64) -> [BlockHit<R, 3>; 6]
         // A plate of 160 × 160 × 10 mm.
         let inertia = Vector3::new(0.00428, 0.00428, 0.00853);
         let angular = missed(2, 0.002).cross(&force).component_div(&inertia);
-        let mut accelerance = Responses::<R, 3>::zeros();
+        let mut accelerance = Responses::<R, Rig>::zeros(3);
         for (s, sensor) in sensors::<f64>().iter().enumerate() {
             let motion = force / MASS + angular.cross(&Vector3::from(sensor.position));
             for a in 0..3 {
@@ -52,7 +53,7 @@ fn hits<R: Real>(memory: f64, asymmetry: f64, noise: f64) -> [BlockHit<R, 3>; 6]
                     read += memory * hammer / sensitivity;
                 }
                 read += noise * odd(1000 + 9 * h + 3 * s + a);
-                accelerance[(a, s)] = R::of(read);
+                accelerance[3 * s + a] = R::of(read);
             }
         }
         let lines = MassLines { hits: 5, ..MassLines::without_scatter(accelerance) };
@@ -60,7 +61,10 @@ fn hits<R: Real>(memory: f64, asymmetry: f64, noise: f64) -> [BlockHit<R, 3>; 6]
     })
 }
 
-fn found<R: Real>(hits: &[BlockHit<R, 3>], after_hammer: Option<usize>) -> Option<OppositeHits<R>> {
+fn found<R: Real>(
+    hits: &[BlockHit<R, Rig>],
+    after_hammer: Option<usize>,
+) -> Option<OppositeHits<R>> {
     let sensors = sensors();
     let calibration = Calibration::default();
     let setup =

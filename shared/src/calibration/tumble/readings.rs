@@ -250,7 +250,7 @@ mod tests {
         assert_eq!(found.sensors.len(), 2);
         // Codes in single precision: 1e-7 of 2 V over 0.1 V, for a few roundings.
         let nominal = 0.057 / crate::STANDARD_GRAVITY as f32;
-        for sensor in &found.sensors {
+        for sensor in found.sensors.iter() {
             assert!((sensor.sensitivity[(1, 1)] / nominal - 1.0).abs() < 2e-5, "{sensor:?}");
         }
         assert!((found.hammer_zero - 0.12).abs() < 1e-6 && found.is_level(&limits()));

@@ -1,5 +1,9 @@
 use super::*;
-use std::vec::Vec as List;
+use crate::capacity::Fixed;
+use std::vec::Vec;
+
+/// Room for four sensors and six hits.
+type Room = Fixed<4, 6>;
 
 const SEARCH: Search = Search {
     candidates: Counts { sensors: 8, hits: 30 },
@@ -9,10 +13,10 @@ const SEARCH: Search = Search {
 };
 
 /// A cost that is small for high indices; it rejects two hits with the same remainder modulo seven.
-fn cost(choice: &Choice<4, 6>) -> Option<f64> {
-    let remainders: List<usize> = choice.hits.iter().map(|j| j % 7).collect();
+fn cost(choice: &Choice<Room>) -> Option<f64> {
+    let remainders: Vec<usize> = choice.hits.iter().map(|j| j % 7).collect();
     let twice = remainders.iter().enumerate().any(|(k, r)| remainders[..k].contains(r));
-    let sum: usize = choice.sensors.iter().chain(&choice.hits).sum();
+    let sum: usize = choice.sensors.iter().chain(choice.hits.iter()).sum();
     (!twice).then_some(1000.0 - sum as f64)
 }
 
@@ -29,7 +33,7 @@ fn the_best_of_a_cost_that_adds_up_is_found() {
 
 #[test]
 fn equal_seeds_give_equal_starts_and_others_differ() {
-    let starts = |seed| -> List<Choice<4, 6>> {
+    let starts = |seed| -> Vec<Choice<Room>> {
         (0..4).map(|k| Search { seed, ..SEARCH }.start(k).unwrap()).collect()
     };
     assert_eq!(starts(1), starts(1));
@@ -40,7 +44,7 @@ fn equal_seeds_give_equal_starts_and_others_differ() {
 #[test]
 fn a_start_has_every_candidate_at_most_once() {
     for index in 0..200 {
-        let choice: Choice<4, 6> = SEARCH.start(index).unwrap();
+        let choice: Choice<Room> = SEARCH.start(index).unwrap();
         for (list, end) in [(&choice.sensors[..], 8), (&choice.hits[..], 30)] {
             assert!(list.iter().all(|&i| i < end));
             assert!((1..list.len()).all(|k| !list[..k].contains(&list[k])), "{list:?}");
@@ -54,24 +58,24 @@ fn the_search_goes_on_from_a_given_choice() {
     let alone = Search { starts: 0, ..SEARCH };
     let found = alone.run(Some(&first), cost).unwrap();
     assert!(found.cost < cost(&first).unwrap());
-    assert_eq!(alone.run::<f64, 4, 6>(None, cost), Err(SearchError::NothingFound));
+    assert_eq!(alone.run::<f64, Room>(None, cost), Err(SearchError::NothingFound));
 }
 
 #[test]
 fn what_cannot_be_chosen_is_said() {
     let wanting = |sensors, hits| Search { wanted: Counts { sensors, hits }, ..SEARCH };
-    let run = |search: Search| search.run::<f64, 4, 6>(None, cost);
+    let run = |search: Search| search.run::<f64, Room>(None, cost);
     assert_eq!(run(wanting(9, 5)), Err(SearchError::TooManySensors));
     assert_eq!(run(wanting(5, 5)), Err(SearchError::TooManySensors), "a choice has room for 4");
     assert_eq!(run(wanting(3, 31)), Err(SearchError::TooManyHits));
-    assert_eq!(SEARCH.run::<f64, 4, 6>(None, |_| None), Err(SearchError::NothingFound));
+    assert_eq!(SEARCH.run::<f64, Room>(None, |_| None), Err(SearchError::NothingFound));
 }
 
 #[test]
 fn a_cost_that_only_wavers_ends_the_exchange() {
     // Imitates rounding in single precision: every call returns a little less than the one before.
     let mut calls = 0;
-    let found = SEARCH.run::<f32, 4, 6>(None, |_| {
+    let found = SEARCH.run::<f32, Room>(None, |_| {
         calls += 1;
         Some(1.0 - 1e-7 * calls as f32)
     });

@@ -3,6 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::identify::Perturbation;
 use crate::layout::Layout;
 
@@ -114,16 +115,16 @@ impl<R: Real, const M: usize> Propagation<R, M> {
 
 /// Number of changes that are asked about: none, [`NOISE_DRAWS`] draws of noise, then every error of the layout with one
 /// standard deviation.
-pub fn changes<R: Real, const S: usize, const H: usize>(layout: &Layout<R, S, H>) -> u32 {
+pub fn changes<R: Real, C: Capacity>(layout: &Layout<R, C>) -> u32 {
     let quantities = u32::try_from(layout.uncertain_quantities().count()).unwrap_or(0);
     1 + NOISE_DRAWS + quantities
 }
 
 /// Asks about the change of this number; `None` for an error that the layout does not have.
-pub fn ask<T, R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+pub fn ask<T, R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     change: u32,
-    answers: impl FnOnce(&Perturbation<'_, R, S, H>) -> T,
+    answers: impl FnOnce(&Perturbation<'_, R, C>) -> T,
 ) -> Option<T> {
     if change <= NOISE_DRAWS {
         let draw = change.checked_sub(1);

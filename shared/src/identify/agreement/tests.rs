@@ -19,7 +19,7 @@ const fn answerer(bias: f64, shared: f64, own: f64) -> Answerer {
 /// Answers of these methods to a property that is 5, and what draws of noise show of their covariance.
 fn compared<const M: usize>(methods: [Answerer; M]) -> ([f64; M], Option<Agreement<f64>>) {
     // Without sensors and hits there are no errors of a layout.
-    let layout = Layout::<f64, 3, 3>::default();
+    let layout = Layout::<f64, crate::capacity::Rig>::default();
     let noise = |draw: Option<u32>, place: usize| {
         draw.map_or(0.0, |draw| f64::from(random_signs(draw, place)[0]))
     };

@@ -1,6 +1,7 @@
 //! The methods that remain applicable under every degenerate layout, in both precisions.
 
 use super::*;
+use crate::capacity::Rig;
 use crate::identify::Methods;
 use crate::layout::tests::{bar_body, bar_layout, sensor};
 use crate::layout::{Hit, Prior, assumed_body};
@@ -8,9 +9,9 @@ use std::vec::Vec;
 
 const BOTH: [Method; 2] = [Method::MaximumLikelihood, Method::InertiaRestraint];
 
-fn judge(layout: &Layout<f64, 3, 4>) -> Applicability<f64> {
+fn judge(layout: &Layout<f64, Rig>) -> Applicability<f64> {
     let double = Applicability::new(layout, &bar_body(), &BOTH);
-    let single: Layout<f32, 3, 4> = layout.cast().unwrap();
+    let single: Layout<f32, Rig> = layout.cast().unwrap();
     let body = RigidBody::from_theta(&bar_body().theta().map(|v| v as f32));
     let in_single = Applicability::new(&single, &body, &BOTH);
     let codes =
@@ -21,7 +22,7 @@ fn judge(layout: &Layout<f64, 3, 4>) -> Applicability<f64> {
 }
 
 /// Whether [maximum likelihood, inertia restraint] are applicable.
-fn left(layout: &Layout<f64, 3, 4>) -> [bool; 2] {
+fn left(layout: &Layout<f64, Rig>) -> [bool; 2] {
     let found = judge(layout);
     let stopped = found.diagnostics.iter().any(Diagnostic::is_error);
     let left = BOTH.map(|method| found.admits(method));
@@ -29,7 +30,7 @@ fn left(layout: &Layout<f64, 3, 4>) -> [bool; 2] {
     left
 }
 
-fn hits_through(layout: &mut Layout<f64, 3, 4>, point: [f64; 3]) {
+fn hits_through(layout: &mut Layout<f64, Rig>, point: [f64; 3]) {
     layout.hits.iter_mut().for_each(|hit| hit.position = point);
 }
 

@@ -10,11 +10,12 @@ use super::unknowns::{SYMMETRIC, matrix_of};
 use super::{Damping, GlobalFitSolution, Sensitivities};
 use crate::Real;
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
 use crate::identify::{Estimate, Method};
 use crate::linalg::{Spectrum, all_finite, skew, spectrum};
 
-impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
+impl<R: Real, C: Capacity> Fit<'_, '_, '_, R, C> {
     /// The answer; the fit must have descended.
     pub(super) fn answer(&mut self) -> Result<GlobalFitSolution<R>, Diagnostics> {
         let problem = self.problem;
@@ -118,8 +119,8 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
             let residuals = problem.residuals_at(unknowns, &apparatus, &dynamics, bin)?;
             let precision = problem.precision(bin);
             for channel in 0..3 * apparatus.sensors.len() {
-                for of_hit in &residuals {
-                    *to.next()? = of_hit[channel / 3][channel % 3].unscale(precision);
+                for of_hit in residuals.iter() {
+                    *to.next()? = of_hit[channel].unscale(precision);
                 }
             }
         }

@@ -15,6 +15,7 @@ use nalgebra::{Complex, Matrix3, Vector3, Vector6};
 use super::problem::Problem;
 use super::unknowns::{FORCE_SLOPES, Unknowns, real};
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::identify::maximum_likelihood::model::{SENSITIVITIES, SENSOR_NUISANCES};
 use crate::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES, Hit, Sensor, SensorUncertainty, across};
 use crate::linalg::skew;
@@ -23,7 +24,7 @@ use crate::linalg::skew;
 pub(super) type Rows<R> = [Vector6<Complex<R>>; 3];
 
 /// A sensor in balanced variables.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct SensorModel<R> {
     axes: Matrix3<R>,
     /// `−Rᵀ [p + δ]ₓ`.
@@ -42,8 +43,8 @@ pub(super) struct SensorModel<R> {
 
 impl<R: Real> SensorModel<R> {
     /// A sensor with its errors `u` under this gravity; no errors without a budget.
-    pub(super) fn new<const S: usize, const H: usize>(
-        problem: &Problem<'_, R, S, H>,
+    pub(super) fn new<C: Capacity>(
+        problem: &Problem<'_, R, C>,
         sensor: &Sensor<R>,
         gravity: Vector3<R>,
         hammer: R,
@@ -157,7 +158,7 @@ fn sensitivity_sigma<R: Real>(uncertainty: &SensorUncertainty<R>, parameter: usi
 }
 
 /// The mean of the hits on a DOF, in balanced variables.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct HitModel<R> {
     /// `f̂`.
     pub(super) force: Vector6<R>,
@@ -167,8 +168,8 @@ pub(super) struct HitModel<R> {
 
 impl<R: Real> HitModel<R> {
     /// A hit with its own errors and that of its torque; none without a budget.
-    pub(super) fn new<const S: usize, const H: usize>(
-        problem: &Problem<'_, R, S, H>,
+    pub(super) fn new<C: Capacity>(
+        problem: &Problem<'_, R, C>,
         hit: &Hit<R>,
         hammer: R,
         u: Option<(&[R], R)>,
@@ -207,18 +208,18 @@ impl<R: Real> HitModel<R> {
 
 /// All sensors and hits of a layout with the errors of these unknowns.
 #[derive(Clone, Debug)]
-pub(super) struct Apparatus<R, const S: usize, const H: usize> {
-    pub(super) sensors: heapless::Vec<SensorModel<R>, S>,
-    pub(super) hits: heapless::Vec<HitModel<R>, H>,
+pub(super) struct Apparatus<R: Real, C: Capacity> {
+    pub(super) sensors: C::Sensors<SensorModel<R>>,
+    pub(super) hits: C::Hits<HitModel<R>>,
 }
 
-impl<R: Real, const S: usize, const H: usize> Apparatus<R, S, H> {
+impl<R: Real, C: Capacity> Apparatus<R, C> {
     /// Without errors.
-    pub(super) fn nominal(problem: &Problem<'_, R, S, H>, unknowns: &Unknowns) -> Self {
+    pub(super) fn nominal(problem: &Problem<'_, R, C>, unknowns: &Unknowns) -> Self {
         Self::new(problem, unknowns, &[])
     }
 
-    pub(super) fn new(problem: &Problem<'_, R, S, H>, unknowns: &Unknowns, x: &[R]) -> Self {
+    pub(super) fn new(problem: &Problem<'_, R, C>, unknowns: &Unknowns, x: &[R]) -> Self {
         let layout = problem.layout;
         let errors = |first: usize, count: usize| {
             x.get(first..first + count).filter(|_| unknowns.budget).unwrap_or(&[])

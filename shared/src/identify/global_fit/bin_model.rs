@@ -1,7 +1,5 @@
 //! The model at one bin: the object on its suspension, its motions, and what the readings leave.
 
-use core::array::from_fn;
-
 use heapless::Vec;
 use nalgebra::{Complex, Matrix6, Vector6};
 
@@ -10,6 +8,8 @@ use super::problem::Problem;
 use super::unknowns::{MOST_BLOCKS, SYMMETRIC, Unknowns, dot, matrix_of, powers_of, real};
 use crate::Real;
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
+use crate::responses::Responses;
 
 /// The moving object: mass matrix and the matrices besides it.
 pub(super) struct Dynamics<R> {
@@ -29,22 +29,22 @@ impl<R: Real> Dynamics<R> {
 }
 
 /// The model at one bin. Readings are multiplied by their precision.
-pub(super) struct BinModel<R, const S: usize, const H: usize> {
+pub(super) struct BinModel<R: Real, C: Capacity> {
     /// `sᵖ` for each matrix besides the mass, then one for the mass.
     pub(super) powers: Vec<Complex<R>, 5>,
     /// Motion `D⁻¹ f̂` of every hit.
-    pub(super) motions: Vec<Vector6<Complex<R>>, H>,
+    pub(super) motions: C::Hits<Vector6<Complex<R>>>,
     /// Rows of every sensor without sensitivities and rotation.
-    pub(super) plain: Vec<Rows<R>, S>,
+    pub(super) plain: C::Sensors<Rows<R>>,
     /// Precision of the readings.
     pub(super) precision: R,
     /// `D⁻¹ ĝᵀ` of every reading.
-    pub(super) adjoints: Vec<Rows<R>, S>,
+    pub(super) adjoints: C::Sensors<Rows<R>>,
     /// Measured minus modelled, of the readings of every sensor under every hit.
-    pub(super) residuals: Vec<[[Complex<R>; 3]; S], H>,
+    pub(super) residuals: C::Hits<Responses<Complex<R>, C>>,
 }
 
-impl<R: Real, const S: usize, const H: usize> BinModel<R, S, H> {
+impl<R: Real, C: Capacity> BinModel<R, C> {
     /// Change of one row of a sensor with a nuisance parameter; `None` when it does not change.
     pub(super) fn slope_of_row(
         &self,
@@ -58,7 +58,7 @@ impl<R: Real, const S: usize, const H: usize> BinModel<R, S, H> {
     }
 }
 
-impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
+impl<R: Real, C: Capacity> Problem<'_, R, C> {
     /// The object with the attached bodies, on its suspension.
     pub(super) fn dynamics(&self, unknowns: &Unknowns, x: &[R]) -> Option<Dynamics<R>> {
         let mut phi = self.object(unknowns, x)?.phi();
@@ -77,14 +77,14 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
     pub(super) fn residuals_at(
         &self,
         unknowns: &Unknowns,
-        apparatus: &Apparatus<R, S, H>,
+        apparatus: &Apparatus<R, C>,
         dynamics: &Dynamics<R>,
         bin: usize,
-    ) -> Option<Vec<[[Complex<R>; 3]; S], H>> {
+    ) -> Option<C::Hits<Responses<Complex<R>, C>>> {
         let s = self.s(bin);
         let inverse = dynamics.inverse(&powers_of(s, unknowns))?;
         let rows = apparatus.sensors.iter().map(|sensor| sensor.rows(&sensor.plain_rows(s)));
-        let rows: Vec<Rows<R>, S> = rows.collect();
+        let rows: C::Sensors<Rows<R>> = rows.collect();
         let residuals = apparatus.hits.iter().enumerate().map(|(hit, model)| {
             self.residuals(bin, hit, &(inverse * model.force.map(real)), &rows)
         });
@@ -95,28 +95,27 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
     pub(super) fn bin(
         &self,
         unknowns: &Unknowns,
-        apparatus: &Apparatus<R, S, H>,
+        apparatus: &Apparatus<R, C>,
         dynamics: &Dynamics<R>,
         bin: usize,
-    ) -> Option<BinModel<R, S, H>> {
+    ) -> Option<BinModel<R, C>> {
         let s = self.s(bin);
         let powers = powers_of(s, unknowns);
         let inverse = dynamics.inverse(&powers)?;
-        let motions = apparatus.hits.iter().map(|hit| inverse * hit.force.map(real)).collect();
-        let plain: Vec<_, S> =
+        let motions: C::Hits<_> =
+            apparatus.hits.iter().map(|hit| inverse * hit.force.map(real)).collect();
+        let plain: C::Sensors<_> =
             apparatus.sensors.iter().map(|sensor| sensor.plain_rows(s)).collect();
-        let rows = apparatus.sensors.iter().zip(&plain).map(|(sensor, plain)| sensor.rows(plain));
-        let rows: Vec<Rows<R>, S> = rows.collect();
+        let rows =
+            apparatus.sensors.iter().zip(plain.iter()).map(|(sensor, plain)| sensor.rows(plain));
+        let rows: C::Sensors<Rows<R>> = rows.collect();
         let precision = self.precision(bin);
-        let (adjoints, residuals) = (Vec::new(), Vec::new());
-        let mut model = BinModel { powers, motions, plain, precision, adjoints, residuals };
-        model.residuals = (0..model.motions.len())
-            .map(|hit| self.residuals(bin, hit, &model.motions[hit], &rows))
-            .collect();
+        let left = |(hit, motion)| self.residuals(bin, hit, motion, &rows);
+        let residuals = motions.iter().enumerate().map(left).collect();
         // The dynamic stiffness is symmetric, so `ĝ D⁻¹` is the transpose of this.
         let weighted = inverse.map(|v| v.scale(precision));
-        model.adjoints = rows.iter().map(|rows| rows.map(|row| weighted * row)).collect();
-        Some(model)
+        let adjoints = rows.iter().map(|rows| rows.map(|row| weighted * row)).collect();
+        Some(BinModel { powers, motions, plain, precision, adjoints, residuals })
     }
 
     fn residuals(
@@ -125,15 +124,13 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
         hit: usize,
         motion: &Vector6<Complex<R>>,
         rows: &[Rows<R>],
-    ) -> [[Complex<R>; 3]; S] {
+    ) -> Responses<Complex<R>, C> {
         let (complex, precision) = (self.complex(), self.precision(bin));
-        from_fn(|sensor| {
-            let Some(rows) = rows.get(sensor) else { return [real(R::zero()); 3] };
-            from_fn(|axis| {
-                let measured = self.responses.at(bin, 3 * sensor + axis, hit);
-                let left = (measured - dot(&rows[axis], motion)).scale(precision);
-                if complex { left } else { real(left.re) }
-            })
+        Responses::from_fn(rows.len(), |response| {
+            let Some(row) = rows.as_flattened().get(response) else { return real(R::zero()) };
+            let measured = self.responses.at(bin, response, hit);
+            let left = (measured - dot(row, motion)).scale(precision);
+            if complex { left } else { real(left.re) }
         })
     }
 }

@@ -9,6 +9,7 @@ use super::unknowns::{
     place_of_hit, place_of_row, symmetrized, with_properties,
 };
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::linalg::Packed;
 
 /// Room for one accelerance: the changes with its unknowns, and the residual.
@@ -29,11 +30,11 @@ impl<R: Real> Elastic<'_, R> {
     }
 
     /// Adds one bin.
-    pub(super) fn add<const S: usize, const H: usize>(
+    pub(super) fn add<C: Capacity>(
         &mut self,
         unknowns: &Unknowns,
-        apparatus: &Apparatus<R, S, H>,
-        model: &BinModel<R, S, H>,
+        apparatus: &Apparatus<R, C>,
+        model: &BinModel<R, C>,
         s: Complex<R>,
     ) {
         let column = s * s;
@@ -43,7 +44,7 @@ impl<R: Real> Elastic<'_, R> {
             let (hit, sensor, axis) = (place / (3 * sensors), place / 3 % sensors, place % 3);
             let at = [sensor, axis, hit];
             each_slope(unknowns, apparatus, model, at, |k, slope| part[k] += along(column, slope));
-            part[ROOM - 1] += along(column, model.residuals[hit][sensor][axis]);
+            part[ROOM - 1] += along(column, model.residuals[hit][3 * sensor + axis]);
         }
     }
 
@@ -96,10 +97,10 @@ pub(super) fn unknown_of(unknowns: &Unknowns, sensor: usize, hit: usize, own: us
 }
 
 /// Calls `act` with every own unknown of a reading and the change of the reading with it.
-pub(super) fn each_slope<R: Real, const S: usize, const H: usize>(
+pub(super) fn each_slope<R: Real, C: Capacity>(
     unknowns: &Unknowns,
-    apparatus: &Apparatus<R, S, H>,
-    model: &BinModel<R, S, H>,
+    apparatus: &Apparatus<R, C>,
+    model: &BinModel<R, C>,
     [sensor, axis, hit]: [usize; 3],
     mut act: impl FnMut(usize, Complex<R>),
 ) {

@@ -17,7 +17,9 @@ use super::unknowns::{
     place_of_hit, place_of_row, real, symmetrized, with_properties,
 };
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::linalg::Packed;
+use crate::responses::Responses;
 
 /// Matrix and right side of the linearised fit, for a noise of one in every real reading and without priors.
 pub(super) struct Equations<'w, R> {
@@ -38,9 +40,9 @@ struct Sums<R> {
 
 impl<R: Real> Equations<'_, R> {
     /// Fills the equations at these unknowns; `None` when the model has no value.
-    pub(super) fn linearise<const S: usize, const H: usize>(
+    pub(super) fn linearise<C: Capacity>(
         &mut self,
-        problem: &Problem<'_, R, S, H>,
+        problem: &Problem<'_, R, C>,
         unknowns: &Unknowns,
         x: &[R],
     ) -> Option<()> {
@@ -60,11 +62,11 @@ impl<R: Real> Equations<'_, R> {
         self.squares.finite().then_some(())
     }
 
-    fn add<const S: usize, const H: usize>(
+    fn add<C: Capacity>(
         &mut self,
         unknowns: &Unknowns,
-        apparatus: &Apparatus<R, S, H>,
-        model: &BinModel<R, S, H>,
+        apparatus: &Apparatus<R, C>,
+        model: &BinModel<R, C>,
     ) {
         let sums = Sums::of(model);
         self.add_shared(unknowns, model, &sums);
@@ -72,15 +74,15 @@ impl<R: Real> Equations<'_, R> {
             self.add_hits(unknowns, apparatus, model, &sums);
             self.add_sensors(unknowns, apparatus, model, &sums);
         }
-        let readings = model.residuals.iter().flatten().flatten();
+        let readings = model.residuals.iter().flatten();
         self.squares += readings.fold(R::zero(), |sum, left| sum + left.norm_sqr());
     }
 
     /// Products of the matrices and the ten properties among themselves and with the residuals.
-    fn add_shared<const S: usize, const H: usize>(
+    fn add_shared<C: Capacity>(
         &mut self,
         unknowns: &Unknowns,
-        model: &BinModel<R, S, H>,
+        model: &BinModel<R, C>,
         sums: &Sums<R>,
     ) {
         let products = sums.products();
@@ -101,7 +103,7 @@ impl<R: Real> Equations<'_, R> {
             }
         }
         let mut left = Matrix6::from_element(real(R::zero()));
-        for (motion, residuals) in model.motions.iter().zip(&model.residuals) {
+        for (motion, residuals) in model.motions.iter().zip(model.residuals.iter()) {
             let adjoint = weighted_adjoint(model, residuals);
             for (m, n) in all_places() {
                 left[(m, n)] += adjoint[m] * motion[n].conj();
@@ -118,11 +120,11 @@ impl<R: Real> Equations<'_, R> {
 
     /// Products of the hits' errors and the hammer's gain among themselves, with what all hits share and with
     /// the residuals.
-    fn add_hits<const S: usize, const H: usize>(
+    fn add_hits<C: Capacity>(
         &mut self,
         unknowns: &Unknowns,
-        apparatus: &Apparatus<R, S, H>,
-        model: &BinModel<R, S, H>,
+        apparatus: &Apparatus<R, C>,
+        model: &BinModel<R, C>,
         sums: &Sums<R>,
     ) {
         for (j, hit) in apparatus.hits.iter().enumerate() {
@@ -142,11 +144,11 @@ impl<R: Real> Equations<'_, R> {
     }
 
     /// Products of the errors of the sensors and of gravity with everything.
-    fn add_sensors<const S: usize, const H: usize>(
+    fn add_sensors<C: Capacity>(
         &mut self,
         unknowns: &Unknowns,
-        apparatus: &Apparatus<R, S, H>,
-        model: &BinModel<R, S, H>,
+        apparatus: &Apparatus<R, C>,
+        model: &BinModel<R, C>,
         sums: &Sums<R>,
     ) {
         for (i, sensor) in apparatus.sensors.iter().enumerate() {
@@ -157,9 +159,9 @@ impl<R: Real> Equations<'_, R> {
                 let left = model
                     .motions
                     .iter()
-                    .zip(&model.residuals)
+                    .zip(model.residuals.iter())
                     .fold(Vector6::from_element(real(R::zero())), |sum, (motion, left)| {
-                        sum + motion.map(|x| x.conj() * left[i][axis])
+                        sum + motion.map(|x| x.conj() * left[3 * i + axis])
                     });
                 let slopes: [_; ROW_SLOPES] =
                     core::array::from_fn(|u| model.slope_of_row(sensor, [i, axis], u));
@@ -185,11 +187,11 @@ impl<R: Real> Equations<'_, R> {
     }
 
     /// Products of one sensor error, which changes a row of readings, with all hits' errors.
-    fn add_with_hits<const S: usize, const H: usize>(
+    fn add_with_hits<C: Capacity>(
         &mut self,
         unknowns: &Unknowns,
-        apparatus: &Apparatus<R, S, H>,
-        model: &BinModel<R, S, H>,
+        apparatus: &Apparatus<R, C>,
+        model: &BinModel<R, C>,
         place: usize,
         slope: &Vector6<Complex<R>>,
         adjoint: &Vector6<Complex<R>>,
@@ -206,10 +208,10 @@ impl<R: Real> Equations<'_, R> {
 
     /// Products of one nuisance parameter with the matrices and the ten properties, from
     /// `Σ conj(change) aₘ xₙ`.
-    fn add_with_shared<const S: usize, const H: usize>(
+    fn add_with_shared<C: Capacity>(
         &mut self,
         unknowns: &Unknowns,
-        model: &BinModel<R, S, H>,
+        model: &BinModel<R, C>,
         place: usize,
         product: impl Fn(usize, usize) -> Complex<R>,
     ) {
@@ -225,11 +227,7 @@ impl<R: Real> Equations<'_, R> {
     }
 
     /// Adds the columns of the attached bodies: combinations of those of the ten properties.
-    fn add_attached<const S: usize, const H: usize>(
-        &mut self,
-        problem: &Problem<'_, R, S, H>,
-        unknowns: &Unknowns,
-    ) {
+    fn add_attached<C: Capacity>(&mut self, problem: &Problem<'_, R, C>, unknowns: &Unknowns) {
         if !unknowns.budget {
             return;
         }
@@ -255,7 +253,7 @@ impl<R: Real> Equations<'_, R> {
 }
 
 impl<R: Real> Sums<R> {
-    fn of<const S: usize, const H: usize>(model: &BinModel<R, S, H>) -> Self {
+    fn of<C: Capacity>(model: &BinModel<R, C>) -> Self {
         Self {
             adjoints: gram(model.adjoints.iter().flatten()),
             motions: gram(model.motions.iter()),
@@ -302,15 +300,13 @@ fn gram<'v, R: Real>(
 }
 
 /// `Σ ā r` over the readings under one hit.
-fn weighted_adjoint<R: Real, const S: usize, const H: usize>(
-    model: &BinModel<R, S, H>,
-    residuals: &[[Complex<R>; 3]; S],
+fn weighted_adjoint<R: Real, C: Capacity>(
+    model: &BinModel<R, C>,
+    residuals: &Responses<Complex<R>, C>,
 ) -> Vector6<Complex<R>> {
     let mut sum = Vector6::from_element(real(R::zero()));
-    for (adjoints, left) in model.adjoints.iter().zip(residuals) {
-        for (adjoint, left) in adjoints.iter().zip(left) {
-            sum += adjoint.map(|a| a.conj() * *left);
-        }
+    for (adjoint, left) in model.adjoints.iter().flatten().zip(residuals.iter()) {
+        sum += adjoint.map(|a| a.conj() * *left);
     }
     sum
 }

@@ -9,13 +9,14 @@
 use super::fit::Fit;
 use super::unknowns::SYMMETRIC;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::identify::REJECTION_Z;
 
 /// Largest deviate that is reported.
 const MOST_Z: f64 = 1e3;
 
-impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
+impl<R: Real, C: Capacity> Fit<'_, '_, '_, R, C> {
     /// Descends, and adds extra terms for as long as the test asks for them. Returns their number and the
     /// deviate of each test made.
     pub(super) fn descend_with_extra_terms(

@@ -8,6 +8,7 @@ use super::memory::Memory;
 use super::problem::Problem;
 use super::unknowns::Unknowns;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::linalg::dot;
 
@@ -39,8 +40,8 @@ const LEAST_NOISE: f64 = 5e-4;
 const LEAST_ROUNDING: f64 = 1e-12;
 
 /// The fit of one model at its present unknowns, which are in the memory.
-pub(super) struct Fit<'p, 'a, 'w, R, const S: usize, const H: usize> {
-    pub(super) problem: &'p Problem<'a, R, S, H>,
+pub(super) struct Fit<'p, 'a, 'w, R: Real, C: Capacity> {
+    pub(super) problem: &'p Problem<'a, R, C>,
     pub(super) memory: Memory<'w, R>,
     pub(super) unknowns: Unknowns,
     /// Variance of a real reading.
@@ -52,8 +53,8 @@ pub(super) struct Fit<'p, 'a, 'w, R, const S: usize, const H: usize> {
     pub(super) damping: R,
 }
 
-impl<'p, 'a, 'w, R: Real, const S: usize, const H: usize> Fit<'p, 'a, 'w, R, S, H> {
-    pub(super) fn new(problem: &'p Problem<'a, R, S, H>, memory: Memory<'w, R>) -> Self {
+impl<'p, 'a, 'w, R: Real, C: Capacity> Fit<'p, 'a, 'w, R, C> {
+    pub(super) fn new(problem: &'p Problem<'a, R, C>, memory: Memory<'w, R>) -> Self {
         let least = if problem.settings.budget { LEAST_NOISE } else { LEAST_ROUNDING };
         let least = problem.size() * R::of(least).max(R::default_epsilon());
         Self {

@@ -5,10 +5,11 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 use super::FittedGravity;
 use super::fit::Fit;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::estimated::Estimated;
 use crate::layout::GRAVITY_QUANTITIES;
 
-impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
+impl<R: Real, C: Capacity> Fit<'_, '_, '_, R, C> {
     /// Gravity with its errors, when the layout states it and a sensor senses it.
     pub(super) fn fitted_gravity(&mut self) -> Option<FittedGravity<R>> {
         let layout = self.problem.layout;

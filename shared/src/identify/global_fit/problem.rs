@@ -10,12 +10,13 @@ use super::unknowns::Unknowns;
 use super::{Damping, GlobalFitSettings};
 use crate::Real;
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::frequency_responses::FrequencyResponses;
 use crate::identify::maximum_likelihood::balance::Balance;
 use crate::layout::{GRAVITY_QUANTITIES, Layout, MAX_ATTACHED};
 
-pub(super) struct Problem<'a, R, const S: usize, const H: usize> {
-    pub(super) layout: &'a Layout<R, S, H>,
+pub(super) struct Problem<'a, R: Real, C: Capacity> {
+    pub(super) layout: &'a Layout<R, C>,
     pub(super) responses: &'a FrequencyResponses<'a, R>,
     pub(super) settings: &'a GlobalFitSettings,
     pub(super) balance: Balance<R>,
@@ -29,9 +30,9 @@ pub(super) struct Problem<'a, R, const S: usize, const H: usize> {
     pub(super) attached: Vec<(SVector<R, 10>, R), MAX_ATTACHED>,
 }
 
-impl<'a, R: Real, const S: usize, const H: usize> Problem<'a, R, S, H> {
+impl<'a, R: Real, C: Capacity> Problem<'a, R, C> {
     pub(super) fn new(
-        layout: &'a Layout<R, S, H>,
+        layout: &'a Layout<R, C>,
         responses: &'a FrequencyResponses<'a, R>,
         settings: &'a GlobalFitSettings,
     ) -> Self {

@@ -1,9 +1,8 @@
 //! The pulls: how far the errors must have moved to explain the readings, and which sensor or hit is the first suspect.
 
-use heapless::Vec;
-
 use super::fit::Fit;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::identify::maximum_likelihood::model::SENSOR_NUISANCES;
 use crate::identify::maximum_likelihood::pulls::{SUSPICIOUS, root_mean_square};
@@ -13,7 +12,7 @@ use crate::layout::HIT_QUANTITIES;
 /// exceeds once in 400 tests of five hits; that counts as a pull of [`SUSPICIOUS`].
 const SUSPECT_LENGTH: f64 = 3.5;
 
-impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
+impl<R: Real, C: Capacity> Fit<'_, '_, '_, R, C> {
     /// The error of the length of a hit's force in the standard deviations that it has under the model: those of the budget,
     /// less what the data leave open.
     fn pull_of_length(&mut self, hit: usize) -> R {
@@ -31,7 +30,7 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
             return None;
         }
         let hits = 0..self.problem.layout.hits.len();
-        let lengths: Vec<R, H> = hits.map(|hit| self.pull_of_length(hit)).collect();
+        let lengths: C::Hits<R> = hits.map(|hit| self.pull_of_length(hit)).collect();
         let Self { problem, unknowns, .. } = self;
         let pull = |first: usize, count: usize| root_mean_square(&self.memory.x[first..][..count]);
         let of_sensors = (0..problem.layout.sensors.len()).map(|i| {

@@ -16,6 +16,7 @@ use super::unknowns::{
 };
 use crate::Real;
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::linalg::{Packed, triangle};
 
@@ -37,7 +38,7 @@ pub(super) struct Start<'w, R> {
     solution: &'w mut [R],
 }
 
-impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
+impl<R: Real, C: Capacity> Fit<'_, '_, '_, R, C> {
     /// Sets the unknowns to the best start from this object.
     pub(super) fn begin(&mut self, object: &RigidBody<R>) -> Result<(), Diagnostics> {
         let Self { problem, memory, unknowns, .. } = self;
@@ -97,17 +98,13 @@ impl<'w, R: Real> Start<'w, R> {
     }
 
     /// Adds all bins; unknowns are those of `unknowns` without nuisance parameters and extra terms.
-    pub(super) fn fill<const S: usize, const H: usize>(
-        &mut self,
-        problem: &Problem<'_, R, S, H>,
-        unknowns: &Unknowns,
-    ) {
+    pub(super) fn fill<C: Capacity>(&mut self, problem: &Problem<'_, R, C>, unknowns: &Unknowns) {
         self.systems.as_flattened_mut().fill(R::zero());
         let apparatus = Apparatus::nominal(problem, unknowns);
         for bin in 0..problem.bins() {
             let s = problem.s(bin);
             let rows = |sensor: &SensorModel<R>| sensor.plain_rows(s);
-            let rows: heapless::Vec<Rows<R>, S> = apparatus.sensors.iter().map(rows).collect();
+            let rows: C::Sensors<Rows<R>> = apparatus.sensors.iter().map(rows).collect();
             let Some(inverse) = normal(&rows).try_inverse() else { continue };
             let powers = powers_of(s, unknowns);
             for (j, hit) in apparatus.hits.iter().enumerate() {

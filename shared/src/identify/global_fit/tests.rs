@@ -6,6 +6,7 @@ mod wheel_tests;
 
 use super::unknowns::real;
 use super::*;
+use crate::capacity::Rig;
 use crate::layout::tests::{bar_body, bar_layout};
 use crate::linalg::skew;
 use nalgebra::{Matrix3, SMatrix, Vector3};
@@ -52,7 +53,7 @@ fn responses(frequencies: &[f64], stiffness: f64, damping: f64, elastic: f64) ->
         let inverse = dynamic.try_inverse().unwrap();
         let response = layout.response_matrix_at(&Vector3::zeros(), s);
         for channel in 0..9 {
-            for hit in &layout.hits {
+            for hit in layout.hits.iter() {
                 let force = hit.unit_force(&Vector3::zeros()).map(real);
                 let motion = inverse * force;
                 let rigid: Complex<f64> =
@@ -180,7 +181,7 @@ fn data_that_are_not_finite_too_few_or_of_another_size_are_refused() {
 }
 
 /// The bar without a suspension at 12 bins, Hz; each channel and hit with its own constant error, relative.
-fn plain_mass_lines(error: f64) -> (Layout<f64, 3, 4>, Vec<f64>, Vec<Complex<f64>>) {
+fn plain_mass_lines(error: f64) -> (Layout<f64, Rig>, Vec<f64>, Vec<Complex<f64>>) {
     let (mut layout, body) = (bar_layout(), bar_body());
     layout.gravity = None;
     let f: Vec<f64> = (1..=12).map(|k| 10.0 * f64::from(k)).collect();

@@ -6,6 +6,7 @@ use super::fit::Fit;
 use super::memory::Memory;
 use super::unknowns::{SYMMETRIC, along};
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::linalg::{dot, triangle};
 
@@ -14,7 +15,7 @@ const LEAST_PIVOT: f64 = 1e-16;
 /// Smallest part of a column of K that no other column explains; a smaller one is rounding and damping.
 const LEAST_OWN_PART: f64 = 1e-5;
 
-impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
+impl<R: Real, C: Capacity> Fit<'_, '_, '_, R, C> {
     /// Factors the equations with noise, priors and damping, with unit columns. The right side is in `step`,
     /// the scale of the columns in `scale`.
     pub(super) fn factorise(&mut self, damping: R) -> Option<()> {
@@ -100,9 +101,8 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
             let column = s * s;
             norm += column.norm_sqr();
             let residuals = problem.residuals_at(unknowns, &apparatus, &dynamics, bin)?;
-            let sensors = apparatus.sensors.len();
-            let readings =
-                residuals.iter().flat_map(|of_hit| of_hit.iter().take(sensors).flatten());
+            let used = 3 * apparatus.sensors.len();
+            let readings = residuals.iter().flat_map(|of_hit| of_hit.iter().take(used));
             let mut parts = elastic.parts.iter_mut();
             for left in readings {
                 squares += left.norm_sqr();

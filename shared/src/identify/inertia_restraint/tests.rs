@@ -6,14 +6,15 @@ use std::vec::Vec;
 
 use super::*;
 use crate::body::tests::bodies;
+use crate::capacity::{Rig, Unbounded};
 use crate::diagnosis::Subject;
 use crate::identify::ScatterAccumulator;
 use crate::layout::tests::{bar_body, bar_layout, sensor};
 use crate::layout::{Attached, Dof, Hit};
 use crate::responses::{ResponseSquare, Responses};
 
-type TestLayout<R> = Layout<R, 3, 4>;
-type Dofs<R> = Vec<DofMassLines<R, 3>>;
+type TestLayout<R> = Layout<R, Rig>;
+type Dofs<R> = Vec<DofMassLines<R, Rig>>;
 
 /// Four hits and three rotated sensors within 0.3 m, in layouts that are not degenerate.
 fn layouts() -> impl Strategy<Value = TestLayout<f64>> {
@@ -104,19 +105,17 @@ proptest! {
         let mut dofs = exact(&layout, &body);
         for (j, lines) in &mut dofs {
             // Errors of about 3 %, so that the equations do not fit exactly.
-            lines.accelerance += Responses::from_fn(|axis, i| {
-                0.03 * (((3 * i + axis) * 7 + *j * 3) as f64).sin()
-            });
+            lines.accelerance += &Responses::from_fn(3, |k| 0.03 * ((k * 7 + *j * 3) as f64).sin());
         }
         let before = answer(&layout, &dofs).unwrap().body;
         let r = Rotation3::new(Vector3::from(turn));
         let turned = |v: [f64; 3]| -> [f64; 3] { (r * Vector3::from(v)).into() };
         let mut other = layout.clone();
-        for s in &mut other.sensors {
+        for s in other.sensors.iter_mut() {
             s.position = turned(s.position);
             s.axes = s.axes.map(turned);
         }
-        for h in &mut other.hits {
+        for h in other.hits.iter_mut() {
             h.position = turned(h.position);
             h.direction = turned(h.direction);
         }
@@ -162,7 +161,7 @@ fn covariance_of_many_campaigns(settings: InertiaRestraintSettings<f64>) {
     let mut noise = Noise(7);
     // Correlated errors of single hits: 2e-3 (m/s²)/N each, and the same again in common to a sensor.
     let mut hit = |j: usize| {
-        let mut h = clean[j].1.accelerance;
+        let mut h = clean[j].1.accelerance.clone();
         for sensor in 0..3 {
             let common = noise.next();
             for axis in 0..3 {
@@ -174,7 +173,7 @@ fn covariance_of_many_campaigns(settings: InertiaRestraintSettings<f64>) {
     // The covariance from a well-known scatter: that of 4000 hits, treated as 4.
     let dofs: Dofs<f64> = (0..3)
         .map(|j| {
-            let mut sums = ScatterAccumulator::new();
+            let mut sums = ScatterAccumulator::new(3);
             for _ in 0..4000 {
                 sums.add(&hit(j), None);
             }
@@ -185,18 +184,18 @@ fn covariance_of_many_campaigns(settings: InertiaRestraintSettings<f64>) {
     let estimate = solve(&layout, &dofs, settings).unwrap();
     let predicted = estimate.covariance.unwrap();
     // Brute force: 4000 campaigns of 4 hits at each DOF.
-    let mut campaigns = ScatterAccumulator::<f64, 4>::new();
+    let mut campaigns = ScatterAccumulator::<f64, Unbounded>::new(4);
     for _ in 0..4000 {
         let dofs: Dofs<f64> = (0..3)
             .map(|j| {
-                let mean = (0..4).map(|_| hit(j)).sum::<Responses<f64, 3>>() / 4.0;
+                let mut mean = Responses::<f64, Rig>::zeros(3);
+                (0..4).for_each(|_| mean.add_multiple(&hit(j), 0.25));
                 (j, MassLines { hits: 4, ..MassLines::without_scatter(mean) })
             })
             .collect();
         let theta = solve(&layout, &dofs, settings).unwrap().theta();
         // The ten properties, stored in the twelve elements of the matrix.
-        let stored =
-            Responses::from_fn(|axis, i| theta.get(3 * i + axis).copied().unwrap_or_default());
+        let stored = Responses::from_fn(4, |k| theta.get(k).copied().unwrap_or_default());
         campaigns.add(&stored, None);
     }
     let sigma = estimate.sigma().unwrap();
@@ -234,7 +233,7 @@ fn weights_make_the_answer_better_when_hits_are_badly_placed() {
     let (mut equal, mut weighted) = (0.0, 0.0);
     for _ in 0..400 {
         let mut struck = layout.clone();
-        for hit in &mut struck.hits {
+        for hit in struck.hits.iter_mut() {
             let along = Vector3::from(hit.direction);
             let across = Matrix3::identity() - along * along.transpose();
             let mut error =
@@ -261,7 +260,7 @@ fn single_precision_knows_the_same_covariance() {
     let (layout, body) = (bar_layout(), bar_body());
     let mut dofs = exact(&layout, &body);
     for (_, lines) in &mut dofs {
-        lines.scatter = ResponseSquare::from_diagonal(&Responses::repeat(1e-6));
+        lines.scatter = ResponseSquare::from_diagonal(&Responses::repeat(3, 1e-6));
         lines.hits = 5;
     }
     let in_double = answer(&layout, &dofs).unwrap();
@@ -291,10 +290,11 @@ fn the_reference_point_does_not_move_an_exact_answer() {
 #[test]
 fn a_larger_capacity_does_not_change_the_answer() {
     let (layout, body) = (bar_layout(), bar_body());
-    let wide: Layout<f64, 8, 24> = layout.cast().unwrap();
+    let wide: Layout<f64, Unbounded> = layout.cast().unwrap();
     let dofs = exact(&layout, &body);
     let lines = dofs.iter().map(|(j, l)| {
-        let parts = MassLines::<f64, 8>::from_parts(l.accelerance.as_slice(), &[], &[], 1).unwrap();
+        let parts =
+            MassLines::<f64, Unbounded>::from_parts(l.accelerance.as_slice(), &[], &[], 1).unwrap();
         (*j, parts)
     });
     let lines: Vec<_> = lines.collect();
@@ -354,7 +354,7 @@ fn readings_that_turn_about_no_third_axis_leave_the_inertia_open() {
     // A good layout, but two of the three DOFs carry the same data: nine independent equations.
     let (layout, body) = (bar_layout(), bar_body());
     let mut dofs = exact(&layout, &body);
-    dofs[2].1 = MassLines::without_scatter(dofs[0].1.accelerance * 2.0);
+    dofs[2].1 = MassLines::without_scatter(&dofs[0].1.accelerance * 2.0);
     assert_eq!(errors(answer(&layout, &dofs)), [Code::TenParametersNotIdentifiable]);
 }
 
@@ -372,8 +372,8 @@ fn data_of_a_hit_that_the_layout_does_not_have_are_named_with_the_hit() {
 fn data_that_are_not_finite_are_named_with_their_hit() {
     let (layout, body) = (bar_layout(), bar_body());
     for spoil in [
-        |l: &mut MassLines<f64, 3>| l.accelerance[4] = f64::NAN,
-        |l: &mut MassLines<f64, 3>| l.scatter[(8, 0)] = f64::INFINITY,
+        |l: &mut MassLines<f64, Rig>| l.accelerance[4] = f64::NAN,
+        |l: &mut MassLines<f64, Rig>| l.scatter[(8, 0)] = f64::INFINITY,
     ] {
         let mut dofs = exact(&layout, &body);
         spoil(&mut dofs[1].1);
@@ -392,12 +392,13 @@ fn two_hits_give_no_sigma() {
     let (layout, body) = (bar_layout(), bar_body());
     let mut dofs = exact(&layout, &body);
     for (_, lines) in &mut dofs {
-        (lines.hits, lines.scatter) = (3, ResponseSquare::from_diagonal(&Responses::repeat(1e-6)));
+        (lines.hits, lines.scatter) =
+            (3, ResponseSquare::from_diagonal(&Responses::repeat(3, 1e-6)));
     }
     let estimate = answer(&layout, &dofs).unwrap();
     assert_eq!(codes(&estimate), [Code::SigmaCoversScatterOnly]);
     let mut unknown = dofs.clone();
-    unknown[1].1.scatter = ResponseSquare::zeros();
+    unknown[1].1.scatter = ResponseSquare::zeros(3);
     assert_eq!(codes(&answer(&layout, &unknown).unwrap()), [Code::TooFewHitsForSigma]);
     dofs[1].1.hits = 2;
     let estimate = answer(&layout, &dofs).unwrap();
@@ -446,7 +447,7 @@ fn what_hangs_on_the_object_is_taken_off() {
         .map(|j| {
             let readings = layout.accelerance(&whole, j).unwrap();
             let lines = MassLines {
-                scatter: ResponseSquare::from_diagonal(&Responses::repeat(1e-12)),
+                scatter: ResponseSquare::from_diagonal(&Responses::repeat(3, 1e-12)),
                 hits: 4,
                 ..MassLines::without_scatter(readings)
             };

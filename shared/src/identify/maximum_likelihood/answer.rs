@@ -9,6 +9,7 @@ use super::normal_equations::NormalEquations;
 use super::{MaximumLikelihoodSolution, equations_in, fatal, nuisances, undetermined};
 use crate::Real;
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, Severity};
 use crate::identify::budget::LearnedBudget;
 use crate::identify::{DofMassLines, Estimate, Method};
@@ -21,9 +22,9 @@ impl<R: Real> Fit<R> {
     /// # Errors
     /// When the information about the ten properties is not positive definite, a number is not finite, or the
     /// fit needs further steps.
-    pub fn answer<const S: usize, const H: usize>(
+    pub fn answer<C: Capacity>(
         &mut self,
-        layout: &Layout<R, S, H>,
+        layout: &Layout<R, C>,
         workspace: &mut [R],
     ) -> Result<Estimate<R>, Diagnostics> {
         let problem = self.problem(layout);
@@ -35,12 +36,12 @@ impl<R: Real> Fit<R> {
     ///
     /// # Errors
     /// As [`Self::answer`].
-    pub fn finish<const S: usize, const H: usize>(
+    pub fn finish<C: Capacity>(
         mut self,
-        layout: &Layout<R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        layout: &Layout<R, C>,
+        dofs: &[DofMassLines<R, C>],
         workspace: &mut [R],
-    ) -> Result<MaximumLikelihoodSolution<R, S, H>, Diagnostics> {
+    ) -> Result<MaximumLikelihoodSolution<R, C>, Diagnostics> {
         let problem = self.problem(layout);
         let mut equations = equations_in(workspace, &problem)?;
         let body = problem.body_of(&self.parameters.phi()).ok_or_else(undetermined)?;
@@ -49,9 +50,9 @@ impl<R: Real> Fit<R> {
         Ok(MaximumLikelihoodSolution { estimate, nuisances: nuisances.ok_or_else(undetermined)? })
     }
 
-    fn conclude<const S: usize, const H: usize>(
+    fn conclude<C: Capacity>(
         &mut self,
-        problem: &FitProblem<'_, R, S, H>,
+        problem: &FitProblem<'_, R, C>,
         equations: &NormalEquations<'_, R>,
     ) -> Result<Estimate<R>, Diagnostics> {
         let Stage::Done = self.stage else {

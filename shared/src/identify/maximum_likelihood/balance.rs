@@ -8,6 +8,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::Real;
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::layout::{Attached, Layout, Prior};
 
 /// Smallest standard deviation of a prior in balanced units: a smaller one would leave single precision no
@@ -22,9 +23,7 @@ pub(in crate::identify) struct Balance<R> {
 }
 
 impl<R: Real> Balance<R> {
-    pub(in crate::identify) fn of<const S: usize, const H: usize>(
-        layout: &Layout<R, S, H>,
-    ) -> Self {
+    pub(in crate::identify) fn of<C: Capacity>(layout: &Layout<R, C>) -> Self {
         Self { origin: layout.sensor_centroid(), length: layout.characteristic_length() }
     }
 

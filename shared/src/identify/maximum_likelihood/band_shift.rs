@@ -12,9 +12,9 @@ use super::normal_equations::NormalEquations;
 use super::undetermined;
 use crate::Real;
 use crate::body::scale;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::identify::DofMassLines;
-use crate::responses::Responses;
 
 /// Smallest change of the mass that is told, relative. That of another property is told when it is the largest.
 const TOLD: f64 = 0.005;
@@ -24,13 +24,13 @@ impl<R: Real> Fit<R> {
     ///
     /// # Errors
     /// When the model cannot be evaluated.
-    pub(super) fn tell_band_shift<const S: usize, const H: usize>(
+    pub(super) fn tell_band_shift<C: Capacity>(
         &mut self,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,
     ) -> Result<(), Diagnostics> {
-        if dofs.iter().all(|(_, lines)| lines.band_shift == Responses::<R, S>::zeros()) {
+        if dofs.iter().all(|(_, lines)| lines.band_shift.largest() == R::zero()) {
             return Ok(());
         }
         let object = self.object().ok_or_else(undetermined)?;
@@ -82,7 +82,7 @@ mod tests {
         for ((_, lines), (_, others)) in
             dofs.iter_mut().zip(exact(&layout, &RigidBody::from_theta(&other)))
         {
-            lines.band_shift = others.accelerance - lines.accelerance;
+            lines.band_shift = &others.accelerance - &lines.accelerance;
         }
         let mut memory = [0.0; RIG_WORKSPACE];
         let solution =

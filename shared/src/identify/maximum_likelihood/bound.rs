@@ -8,6 +8,7 @@ use super::model::{HIT_NUISANCES, Model};
 use super::normal_equations::NormalEquations;
 use crate::Real;
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::identify::MassLines;
 use crate::layout::Layout;
 use crate::linalg::cholesky;
@@ -41,8 +42,8 @@ impl<R: Real> Bound<R> {
 /// # use massline_shared::identify::maximum_likelihood::{bound, workspace};
 /// # use massline_shared::responses::Responses;
 /// let mut layout = frame::layout();
-/// let mut memory = vec![0.0; workspace(layout.sensors.len())];
-/// let noise = |_hit| Responses::repeat(0.002);
+/// let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
+/// let noise = |_hit| Responses::repeat(3, 0.002);
 /// let mass_sigma = |layout: &_, memory: &mut [f64]| {
 ///     bound(layout, &frame::body(), noise, 5, memory).unwrap().sigma()[0]
 /// };
@@ -50,21 +51,22 @@ impl<R: Real> Bound<R> {
 /// layout.apparatus.hammer_gain = 0.0; // after a calibration of sensors against the hammer
 /// assert!(mass_sigma(&layout, &mut memory) < 0.7 * uncalibrated);
 /// ```
-pub fn bound<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+pub fn bound<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     body: &RigidBody<R>,
-    noise: impl Fn(usize) -> Responses<R, S>,
+    noise: impl Fn(usize) -> Responses<R, C>,
     hits: u16,
     workspace: &mut [R],
 ) -> Option<Bound<R>> {
-    let problem = FitProblem::<R, S, H>::new(layout);
+    let problem = FitProblem::<R, C>::new(layout);
     let object = problem.balance.body(body);
     let whole = problem.body_of(&object.phi())?;
     let mut equations = NormalEquations::new(workspace, problem.nuisances())?;
     let dofs = (0..layout.hits.len()).map(|index| {
         // The information does not depend on the readings.
-        let mut lines = MassLines::without_scatter(Responses::zeros());
-        lines.noise = noise(index);
+        let noise = noise(index);
+        let mut lines = MassLines::without_scatter(Responses::zeros(noise.sensors()));
+        lines.noise = noise;
         lines.hits = hits;
         (index, lines)
     });
@@ -99,26 +101,27 @@ pub fn bound<R: Real, const S: usize, const H: usize>(
 /// // Nuisance parameters that stay the same over the test correlate the hits.
 /// assert!(between[(1, 5)] != 0.0);
 /// ```
-pub fn readings_covariance<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+pub fn readings_covariance<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     body: &RigidBody<R>,
-    first: (usize, &MassLines<R, S>),
+    first: (usize, &MassLines<R, C>),
     second: usize,
-) -> Option<ResponseSquare<R, S>> {
-    let problem = FitProblem::<R, S, H>::new(layout);
+) -> Option<ResponseSquare<R, C>> {
+    let problem = FitProblem::<R, C>::new(layout);
     let whole = problem.body_of(&problem.balance.body(body).phi())?;
     let model = Model::new(layout, &problem.balance, &whole)?;
     let (index, lines) = first;
     let errors = [R::zero(); HIT_NUISANCES];
     let of_first = problem.terms(&model, index, lines, &errors)?;
     let of_second = problem.terms(&model, second, lines, &errors)?;
-    let mut sum = ResponseSquare::<R, S>::zeros();
+    let mut sum = ResponseSquare::<R, C>::zeros(lines.scatter.rows() / 3);
     problem.with_rows(&model, &of_first, |one| {
         problem.with_rows(&model, &of_second, |other| {
             for (i, columns) in one.sensors.iter().enumerate() {
                 let Some(others) = other.sensors.get(i) else { continue };
                 for (a, b) in columns.iter().zip(others) {
-                    sum.add_outer(&of_sensor(i, a), &of_sensor(i, b));
+                    let [a, b] = [a, b].map(|column| of_sensor(i, column, sum.rows() / 3));
+                    sum.add_outer(&a, &b);
                 }
             }
             // The columns of the ten properties follow those of the hammer and the attached bodies.
@@ -139,9 +142,13 @@ pub fn readings_covariance<R: Real, const S: usize, const H: usize>(
     Some(sum)
 }
 
-/// Responses of one sensor, with zeros for the others.
-fn of_sensor<R: Real, const S: usize>(i: usize, readings: &Vector3<R>) -> Responses<R, S> {
-    let mut responses = Responses::<R, S>::zeros();
-    responses.set_column(i, readings);
+/// Responses of one of the sensors, with zeros for the others.
+fn of_sensor<R: Real, C: Capacity>(
+    i: usize,
+    readings: &Vector3<R>,
+    sensors: usize,
+) -> Responses<R, C> {
+    let mut responses = Responses::<R, C>::zeros(sensors);
+    responses.set_sensor(i, (*readings).into());
     responses
 }

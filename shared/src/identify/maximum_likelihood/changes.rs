@@ -8,6 +8,7 @@ use super::fit::Fit;
 use super::pulls::UnknownValues;
 use super::score::Score;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::identify::DofMassLines;
 use crate::layout::Layout;
 use crate::linalg::{all_finite, back_substitute_transposed, cholesky, forward_substitute};
@@ -33,32 +34,32 @@ impl<R: Real> Fit<R> {
     /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
     /// # use massline_shared::identify::Progress;
     /// # use massline_shared::identify::maximum_likelihood::{ErrorBudget, Fit, Start, workspace};
-    /// # use massline_shared::nalgebra::SMatrix;
+    /// # use massline_shared::responses::Responses;
     /// let layout = frame::layout();
     /// let mut dofs = frame::mass_lines(&layout);
-    /// let exact = dofs[1].1.accelerance;
+    /// let exact = dofs[1].1.accelerance.clone();
     /// // The force of the second hit was recorded 1 % too low.
     /// dofs[1].1.accelerance *= 1.01;
-    /// let mut memory = vec![0.0; workspace(layout.sensors.len())];
+    /// let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
     /// let mut fit = Fit::start(&layout, &dofs, Start::InertiaRestraint, ErrorBudget::FirstOrder)?;
     /// while fit.step(&layout, &dofs, &mut memory)? == Progress::Going {}
-    /// let change = |hit| [if hit == 1 { exact } else { SMatrix::zeros() }];
+    /// let change = |hit| [if hit == 1 { exact.clone() } else { Responses::zeros(3) }];
     /// let found = fit.estimate_changes(&layout, &dofs, change, &mut memory).unwrap();
     /// assert!((found.sizes[0] - 0.01).abs() < 1e-4);
     /// # Ok::<(), massline_shared::diagnosis::Diagnostics>(())
     /// ```
-    pub fn estimate_changes<const S: usize, const H: usize, const K: usize>(
+    pub fn estimate_changes<C: Capacity, const K: usize>(
         &self,
-        layout: &Layout<R, S, H>,
-        dofs: &[DofMassLines<R, S>],
-        mut changes: impl FnMut(usize) -> [Responses<R, S>; K],
+        layout: &Layout<R, C>,
+        dofs: &[DofMassLines<R, C>],
+        mut changes: impl FnMut(usize) -> [Responses<R, C>; K],
         workspace: &mut [R],
     ) -> Option<ChangeSizes<R, K>> {
         let problem = self.problem(layout);
         let mut equations = equations_in(workspace, &problem).ok()?;
         equations.complete()?;
-        let unknowns = UnknownValues::<R, S>::of(layout.sensors.len(), equations.solution())?;
-        let mut scores: [Score<R, S>; K] = core::array::from_fn(|_| Score::none(&unknowns));
+        let unknowns = UnknownValues::<R, C>::of(layout.sensors.len(), equations.solution())?;
+        let mut scores: [Score<R, C>; K] = core::array::from_fn(|_| Score::none(&unknowns));
         let mut information = SMatrix::<R, K, K>::zeros();
         let mut places = dofs.iter();
         self.visit(&problem, dofs, &equations, &unknowns, |_, rows, left| {

@@ -12,6 +12,7 @@ use super::pulls::UnknownValues;
 use super::score::{Score, ScoresOfResponses, Suspected, TOGETHER};
 use super::undetermined;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::identify::DofMassLines;
 use crate::responses::Responses;
@@ -36,14 +37,14 @@ impl<R: Real> Fit<R> {
     /// When the model cannot be evaluated.
     // Never inlined: this saves 1.2 KB of the firmware's deepest stack.
     #[inline(never)]
-    pub(super) fn test_responses<const S: usize, const H: usize>(
+    pub(super) fn test_responses<C: Capacity>(
         &mut self,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,
     ) -> Result<Option<Suspected<R>>, Diagnostics> {
         let sensors = problem.layout.sensors.len();
-        let unknowns = UnknownValues::<R, S>::of(sensors, equations.solution());
+        let unknowns = UnknownValues::<R, C>::of(sensors, equations.solution());
         let unknowns = unknowns.ok_or_else(undetermined)?;
         let mut scores = ScoresOfResponses::new();
         let mut most = None;
@@ -74,15 +75,15 @@ impl<R: Real> Fit<R> {
     /// When the model cannot be evaluated.
     // Never inlined: this saves 0.5 KB of the firmware's deepest stack.
     #[inline(never)]
-    pub(super) fn test_memory<const S: usize, const H: usize>(
+    pub(super) fn test_memory<C: Capacity>(
         &mut self,
         suspected: Option<Suspected<R>>,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,
     ) -> Result<(), Diagnostics> {
         let sensors = problem.layout.sensors.len();
-        let unknowns = UnknownValues::<R, S>::of(sensors, equations.solution());
+        let unknowns = UnknownValues::<R, C>::of(sensors, equations.solution());
         let unknowns = unknowns.ok_or_else(undetermined)?;
         let mut scores = STRIDES.map(|_| Score::none(&unknowns));
         self.visit(problem, dofs, equations, &unknowns, |lines, rows, left| {
@@ -111,12 +112,12 @@ impl<R: Real> Fit<R> {
 }
 
 /// For every response, the accelerance that belongs to the channel converted before it, the hammer's included.
-fn channels_before<R: Real, const S: usize>(
-    accelerance: &Responses<R, S>,
+fn channels_before<R: Real, C: Capacity>(
+    accelerance: &Responses<R, C>,
     responses: usize,
     stride: usize,
-) -> Responses<R, S> {
-    let mut before = Responses::zeros();
+) -> Responses<R, C> {
+    let mut before = Responses::zeros(accelerance.sensors());
     for response in 0..responses {
         let channel = 1 + response;
         before[response] = match channel.checked_sub(stride) {

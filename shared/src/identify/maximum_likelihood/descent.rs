@@ -8,6 +8,7 @@ use super::fit_problem::FitProblem;
 use super::normal_equations::NormalEquations;
 use super::parameters::Parameters;
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics};
 use crate::identify::budget::ErrorBudget;
 use crate::identify::{DofMassLines, by_reference};
@@ -41,10 +42,10 @@ impl<R: Real> Fit<R> {
     /// Tries the next damping and takes the step if it lowers the cost. Done when this is the minimum.
     // Never inlined: this saves 0.5 KB of the firmware's deepest stack.
     #[inline(never)]
-    pub(super) fn descend<const S: usize, const H: usize>(
+    pub(super) fn descend<C: Capacity>(
         &mut self,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,
         trials: u8,
     ) -> Result<Progress, Diagnostics> {
@@ -89,10 +90,10 @@ impl<R: Real> Fit<R> {
     }
 
     /// The cost of another body under the covariance of the present one.
-    fn trial<const S: usize, const H: usize>(
+    fn trial<C: Capacity>(
         &self,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,
         body: &RigidBody<R>,
     ) -> Option<R> {

@@ -13,6 +13,7 @@ use super::score::Suspected;
 use super::{check_data, equations_in, fatal, pulls, start, undetermined};
 use crate::Real;
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::budget::{BudgetScales, ErrorBudget, LearnedBudget};
 use crate::identify::inertia_restraint::{self, InertiaRestraintSettings};
@@ -53,7 +54,7 @@ pub enum Start<'a, R> {
 /// # use massline_shared::identify::maximum_likelihood::{Fit, ErrorBudget, Start, workspace};
 /// let layout = frame::layout();
 /// let dofs = frame::mass_lines(&layout);
-/// let mut memory = vec![0.0; workspace(layout.sensors.len())];
+/// let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
 /// // The readings of this example are exact: the hits do not scatter.
 /// let mut fit = Fit::start(&layout, &dofs, Start::Crude, ErrorBudget::FirstOrder)?;
 /// while fit.step(&layout, &dofs, &mut memory)? == Progress::Going {
@@ -148,14 +149,14 @@ impl<R: Real> Fit<R> {
     /// # Errors
     /// Everything that keeps any method from determining the inertial parameters: numbers that are not
     /// finite, hits that are too few, parallel or concurrent, an information matrix of a rank below ten.
-    pub fn start<const S: usize, const H: usize>(
-        layout: &Layout<R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+    pub fn start<C: Capacity>(
+        layout: &Layout<R, C>,
+        dofs: &[DofMassLines<R, C>],
         start: Start<'_, R>,
         budget: ErrorBudget,
     ) -> Result<Self, Diagnostics> {
         check_data(layout, dofs)?;
-        let problem = FitProblem::<R, S, H>::new(layout);
+        let problem = FitProblem::<R, C>::new(layout);
         let given = match start {
             Start::At(object) => Some(*object),
             Start::InertiaRestraint => {
@@ -203,10 +204,10 @@ impl<R: Real> Fit<R> {
     ///
     /// # Errors
     /// When the equations can no longer be solved, or sixty steps were not enough.
-    pub fn step<const S: usize, const H: usize>(
+    pub fn step<C: Capacity>(
         &mut self,
-        layout: &Layout<R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        layout: &Layout<R, C>,
+        dofs: &[DofMassLines<R, C>],
         workspace: &mut [R],
     ) -> Result<Progress, Diagnostics> {
         let problem = self.problem(layout);
@@ -322,10 +323,10 @@ impl<R: Real> Fit<R> {
     }
 
     /// The layout with the budget in use.
-    pub(super) fn problem<'l, const S: usize, const H: usize>(
+    pub(super) fn problem<'l, C: Capacity>(
         &self,
-        layout: &'l Layout<R, S, H>,
-    ) -> FitProblem<'l, R, S, H> {
+        layout: &'l Layout<R, C>,
+    ) -> FitProblem<'l, R, C> {
         let scales = self.learned.map_or_else(BudgetScales::default, |learned| learned.scales);
         FitProblem::new(layout).with_budget(scales, self.budget != ErrorBudget::FirstOrder)
     }
@@ -348,10 +349,10 @@ impl<R: Real> Fit<R> {
 
     /// Computes the equations at the present parameters, eliminates the nuisance parameters and updates the
     /// cost.
-    pub(super) fn evaluate<const S: usize, const H: usize>(
+    pub(super) fn evaluate<C: Capacity>(
         &mut self,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,
     ) -> Result<(), Diagnostics> {
         let phi = self.parameters.phi();
@@ -374,10 +375,10 @@ impl<R: Real> Fit<R> {
 
     /// Final check at the minimum: whether the body is physical, whether the data contradict their error
     /// budget and, if so, which sensor or hit is suspect.
-    fn judge<const S: usize, const H: usize>(
+    fn judge<C: Capacity>(
         &mut self,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,
     ) -> Result<(), Diagnostics> {
         let object = self.object().ok_or_else(undetermined)?;

@@ -10,6 +10,7 @@ use super::model::{HitErrors, HitModel, Model, SENSOR_NUISANCES};
 use super::normal_equations::{NormalEquations, Rows};
 use crate::Real;
 use crate::body::RigidBody;
+use crate::capacity::{Capacity, List};
 use crate::identify::MassLines;
 use crate::identify::budget::BudgetScales;
 use crate::layout::{Attached, HitUncertainty, Layout, MAX_ATTACHED, SensorUncertainty};
@@ -24,8 +25,8 @@ const LEAST_NOISE: f64 = 1e-4;
 
 /// A layout in balanced variables, with the error budget in use.
 #[derive(Clone, Debug)]
-pub(super) struct FitProblem<'l, R, const S: usize, const H: usize> {
-    pub(super) layout: &'l Layout<R, S, H>,
+pub(super) struct FitProblem<'l, R: Real, C: Capacity> {
+    pub(super) layout: &'l Layout<R, C>,
     pub(super) scales: BudgetScales<R>,
     /// The mean direction of hits that scatter is shorter than one.
     second_order: bool,
@@ -37,21 +38,21 @@ pub(super) struct FitProblem<'l, R, const S: usize, const H: usize> {
 }
 
 /// One hit DOF: model, weights and residual.
-pub(super) struct Terms<R, const S: usize> {
-    pub(super) model: HitModel<R, S>,
-    pub(super) weight: ResponseSquare<R, S>,
-    pub(super) residual: Responses<R, S>,
+pub(super) struct Terms<R: Real, C: Capacity> {
+    pub(super) model: HitModel<R, C>,
+    pub(super) weight: ResponseSquare<R, C>,
+    pub(super) residual: Responses<R, C>,
 }
 
 /// The columns of one hit DOF: those of each sensor, and those that all sensors share.
-struct Columns<R, const S: usize> {
-    sensors: Vec<[Vector3<R>; SENSOR_NUISANCES], S>,
-    shared: Vec<Responses<R, S>, MOST_SHARED>,
+struct Columns<R: Real, C: Capacity> {
+    sensors: C::Sensors<[Vector3<R>; SENSOR_NUISANCES]>,
+    shared: Vec<Responses<R, C>, MOST_SHARED>,
 }
 
-impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
+impl<'l, R: Real, C: Capacity> FitProblem<'l, R, C> {
     /// The problem with the stated budget and terms of first order.
-    pub(super) fn new(layout: &'l Layout<R, S, H>) -> Self {
+    pub(super) fn new(layout: &'l Layout<R, C>) -> Self {
         let balance = Balance::of(layout);
         let body = |a: &Attached<R>| Some((balance.attached(a)?, a.relative_sigma));
         let attached = layout.attached.iter().filter_map(body).collect();
@@ -82,7 +83,7 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
     pub(super) fn assemble(
         &self,
         body: &RigidBody<R>,
-        dofs: impl Iterator<Item = (usize, impl Borrow<MassLines<R, S>>)>,
+        dofs: impl Iterator<Item = (usize, impl Borrow<MassLines<R, C>>)>,
         equations: &mut NormalEquations<'_, R>,
     ) -> Option<R> {
         equations.clear();
@@ -100,12 +101,12 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         &self,
         present: &RigidBody<R>,
         other: &RigidBody<R>,
-        dofs: impl Iterator<Item = (usize, impl Borrow<MassLines<R, S>>)>,
+        dofs: impl Iterator<Item = (usize, impl Borrow<MassLines<R, C>>)>,
         equations: &mut NormalEquations<'_, R>,
     ) -> Option<R> {
         equations.begin_second();
         let model = Model::new(self.layout, &self.balance, present)?;
-        let moved = Model::<R, S>::new(self.layout, &self.balance, other)?;
+        let moved = Model::<R, C>::new(self.layout, &self.balance, other)?;
         let mut squares = R::zero();
         for (place, (index, lines)) in dofs.enumerate() {
             let lines = lines.borrow();
@@ -121,13 +122,13 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
     /// Model, weights and residual of one hit DOF, whose hits have these errors.
     pub(super) fn terms(
         &self,
-        model: &Model<R, S>,
+        model: &Model<R, C>,
         index: usize,
-        lines: &MassLines<R, S>,
+        lines: &MassLines<R, C>,
         errors: &HitErrors<R>,
-    ) -> Option<Terms<R, S>> {
+    ) -> Option<Terms<R, C>> {
         let hit = self.hit(model, index, lines.hits, errors)?;
-        let least = lines.accelerance.amax() * R::of(LEAST_NOISE);
+        let least = lines.accelerance.largest() * R::of(LEAST_NOISE);
         let weight = hit.weight(&lines.noise.map(|sigma| sigma.max(least)), self.channels)?;
         let residual = self.residual(&hit.reading, index, lines)?;
         Some(Terms { model: hit, weight, residual })
@@ -145,11 +146,11 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
 
     fn hit(
         &self,
-        model: &Model<R, S>,
+        model: &Model<R, C>,
         index: usize,
         hits: u16,
         errors: &HitErrors<R>,
-    ) -> Option<HitModel<R, S>> {
+    ) -> Option<HitModel<R, C>> {
         let uncertainty = self.hit_uncertainty(index)?;
         model.hit(self.layout.hits.get(index)?, &uncertainty, &self.balance, hits, errors)
     }
@@ -158,17 +159,19 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
     /// length `1 − s²` along the nominal direction, and so has the force (theory, section 12).
     fn residual(
         &self,
-        reading: &Responses<R, S>,
+        reading: &Responses<R, C>,
         index: usize,
-        lines: &MassLines<R, S>,
-    ) -> Option<Responses<R, S>> {
+        lines: &MassLines<R, C>,
+    ) -> Option<Responses<R, C>> {
         let mut along = R::one();
         if self.second_order {
             let HitUncertainty { direction, node_direction, .. } = self.hit_uncertainty(index)?;
             along -= direction * direction + node_direction * node_direction;
         }
         // Half a radian is no direction any more.
-        let mut residual = lines.accelerance / along.max(R::of(0.5)) - reading;
+        let scale = along.max(R::of(0.5)).recip();
+        let mut residual =
+            lines.accelerance.zip_map(reading, |measured, modelled| measured * scale - modelled);
         residual.iter_mut().skip(self.channels).for_each(|left| *left = R::zero());
         Some(residual)
     }
@@ -176,11 +179,11 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
     /// Passes the columns of one hit DOF to `act`.
     pub(super) fn with_rows<T>(
         &self,
-        model: &Model<R, S>,
-        terms: &Terms<R, S>,
-        act: impl FnOnce(&Rows<'_, R, S>) -> T,
+        model: &Model<R, C>,
+        terms: &Terms<R, C>,
+        act: impl FnOnce(&Rows<'_, R, C>) -> T,
     ) -> T {
-        let mut columns = Columns { sensors: Vec::new(), shared: Vec::new() };
+        let mut columns = Columns { sensors: C::Sensors::default(), shared: Vec::new() };
         self.fill(&mut columns, model, terms);
         act(&Rows {
             weight: &terms.weight,
@@ -190,7 +193,7 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         })
     }
 
-    fn fill(&self, columns: &mut Columns<R, S>, model: &Model<R, S>, terms: &Terms<R, S>) {
+    fn fill(&self, columns: &mut Columns<R, C>, model: &Model<R, C>, terms: &Terms<R, C>) {
         let Columns { sensors, shared } = columns;
         for (i, sensor) in self.layout.sensors.iter().enumerate() {
             let (axes, length) = (sensor.axes_matrix(), self.balance.length);
@@ -200,9 +203,9 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         }
         let slope = model.slope(&terms.model.motion);
         // A hammer that reads too much makes every accelerance too small.
-        let _ = shared.push(-(terms.model.corrected * self.layout.apparatus.hammer_gain));
+        let _ = shared.push(&terms.model.corrected * -self.layout.apparatus.hammer_gain);
         for (phi, relative_sigma) in &self.attached {
-            let _ = shared.push(slope.times(phi) * *relative_sigma);
+            let _ = shared.push(&slope.times(phi) * *relative_sigma);
         }
         // There is room for the ten properties.
         let _ = shared.extend_from_slice(&slope.0);

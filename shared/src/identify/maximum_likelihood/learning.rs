@@ -11,12 +11,13 @@ use super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
 use super::normal_equations::NormalEquations;
 use super::undetermined;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, Severity};
 use crate::identify::budget::{BudgetScales, LearnedBudget, LearnedFrom};
 use crate::identify::{DofMassLines, MassLines, Progress};
 use crate::layout::{HitUncertainty, Layout};
 use crate::linalg::cholesky;
-use crate::responses::ResponseRows;
+use crate::responses::{ResponseRows, Responses};
 
 /// Weight of the stated scatter, in degrees of freedom.
 const PRIOR_FREEDOM: f64 = 2.0;
@@ -72,11 +73,11 @@ impl<R: Real> Scatter<R> {
 
 /// Squared distances of the repeat hits from their mean position (m²) and direction (rad²) beyond what noise
 /// explains; `None` when the scatter is unknown or a displacement and a rotation look alike.
-fn scatter_of<R: Real, const S: usize, const H: usize>(
-    problem: &FitProblem<'_, R, S, H>,
-    model: &Model<R, S>,
+fn scatter_of<R: Real, C: Capacity>(
+    problem: &FitProblem<'_, R, C>,
+    model: &Model<R, C>,
     index: usize,
-    lines: &MassLines<R, S>,
+    lines: &MassLines<R, C>,
 ) -> Option<[R; 2]> {
     let known = (0..problem.channels).any(|k| lines.scatter[(k, k)] > R::zero());
     if lines.hits < 2 || !known {
@@ -93,28 +94,28 @@ fn scatter_of<R: Real, const S: usize, const H: usize>(
     let mut squares = [R::zero(); 2];
     for (k, row) in inverse.0.iter().enumerate() {
         let measured = row.dot(&lines.scatter.times(row));
-        let noise = row.zip_map(&lines.noise, |r, sigma| r * r * sigma * sigma).sum() * hits;
+        let noise = row.zip_map(&lines.noise, |r: R, sigma: R| r * r * sigma * sigma).sum() * hits;
         squares[k / 2] += (measured - noise) * freedom;
     }
     Some(squares)
 }
 
 /// `(UᵀU)⁻¹ Uᵀ` of four columns; `None` when they are linearly dependent.
-fn pseudo_inverse<R: Real, const S: usize>(
-    columns: &ResponseRows<R, S, HIT_NUISANCES>,
-) -> Option<ResponseRows<R, S, HIT_NUISANCES>> {
-    let scale = columns.0.map(|column| column.norm());
+fn pseudo_inverse<R: Real, C: Capacity>(
+    columns: &ResponseRows<R, C, HIT_NUISANCES>,
+) -> Option<ResponseRows<R, C, HIT_NUISANCES>> {
+    let scale = columns.0.each_ref().map(Responses::norm);
     let products: Matrix4<R> =
         SMatrix::from_fn(|i, j| columns.0[i].dot(&columns.0[j]) / (scale[i] * scale[j]));
     let factor = cholesky(&products)?;
-    let mut inverse = ResponseRows::<R, S, HIT_NUISANCES>::zeros();
+    let mut inverse = ResponseRows::<R, C, HIT_NUISANCES>::zeros(columns.sensors());
     for i in 0..HIT_NUISANCES {
         let mut unit = nalgebra::SVector::<R, HIT_NUISANCES>::zeros();
         unit[i] = R::one();
         crate::linalg::forward_substitute(&factor, &mut unit);
         crate::linalg::back_substitute_transposed(&factor, &mut unit);
         for (k, column) in columns.0.iter().enumerate() {
-            inverse.0[i] += column * (unit[k] / (scale[i] * scale[k]));
+            inverse.0[i].add_multiple(column, unit[k] / (scale[i] * scale[k]));
         }
     }
     Some(inverse)
@@ -127,10 +128,10 @@ impl<R: Real> Fit<R> {
     /// When the model cannot be evaluated.
     // Never inlined: this saves with the other steps of learning and the refinement 2.3 KB of the firmware's deepest stack.
     #[inline(never)]
-    pub(super) fn learn_scatter<const S: usize, const H: usize>(
+    pub(super) fn learn_scatter<C: Capacity>(
         &mut self,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
     ) -> Result<(), Diagnostics> {
         let body = problem.body_of(&self.parameters.phi()).ok_or_else(undetermined)?;
         let model = Model::new(problem.layout, &problem.balance, &body).ok_or_else(undetermined)?;
@@ -154,10 +155,7 @@ impl<R: Real> Fit<R> {
     }
 
     /// Says what could not be learned, and that hits scatter more than the fit can follow.
-    pub(super) fn judge_learning<const S: usize, const H: usize>(
-        &mut self,
-        problem: &FitProblem<'_, R, S, H>,
-    ) {
+    pub(super) fn judge_learning<C: Capacity>(&mut self, problem: &FitProblem<'_, R, C>) {
         let Some(learned) = self.learned else { return };
         if learned.scatter_degrees_of_freedom == 0 {
             self.push_diagnostic(Code::ScatterNotLearned, Severity::Note, R::zero());
@@ -175,16 +173,16 @@ impl<R: Real> Fit<R> {
     }
 
     /// Expresses the errors of the hits, which do not change, in the standard deviations of the learned budget.
-    pub(super) fn rescale_hit_errors<const S: usize, const H: usize>(
+    pub(super) fn rescale_hit_errors<C: Capacity>(
         &self,
-        before: &FitProblem<'_, R, S, H>,
-        layout: &Layout<R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        before: &FitProblem<'_, R, C>,
+        layout: &Layout<R, C>,
+        dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,
     ) {
         let now = self.problem(layout);
         for (place, (index, lines)) in dofs.iter().enumerate() {
-            let of_mean = |problem: &FitProblem<'_, R, S, H>| {
+            let of_mean = |problem: &FitProblem<'_, R, C>| {
                 let uncertainty = problem.hit_uncertainty(*index)?;
                 let (position, direction) = uncertainty.of_mean(lines.hits);
                 Some([position, position, direction, direction])
@@ -199,10 +197,7 @@ impl<R: Real> Fit<R> {
     }
 
     /// True when the residuals are enough to learn the scale of what stays the same over the test.
-    pub(super) fn can_learn_scale<const S: usize, const H: usize>(
-        &self,
-        problem: &FitProblem<'_, R, S, H>,
-    ) -> bool {
+    pub(super) fn can_learn_scale<C: Capacity>(&self, problem: &FitProblem<'_, R, C>) -> bool {
         let stated = |sensor: &crate::layout::Sensor<R>| {
             let u = &sensor.uncertainty;
             u.gain.max(u.cross_axis).max(u.rotation).max(u.position) > R::zero()
@@ -218,10 +213,10 @@ impl<R: Real> Fit<R> {
     /// When the equations cannot be solved.
     // Never inlined: this saves with the other steps of learning and the refinement 2.3 KB of the firmware's deepest stack.
     #[inline(never)]
-    pub(super) fn learn_scale<const S: usize, const H: usize>(
+    pub(super) fn learn_scale<C: Capacity>(
         &mut self,
         steps: u8,
-        problem: &FitProblem<'_, R, S, H>,
+        problem: &FitProblem<'_, R, C>,
         equations: &mut NormalEquations<'_, R>,
     ) -> Result<Progress, Diagnostics> {
         let Some(learned) = &mut self.learned else { return Ok(Progress::Done) };

@@ -16,9 +16,10 @@ use super::pulls::UnknownValues;
 use super::score::{Score, ScoresOfResponses, TOGETHER, Tested};
 use super::undetermined;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::identify::{DofMassLines, MassLines};
-use crate::responses::ResponseSquare;
+use crate::responses::{ResponseSquare, Responses};
 
 /// A response that reads too little with increasing force is suspected beyond this number of standard deviations.
 /// About two are loud enough to be tested, so chance exceeds it in one of two hundred tests.
@@ -34,7 +35,7 @@ const ELASTIC: f64 = 2e-3;
 
 /// Weighted sums over the repeat hits for one channel: a change of its accelerances `a` that is proportional to
 /// `a³F²`, as that of a channel that compresses.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Trend<R> {
     score: R,
     information: R,
@@ -43,9 +44,9 @@ struct Trend<R> {
 }
 
 /// The sums for all channels.
-struct Trends<R, const S: usize> {
+struct Trends<R: Real, C: Capacity> {
     hammer: Trend<R>,
-    responses: [[Trend<R>; 3]; S],
+    responses: Responses<Trend<R>, C>,
     /// Scatter of the single hits under the weights, and its expected value.
     scatter: [R; 2],
 }
@@ -59,10 +60,10 @@ impl<R: Real> Fit<R> {
     /// When the model cannot be evaluated.
     // Never inlined: this saves 4.3 KB of the firmware's deepest stack.
     #[inline(never)]
-    pub(super) fn test_linearity<const S: usize, const H: usize>(
+    pub(super) fn test_linearity<C: Capacity>(
         &mut self,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,
     ) -> Result<(), Diagnostics> {
         if dofs.iter().all(|(_, lines)| lines.trend.squares <= R::zero()) {
@@ -70,9 +71,9 @@ impl<R: Real> Fit<R> {
         }
         let trends = self.trends(problem, dofs).ok_or_else(undetermined)?;
         let sensors = problem.layout.sensors.len();
-        let unknowns = UnknownValues::<R, S>::of(sensors, equations.solution());
+        let unknowns = UnknownValues::<R, C>::of(sensors, equations.solution());
         let unknowns = unknowns.ok_or_else(undetermined)?;
-        let responses = trends.responses.as_flattened();
+        let responses = trends.responses.as_slice();
         let mut scores = ScoresOfResponses::new();
         Score::of_responses(&unknowns, loudest(responses).into_iter(), &mut scores);
         self.visit(problem, dofs, equations, &unknowns, |lines, rows, left| {
@@ -114,14 +115,14 @@ impl<R: Real> Fit<R> {
     }
 
     /// The trends of the repeat hits of all DOFs; `None` when the model cannot be evaluated.
-    fn trends<const S: usize, const H: usize>(
+    fn trends<C: Capacity>(
         &self,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
-    ) -> Option<Trends<R, S>> {
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
+    ) -> Option<Trends<R, C>> {
         let body = problem.body_of(&self.object()?.phi())?;
         let model = Model::new(problem.layout, &problem.balance, &body)?;
-        let mut trends = Trends::none();
+        let mut trends = Trends::none(problem.layout.sensors.len());
         for (index, lines) in dofs.iter().filter(|(_, lines)| lines.trend.squares > R::zero()) {
             trends.add(problem, &model, *index, lines)?;
         }
@@ -164,19 +165,19 @@ impl<R: Real> Trend<R> {
     }
 }
 
-impl<R: Real, const S: usize> Trends<R, S> {
-    fn none() -> Self {
-        let (hammer, responses) = (Trend::none(), [[Trend::none(); 3]; S]);
+impl<R: Real, C: Capacity> Trends<R, C> {
+    fn none(sensors: usize) -> Self {
+        let (hammer, responses) = (Trend::none(), Responses::repeat(sensors, Trend::none()));
         Self { hammer, responses, scatter: [R::zero(); 2] }
     }
 
     /// Adds a hit DOF; `None` when the model cannot be evaluated.
-    fn add<const H: usize>(
+    fn add(
         &mut self,
-        problem: &FitProblem<'_, R, S, H>,
-        model: &Model<R, S>,
+        problem: &FitProblem<'_, R, C>,
+        model: &Model<R, C>,
         index: usize,
-        lines: &MassLines<R, S>,
+        lines: &MassLines<R, C>,
     ) -> Option<()> {
         let MassLines { accelerance, trend, .. } = lines;
         let weight = weight_of_one(problem, model, index, lines)?;
@@ -186,7 +187,7 @@ impl<R: Real, const S: usize> Trends<R, S> {
         self.scatter[1] += R::of(problem.channels as f64) * freedom;
         // The weighted trends.
         let trends = weight.times(&trend.products);
-        for (k, sum) in self.responses.as_flattened_mut().iter_mut().enumerate() {
+        for (k, sum) in self.responses.iter_mut().enumerate() {
             let a = accelerance[k];
             let cubed = a * a * a;
             let information = cubed * cubed * weight[(k, k)] * trend.squares;
@@ -200,19 +201,19 @@ impl<R: Real, const S: usize> Trends<R, S> {
 }
 
 /// Inverse covariance of the accelerances of one hit at a DOF.
-fn weight_of_one<R: Real, const S: usize, const H: usize>(
-    problem: &FitProblem<'_, R, S, H>,
-    model: &Model<R, S>,
+fn weight_of_one<R: Real, C: Capacity>(
+    problem: &FitProblem<'_, R, C>,
+    model: &Model<R, C>,
     index: usize,
-    lines: &MassLines<R, S>,
-) -> Option<ResponseSquare<R, S>> {
+    lines: &MassLines<R, C>,
+) -> Option<ResponseSquare<R, C>> {
     let hit = problem.layout.hits.get(index)?;
     let uncertainty = problem.hit_uncertainty(index)?;
     let (none, balance) = ([R::zero(); HIT_NUISANCES], &problem.balance);
     let model = model.hit(hit, &uncertainty, balance, 1, &none)?;
-    let largest = lines.accelerance.amax();
+    let largest = lines.accelerance.largest();
     // The scatter has four dimensions to first order only.
-    let second_order = lines.scatter.diagonal().sum() / lines.accelerance.norm_squared();
+    let second_order = lines.scatter.trace() / lines.accelerance.norm_squared();
     let common = largest * second_order.max(R::of(ELASTIC));
     let hits = R::of(f64::from(lines.hits));
     let noise = lines.noise.map(|sigma| (sigma * sigma * hits + common * common).sqrt());

@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 use super::balance::Balance;
 use crate::Real;
 use crate::body::{RigidBody, regressor};
+use crate::capacity::Capacity;
 use crate::layout::{Hit, HitUncertainty, Layout, SensorUncertainty, across};
 use crate::linalg::skew;
 use crate::responses::{ResponseRows, ResponseSquare, Responses};
@@ -27,42 +28,42 @@ pub(super) type HitErrors<R> = [R; HIT_NUISANCES];
 
 /// A body on the sensors of a layout.
 #[derive(Clone, Debug)]
-pub(super) struct Model<R, const S: usize> {
+pub(super) struct Model<R: Real, C: Capacity> {
     body: RigidBody<R>,
-    response: ResponseRows<R, S, 6>,
+    response: ResponseRows<R, C, 6>,
     /// `G M₀⁻¹`.
-    readings: ResponseRows<R, S, 6>,
+    readings: ResponseRows<R, C, 6>,
 }
 
 /// The readings of the hits on one DOF, and the effect of the hits' own errors.
 #[derive(Clone, Debug)]
-pub(super) struct HitModel<R, const S: usize> {
+pub(super) struct HitModel<R: Real, C: Capacity> {
     /// Motion [a; α] of the centroid under the force of the derivatives.
     pub(super) motion: Vector6<R>,
     /// The readings h under the nominal unit force.
-    pub(super) reading: Responses<R, S>,
+    pub(super) reading: Responses<R, C>,
     /// The readings under the force of the derivatives.
-    pub(super) corrected: Responses<R, S>,
+    pub(super) corrected: Responses<R, C>,
     /// Change of the readings for one standard deviation of each of the hit's own nuisance parameters.
-    pub(super) spread: ResponseRows<R, S, HIT_NUISANCES>,
+    pub(super) spread: ResponseRows<R, C, HIT_NUISANCES>,
     /// Directions of the first two nuisance parameters: unit vectors perpendicular to the hit.
     pub(super) across: [Vector3<R>; 2],
 }
 
-impl<R: Real, const S: usize> Model<R, S> {
+impl<R: Real, C: Capacity> Model<R, C> {
     /// Model of a balanced body; `None` when it has no mass or its inertia is singular.
-    pub(super) fn new<const H: usize>(
-        layout: &Layout<R, S, H>,
+    pub(super) fn new(
+        layout: &Layout<R, C>,
         balance: &Balance<R>,
         body: &RigidBody<R>,
     ) -> Option<Self> {
-        let mut response = ResponseRows::<R, S, 6>::zeros();
+        let mut response = ResponseRows::<R, C, 6>::zeros(layout.sensors.len());
         for (i, sensor) in layout.sensors.iter().enumerate() {
             let axes = sensor.axes_matrix();
             let turning = -(axes * skew(&balance.point(&sensor.position)));
             for k in 0..3 {
-                response.0[k].set_column(i, &axes.column(k));
-                response.0[3 + k].set_column(i, &turning.column(k));
+                response.0[k].set_sensor(i, axes.column(k).into_owned().into());
+                response.0[3 + k].set_sensor(i, turning.column(k).into_owned().into());
             }
         }
         let readings = response.times_matrix(&body.inverse_mass_matrix()?);
@@ -70,7 +71,7 @@ impl<R: Real, const S: usize> Model<R, S> {
     }
 
     /// The readings under the nominal unit force of a hit.
-    pub(super) fn reading(&self, hit: &Hit<R>, balance: &Balance<R>) -> Option<Responses<R, S>> {
+    pub(super) fn reading(&self, hit: &Hit<R>, balance: &Balance<R>) -> Option<Responses<R, C>> {
         let motion = self.body.acceleration(&nominal_force(hit, balance))?;
         Some(self.response.times(&motion))
     }
@@ -83,14 +84,14 @@ impl<R: Real, const S: usize> Model<R, S> {
         balance: &Balance<R>,
         n: u16,
         errors: &HitErrors<R>,
-    ) -> Option<HitModel<R, S>> {
+    ) -> Option<HitModel<R, C>> {
         let direction = Vector3::from(hit.direction);
         let point = balance.point(&hit.position);
         let mut force = nominal_force(hit, balance);
         let across = across(&direction);
         let (position_error, direction_error) = uncertainty.of_mean(n);
         let position_error = position_error / balance.length;
-        let mut spread = ResponseRows::<R, S, HIT_NUISANCES>::zeros();
+        let mut spread = ResponseRows::<R, C, HIT_NUISANCES>::zeros(self.readings.sensors());
         for (k, t) in across.iter().enumerate() {
             let displaced = wrench(&Vector3::zeros(), &(t.cross(&direction) * position_error));
             let turned = wrench(&(t * direction_error), &(point.cross(t) * direction_error));
@@ -105,12 +106,12 @@ impl<R: Real, const S: usize> Model<R, S> {
     }
 
     /// `∂h/∂phi` under a motion.
-    pub(super) fn slope(&self, motion: &Vector6<R>) -> ResponseRows<R, S, 10> {
-        let mut slope = ResponseRows::<R, S, 10>::zeros();
+    pub(super) fn slope(&self, motion: &Vector6<R>) -> ResponseRows<R, C, 10> {
+        let mut slope = ResponseRows::<R, C, 10>::zeros(self.readings.sensors());
         for (j, row) in regressor(motion).iter().enumerate() {
             for (k, factor) in row.iter().enumerate() {
                 if *factor != R::zero() {
-                    slope.0[k] -= self.readings.0[j] * *factor;
+                    slope.0[k].add_multiple(&self.readings.0[j], -*factor);
                 }
             }
         }
@@ -118,15 +119,15 @@ impl<R: Real, const S: usize> Model<R, S> {
     }
 }
 
-impl<R: Real, const S: usize> HitModel<R, S> {
+impl<R: Real, C: Capacity> HitModel<R, C> {
     /// Inverse covariance of the readings, from noise and the hit's own errors; zero beyond `channels`.
     /// `None` when the covariance is not positive definite.
     pub(super) fn weight(
         &self,
-        noise: &Responses<R, S>,
+        noise: &Responses<R, C>,
         channels: usize,
-    ) -> Option<ResponseSquare<R, S>> {
-        let mut weight = ResponseSquare::<R, S>::zeros();
+    ) -> Option<ResponseSquare<R, C>> {
+        let mut weight = ResponseSquare::<R, C>::zeros(noise.sensors());
         for of_nuisance in &self.spread.0 {
             weight.add_square(of_nuisance);
         }
@@ -146,7 +147,7 @@ impl<R: Real, const S: usize> HitModel<R, S> {
         uncertainty: &SensorUncertainty<R>,
         length: R,
     ) -> [Vector3<R>; SENSOR_NUISANCES] {
-        let reading: Vector3<R> = self.corrected.column(index).into_owned();
+        let reading = Vector3::from(self.corrected.of_sensor(index));
         let turning: Vector3<R> = self.motion.fixed_rows::<3>(3).into_owned();
         let displacement = uncertainty.position / length;
         from_fn(|cause| match cause {

@@ -9,14 +9,14 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::model::{HIT_NUISANCES, HitErrors, SENSITIVITIES, SENSOR_NUISANCES};
 use crate::Real;
-use crate::layout::HOST_HITS;
+use crate::capacity::Capacity;
 use crate::linalg::{Packed, dot, triangle};
 use crate::responses::{ResponseSquare, Responses};
 
-/// Size of the normal equations for this number of unknowns: the packed matrix, two right sides, and the
-/// errors of the hits.
-pub(super) const fn workspace(unknowns: usize) -> usize {
-    triangle(unknowns) + 2 * unknowns + HIT_NUISANCES * HOST_HITS
+/// Size of the normal equations for this number of unknowns and hit DOFs: the packed matrix, two right sides, and
+/// the errors of the hits.
+pub(super) const fn workspace(unknowns: usize, hits: usize) -> usize {
+    triangle(unknowns) + 2 * unknowns + HIT_NUISANCES * hits
 }
 
 /// Matrix, right side, and room for a second right side.
@@ -32,31 +32,36 @@ pub(super) struct NormalEquations<'w, R> {
 }
 
 /// Contribution of one hit DOF: the columns of each sensor and those that all sensors share.
-pub(super) struct Rows<'r, R, const S: usize> {
+pub(super) struct Rows<'r, R: Real, C: Capacity> {
     /// Inverse covariance of the readings.
-    pub(super) weight: &'r ResponseSquare<R, S>,
+    pub(super) weight: &'r ResponseSquare<R, C>,
     /// Columns that change the readings of one sensor only.
     pub(super) sensors: &'r [[Vector3<R>; SENSOR_NUISANCES]],
     /// Columns that change all readings: the shared nuisance parameters, then the ten properties.
-    pub(super) shared: &'r [Responses<R, S>],
+    pub(super) shared: &'r [Responses<R, C>],
     /// Measured minus modelled readings.
-    pub(super) residual: &'r Responses<R, S>,
+    pub(super) residual: &'r Responses<R, C>,
 }
 
 impl<'w, R: Real> NormalEquations<'w, R> {
     /// The equations of `nuisances` nuisance parameters and the ten properties in a workspace, for hits
     /// without errors; `None` when it is too small.
     pub(super) fn new(workspace: &'w mut [R], nuisances: usize) -> Option<Self> {
-        Some(Self { hit_errors: &mut [], ..Self::with_hit_errors(workspace, nuisances)? })
+        Some(Self { hit_errors: &mut [], ..Self::with_hit_errors(workspace, nuisances, 0)? })
     }
 
-    /// The same for hits with the errors that the workspace has.
-    pub(super) fn with_hit_errors(workspace: &'w mut [R], nuisances: usize) -> Option<Self> {
+    /// The same for hits on this many DOFs, with the errors that the workspace has.
+    pub(super) fn with_hit_errors(
+        workspace: &'w mut [R],
+        nuisances: usize,
+        hits: usize,
+    ) -> Option<Self> {
         let unknowns = nuisances + 10;
         let (matrix, rest) = workspace.split_at_mut_checked(triangle(unknowns))?;
         let (right, rest) = rest.split_at_mut_checked(unknowns)?;
         let (second, rest) = rest.split_at_mut_checked(unknowns)?;
         let (hit_errors, _) = rest.as_chunks_mut();
+        let hit_errors = hit_errors.get_mut(..hits)?;
         let matrix = Packed(matrix);
         Some(Self { matrix, right, second, hit_errors, unknowns, nuisances })
     }
@@ -89,7 +94,7 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     }
 
     /// Adds the readings of a hit DOF; returns the weighted square of the residual.
-    pub(super) fn add<const S: usize>(&mut self, rows: &Rows<'_, R, S>) -> R {
+    pub(super) fn add<C: Capacity>(&mut self, rows: &Rows<'_, R, C>) -> R {
         let first_shared = rows.sensors.len() * SENSOR_NUISANCES;
         for (i, columns) in rows.sensors.iter().enumerate() {
             for (k, others) in rows.sensors.iter().enumerate().take(i + 1) {
@@ -107,7 +112,7 @@ impl<'w, R: Real> NormalEquations<'w, R> {
             let weighted = rows.weight.times(shared);
             let row = self.matrix.row_mut(first_shared + s);
             for (i, columns) in rows.sensors.iter().enumerate() {
-                let part: Vector3<R> = weighted.column(i).into_owned();
+                let part = Vector3::from(weighted.of_sensor(i));
                 let first = SENSOR_NUISANCES * i;
                 add_products(&mut row[first..first + SENSOR_NUISANCES], columns, &part);
             }
@@ -162,7 +167,7 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     }
 
     /// Adds a hit DOF to the second right side; returns the weighted square of its residual.
-    pub(super) fn add_second<const S: usize>(&mut self, rows: &Rows<'_, R, S>) -> R {
+    pub(super) fn add_second<C: Capacity>(&mut self, rows: &Rows<'_, R, C>) -> R {
         add_right(self.second, rows)
     }
 
@@ -233,10 +238,10 @@ impl<'w, R: Real> NormalEquations<'w, R> {
 
     /// After [`Self::complete`]: the first half of [`Self::solve_readings`], `L⁻¹ Xᵀ w`. The products of two such
     /// columns are those with the covariance of the unknowns between them.
-    pub(super) fn project_readings<const S: usize>(
+    pub(super) fn project_readings<C: Capacity>(
         &self,
-        rows: &Rows<'_, R, S>,
-        weighted: &Responses<R, S>,
+        rows: &Rows<'_, R, C>,
+        weighted: &Responses<R, C>,
         projected: &mut [R],
     ) {
         projected.fill(R::zero());
@@ -253,10 +258,10 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     }
 
     /// After [`Self::complete`]: solves for readings of a hit DOF that are already weighted.
-    pub(super) fn solve_readings<const S: usize>(
+    pub(super) fn solve_readings<C: Capacity>(
         &mut self,
-        rows: &Rows<'_, R, S>,
-        weighted: &Responses<R, S>,
+        rows: &Rows<'_, R, C>,
+        weighted: &Responses<R, C>,
     ) -> &[R] {
         self.solve(|right| {
             let (of_sensors, of_shared) = right.split_at_mut(rows.sensors.len() * SENSOR_NUISANCES);
@@ -286,24 +291,24 @@ fn add_products<R: Real>(
 }
 
 /// Adds `xᵀ W r` for every column of the nuisance parameters and the ten properties; returns `rᵀ W r`.
-fn add_right<R: Real, const S: usize>(right: &mut [R], rows: &Rows<'_, R, S>) -> R {
+fn add_right<R: Real, C: Capacity>(right: &mut [R], rows: &Rows<'_, R, C>) -> R {
     let weighted = rows.weight.times(rows.residual);
     let (of_sensors, of_shared) = right.split_at_mut(rows.sensors.len() * SENSOR_NUISANCES);
     rows.add_products(&weighted, of_sensors, of_shared);
     rows.residual.dot(&weighted)
 }
 
-impl<R: Real, const S: usize> Rows<'_, R, S> {
+impl<R: Real, C: Capacity> Rows<'_, R, C> {
     /// Adds `xᵀ w` for weighted readings `w` and every column `x`.
     pub(super) fn add_products(
         &self,
-        weighted: &Responses<R, S>,
+        weighted: &Responses<R, C>,
         of_sensors: &mut [R],
         of_shared: &mut [R],
     ) {
         let cells = of_sensors.chunks_mut(SENSOR_NUISANCES);
         for (i, (columns, cells)) in self.sensors.iter().zip(cells).enumerate() {
-            add_products(cells, columns, &weighted.column(i).into_owned());
+            add_products(cells, columns, &weighted.of_sensor(i).into());
         }
         for (column, to) in self.shared.iter().zip(of_shared) {
             *to += column.dot(weighted);

@@ -1,6 +1,5 @@
 //! Estimated errors of the rig: the nuisance parameters that explain the residuals best.
 
-use heapless::Vec;
 use nalgebra::Vector3;
 
 use super::fit_problem::{FitProblem, Terms};
@@ -8,6 +7,7 @@ use super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
 use super::normal_equations::NormalEquations;
 use super::pulls::{HitPull, UnknownValues, root_mean_square};
 use crate::body::RigidBody;
+use crate::capacity::{Capacity, List};
 use crate::identify::{DofMassLines, MassLines};
 use crate::responses::Responses;
 use crate::{Estimated, Real};
@@ -44,26 +44,26 @@ pub struct HitNuisances<R> {
 
 /// Estimated nuisance parameters of the whole test.
 #[derive(Clone, Debug, PartialEq)]
-pub struct NuisanceEstimates<R, const S: usize, const H: usize> {
+pub struct NuisanceEstimates<R: Real, C: Capacity> {
     /// Nuisance parameters of each sensor.
-    pub sensors: Vec<SensorNuisances<R>, S>,
+    pub sensors: C::Sensors<SensorNuisances<R>>,
     /// Nuisance parameters of each hit DOF, in the order of the data.
-    pub hits: Vec<HitNuisances<R>, H>,
+    pub hits: C::Hits<HitNuisances<R>>,
     /// Relative error of the hammer's gain against that of the sensors.
     pub hammer_gain: Estimated<R>,
 }
 
 /// Estimates the nuisance parameters at the minimum. The equations cannot be used afterwards.
-pub(super) fn estimate_nuisances<R: Real, const S: usize, const H: usize>(
-    problem: &FitProblem<'_, R, S, H>,
-    dofs: &[DofMassLines<R, S>],
+pub(super) fn estimate_nuisances<R: Real, C: Capacity>(
+    problem: &FitProblem<'_, R, C>,
+    dofs: &[DofMassLines<R, C>],
     body: &RigidBody<R>,
     equations: &mut NormalEquations<'_, R>,
-) -> Option<NuisanceEstimates<R, S, H>> {
+) -> Option<NuisanceEstimates<R, C>> {
     let layout = problem.layout;
-    let nuisances = UnknownValues::<R, S>::of(layout.sensors.len(), equations.nuisances())?;
+    let nuisances = UnknownValues::<R, C>::of(layout.sensors.len(), equations.nuisances())?;
     equations.complete()?;
-    let mut sensors = Vec::new();
+    let mut sensors = C::Sensors::default();
     for (i, values) in nuisances.sensors.iter().enumerate() {
         let sigmas: [R; SENSOR_NUISANCES] =
             core::array::from_fn(|k| sigma_of(equations, SENSOR_NUISANCES * i + k));
@@ -75,7 +75,7 @@ pub(super) fn estimate_nuisances<R: Real, const S: usize, const H: usize>(
         sigma: sigma_of(equations, hammer) * layout.apparatus.hammer_gain,
     };
     let model = Model::new(layout, &problem.balance, body)?;
-    let mut hits = Vec::new();
+    let mut hits = C::Hits::default();
     for (place, (index, lines)) in dofs.iter().enumerate() {
         let terms = problem.terms(&model, *index, lines, &equations.hit_errors(place))?;
         let left = nuisances.residual(problem, &model, &terms);
@@ -116,14 +116,14 @@ type HitCovariance<R> = [[R; HIT_NUISANCES]; HIT_NUISANCES];
 /// Covariance of the hit's own nuisance parameters after the test:
 /// `I − sᵀ D⁻¹ s + (Xᵀ D⁻¹ s)ᵀ N⁻¹ (Xᵀ D⁻¹ s)` with `s` the readings for one standard deviation of each and
 /// `N` the normal matrix.
-fn covariance_of_hit<R: Real, const S: usize, const H: usize>(
-    problem: &FitProblem<'_, R, S, H>,
-    model: &Model<R, S>,
-    terms: &Terms<R, S>,
+fn covariance_of_hit<R: Real, C: Capacity>(
+    problem: &FitProblem<'_, R, C>,
+    model: &Model<R, C>,
+    terms: &Terms<R, C>,
     equations: &mut NormalEquations<'_, R>,
 ) -> HitCovariance<R> {
     let spread = &terms.model.spread;
-    let weighted = spread.0.map(|column| terms.weight.times(&column));
+    let weighted = spread.0.each_ref().map(|column| terms.weight.times(column));
     let mut covariance: HitCovariance<R> = core::array::from_fn(|i| {
         core::array::from_fn(|j| {
             let unit = if i == j { R::one() } else { R::zero() };
@@ -133,10 +133,10 @@ fn covariance_of_hit<R: Real, const S: usize, const H: usize>(
     problem.with_rows(model, terms, |rows| {
         for (j, column) in weighted.iter().enumerate() {
             let solved = equations.solve_readings(rows, column);
-            let Some(unknowns) = UnknownValues::<R, S>::of(rows.sensors.len(), solved) else {
+            let Some(unknowns) = UnknownValues::<R, C>::of(rows.sensors.len(), solved) else {
                 return;
             };
-            let explained = rows.residual - unknowns.left(rows);
+            let explained = rows.residual - &unknowns.left(rows);
             for (i, row) in covariance.iter_mut().enumerate() {
                 row[j] += weighted[i].dot(&explained);
             }
@@ -145,12 +145,12 @@ fn covariance_of_hit<R: Real, const S: usize, const H: usize>(
     covariance
 }
 
-fn hit<R: Real, const S: usize, const H: usize>(
-    problem: &FitProblem<'_, R, S, H>,
+fn hit<R: Real, C: Capacity>(
+    problem: &FitProblem<'_, R, C>,
     index: usize,
-    lines: &MassLines<R, S>,
-    terms: &Terms<R, S>,
-    left: &Responses<R, S>,
+    lines: &MassLines<R, C>,
+    terms: &Terms<R, C>,
+    left: &Responses<R, C>,
     covariance: &HitCovariance<R>,
 ) -> Option<HitNuisances<R>> {
     let (position_error, direction_error) = problem.hit_uncertainty(index)?.of_mean(lines.hits);

@@ -8,6 +8,7 @@ use super::fit_problem::FitProblem;
 use super::nearest_body::{raised, step_to_body};
 use crate::Real;
 use crate::body::{LogCholesky, RigidBody};
+use crate::capacity::Capacity;
 
 /// Longest step in log-Cholesky parameters, which are logarithms and lengths over L.
 const LONGEST_STEP: f64 = 1.0;
@@ -81,8 +82,8 @@ impl<R: Real> Parameters<R> {
     }
 
     /// Log-Cholesky parameters of a crude start; `whole` is the object with the attached bodies.
-    pub(super) fn on_the_way<const S: usize, const H: usize>(
-        problem: &FitProblem<'_, R, S, H>,
+    pub(super) fn on_the_way<C: Capacity>(
+        problem: &FitProblem<'_, R, C>,
         whole: &RigidBody<R>,
     ) -> Option<Self> {
         let object = RigidBody::from_phi(&(whole.phi() - problem.attached_sum()));

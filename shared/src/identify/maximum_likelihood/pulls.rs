@@ -6,18 +6,20 @@ use super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
 use super::normal_equations::{NormalEquations, Rows};
 use crate::Real;
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::identify::DofMassLines;
 use crate::responses::Responses;
 use heapless::Vec;
+use nalgebra::Vector3;
 
 /// A sensor or hit is suspect when its root mean square pull exceeds this number of standard deviations.
 pub const SUSPICIOUS: f64 = 2.0;
 
 /// Values of the unknowns: of the nuisance parameters that stay the same over the test, in standard deviations
 /// of the budget, and perhaps of the ten properties.
-pub(super) struct UnknownValues<R, const S: usize> {
-    pub(super) sensors: Vec<[R; SENSOR_NUISANCES], S>,
+pub(super) struct UnknownValues<R: Real, C: Capacity> {
+    pub(super) sensors: C::Sensors<[R; SENSOR_NUISANCES]>,
     /// The hammer's gain, then the attached bodies, then, if they are known, steps of the ten properties.
     pub(super) shared: Vec<R, MOST_SHARED>,
 }
@@ -31,36 +33,37 @@ pub(super) struct HitPull<R> {
     pub(super) normalized_residual: R,
 }
 
-impl<R: Real, const S: usize> UnknownValues<R, S> {
+impl<R: Real, C: Capacity> UnknownValues<R, C> {
     /// From the unknowns in the order of the equations.
     pub(super) fn of(sensors: usize, unknowns: &[R]) -> Option<Self> {
         let (of_sensors, of_all) = unknowns.split_at_checked(SENSOR_NUISANCES * sensors)?;
         let (values, _) = of_sensors.as_chunks::<SENSOR_NUISANCES>();
-        let sensors = Vec::from_slice(values).ok()?;
+        let sensors = values.iter().copied().collect();
         Some(Self { sensors, shared: Vec::from_slice(of_all).ok()? })
     }
 
     /// The residual of a hit DOF that these values leave unexplained.
-    pub(super) fn residual<const H: usize>(
+    pub(super) fn residual(
         &self,
-        problem: &FitProblem<'_, R, S, H>,
-        model: &Model<R, S>,
-        terms: &Terms<R, S>,
-    ) -> Responses<R, S> {
+        problem: &FitProblem<'_, R, C>,
+        model: &Model<R, C>,
+        terms: &Terms<R, C>,
+    ) -> Responses<R, C> {
         problem.with_rows(model, terms, |rows| self.left(rows))
     }
 
     /// The residual of these rows that the values leave unexplained.
-    pub(super) fn left(&self, rows: &Rows<'_, R, S>) -> Responses<R, S> {
-        let mut left = *rows.residual;
-        for (i, (columns, values)) in rows.sensors.iter().zip(&self.sensors).enumerate() {
+    pub(super) fn left(&self, rows: &Rows<'_, R, C>) -> Responses<R, C> {
+        let mut left = rows.residual.clone();
+        for (i, (columns, values)) in rows.sensors.iter().zip(self.sensors.iter()).enumerate() {
+            let mut part = Vector3::from(left.of_sensor(i));
             for (column, value) in columns.iter().zip(values) {
-                let mut part = left.column_mut(i);
                 part -= column * *value;
             }
+            left.set_sensor(i, part.into());
         }
         for (column, value) in rows.shared.iter().zip(&self.shared) {
-            left -= column * *value;
+            left.add_multiple(column, -*value);
         }
         left
     }
@@ -79,9 +82,9 @@ impl<R: Real, const S: usize> UnknownValues<R, S> {
 
 impl<R: Real> HitPull<R> {
     /// From the residual that [`UnknownValues::residual`] returns.
-    pub(super) fn of<const S: usize>(
-        terms: &Terms<R, S>,
-        left: &Responses<R, S>,
+    pub(super) fn of<C: Capacity>(
+        terms: &Terms<R, C>,
+        left: &Responses<R, C>,
         channels: usize,
     ) -> Self {
         let weighted = terms.weight.times(left);
@@ -104,13 +107,13 @@ fn sum_of_squares<R: Real>(values: &[R]) -> R {
 }
 
 /// The sensor or hit with the largest pull; `None` when no pull is large enough.
-pub(super) fn suspect<R: Real, const S: usize, const H: usize>(
-    problem: &FitProblem<'_, R, S, H>,
-    dofs: &[DofMassLines<R, S>],
+pub(super) fn suspect<R: Real, C: Capacity>(
+    problem: &FitProblem<'_, R, C>,
+    dofs: &[DofMassLines<R, C>],
     body: &RigidBody<R>,
     equations: &mut NormalEquations<'_, R>,
 ) -> Option<Diagnostic> {
-    let nuisances = UnknownValues::<R, S>::of(problem.layout.sensors.len(), equations.nuisances())?;
+    let nuisances = UnknownValues::<R, C>::of(problem.layout.sensors.len(), equations.nuisances())?;
     let mut largest = (R::of(SUSPICIOUS), None);
     // Pulls are in units of the budget in use, the statement in those of the stated one.
     let scale = problem.scales.constant;

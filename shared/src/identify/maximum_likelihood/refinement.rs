@@ -14,6 +14,7 @@ use super::parameters::Parameters;
 use super::pulls::{HitPull, UnknownValues};
 use super::{fatal, undetermined};
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics};
 use crate::identify::{DofMassLines, Progress};
 
@@ -30,11 +31,11 @@ impl<R: Real> Fit<R> {
     /// When the equations cannot be solved, or the steps do not become shorter.
     // Never inlined: this saves with the steps of learning 2.3 KB of the firmware's deepest stack.
     #[inline(never)]
-    pub(super) fn refine<const S: usize, const H: usize>(
+    pub(super) fn refine<C: Capacity>(
         &mut self,
         refinement: &mut Refinement<R>,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,
     ) -> Result<Progress, Diagnostics> {
         let phi = self.parameters.phi();
@@ -43,7 +44,7 @@ impl<R: Real> Fit<R> {
         let nuisances = problem.nuisances();
         let solution = equations.solution();
         let step = SVector::<R, 10>::from_fn(|k, _| solution[nuisances + k]);
-        let unknowns = UnknownValues::<R, S>::of(problem.layout.sensors.len(), solution);
+        let unknowns = UnknownValues::<R, C>::of(problem.layout.sensors.len(), solution);
         let unknowns = unknowns.ok_or_else(undetermined)?;
         let body = problem.body_of(&phi).ok_or_else(undetermined)?;
         let model = Model::new(problem.layout, &problem.balance, &body).ok_or_else(undetermined)?;

@@ -6,15 +6,16 @@ use heapless::Vec;
 use super::normal_equations::Rows;
 use super::pulls::UnknownValues;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::responses::Responses;
 
 /// Sums over the DOFs for one change of the accelerances, of unknown size.
-pub(super) struct Score<R, const S: usize> {
+pub(super) struct Score<R: Real, C: Capacity> {
     pub(super) score: R,
     /// Before the unknowns explain a part.
     pub(super) information: R,
     /// The right side of the equations for a residual of this change.
-    pub(super) right: UnknownValues<R, S>,
+    pub(super) right: UnknownValues<R, C>,
 }
 
 /// The outcome of a score test.
@@ -33,18 +34,18 @@ pub(super) type Suspected<R> = (usize, Tested<R>);
 pub(super) const TOGETHER: usize = 5;
 
 /// Scores of one change for some responses, each with the number of the response.
-pub(super) type ScoresOfResponses<R, const S: usize> = Vec<(usize, Score<R, S>), TOGETHER>;
+pub(super) type ScoresOfResponses<R, C> = Vec<(usize, Score<R, C>), TOGETHER>;
 
-impl<R: Real, const S: usize> Score<R, S> {
-    pub(super) fn none(unknowns: &UnknownValues<R, S>) -> Self {
+impl<R: Real, C: Capacity> Score<R, C> {
+    pub(super) fn none(unknowns: &UnknownValues<R, C>) -> Self {
         Self { score: R::zero(), information: R::zero(), right: unknowns.zeros() }
     }
 
     /// Sums without a DOF for the first [`TOGETHER`] of these responses.
     pub(super) fn of_responses(
-        unknowns: &UnknownValues<R, S>,
+        unknowns: &UnknownValues<R, C>,
         responses: impl Iterator<Item = usize>,
-        scores: &mut ScoresOfResponses<R, S>,
+        scores: &mut ScoresOfResponses<R, C>,
     ) {
         scores.clear();
         for response in responses.take(TOGETHER) {
@@ -56,9 +57,9 @@ impl<R: Real, const S: usize> Score<R, S> {
     /// Adds a change of a hit DOF, whose weighted residual is `left`.
     pub(super) fn add(
         &mut self,
-        rows: &Rows<'_, R, S>,
-        change: &Responses<R, S>,
-        left: &Responses<R, S>,
+        rows: &Rows<'_, R, C>,
+        change: &Responses<R, C>,
+        left: &Responses<R, C>,
     ) {
         let weighted = rows.weight.times(change);
         self.add_weighted(rows, &weighted, change.dot(left), change.dot(&weighted));
@@ -67,18 +68,19 @@ impl<R: Real, const S: usize> Score<R, S> {
     /// Adds a change of a single response.
     pub(super) fn add_response(
         &mut self,
-        rows: &Rows<'_, R, S>,
+        rows: &Rows<'_, R, C>,
         (response, change): (usize, R),
-        left: &Responses<R, S>,
+        left: &Responses<R, C>,
     ) {
-        let weighted = rows.weight.column(response) * change;
+        let mut weighted = rows.weight.column(response);
+        weighted *= change;
         self.add_weighted(rows, &weighted, change * left[response], change * weighted[response]);
     }
 
     fn add_weighted(
         &mut self,
-        rows: &Rows<'_, R, S>,
-        weighted: &Responses<R, S>,
+        rows: &Rows<'_, R, C>,
+        weighted: &Responses<R, C>,
         score: R,
         information: R,
     ) {

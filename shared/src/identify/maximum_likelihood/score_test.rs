@@ -9,6 +9,7 @@ use super::pulls::UnknownValues;
 use super::score::{Score, Tested};
 use super::undetermined;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::Diagnostics;
 use crate::identify::{DofMassLines, MassLines};
 use crate::responses::Responses;
@@ -18,13 +19,13 @@ impl<R: Real> Fit<R> {
     ///
     /// # Errors
     /// When the model cannot be evaluated.
-    pub(super) fn visit<const S: usize, const H: usize>(
+    pub(super) fn visit<C: Capacity>(
         &self,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
         equations: &NormalEquations<'_, R>,
-        unknowns: &UnknownValues<R, S>,
-        mut act: impl FnMut(&MassLines<R, S>, &Rows<'_, R, S>, &Responses<R, S>),
+        unknowns: &UnknownValues<R, C>,
+        mut act: impl FnMut(&MassLines<R, C>, &Rows<'_, R, C>, &Responses<R, C>),
     ) -> Result<(), Diagnostics> {
         let object = self.object().ok_or_else(undetermined)?;
         let body = problem.body_of(&object.phi()).ok_or_else(undetermined)?;
@@ -41,10 +42,10 @@ impl<R: Real> Fit<R> {
     }
 
     /// Size and significance of a change, from completed equations.
-    pub(super) fn tested<const S: usize>(
+    pub(super) fn tested<C: Capacity>(
         &self,
-        score: &Score<R, S>,
-        unknowns: &UnknownValues<R, S>,
+        score: &Score<R, C>,
+        unknowns: &UnknownValues<R, C>,
         equations: &mut NormalEquations<'_, R>,
     ) -> Tested<R> {
         let solved = equations.solve(|right| {

@@ -8,6 +8,7 @@ use super::model::{Model, SENSOR_NUISANCES};
 use super::normal_equations::NormalEquations;
 use super::undetermined;
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::Diagnostics;
 use crate::identify::{DofMassLines, Progress};
 
@@ -16,11 +17,11 @@ impl<R: Real> Fit<R> {
     ///
     /// # Errors
     /// When the model cannot be evaluated.
-    pub(super) fn add_shares<const S: usize, const H: usize>(
+    pub(super) fn add_shares<C: Capacity>(
         &mut self,
         place: Option<usize>,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,
     ) -> Result<Progress, Diagnostics> {
         let object = self.object().ok_or_else(undetermined)?;

@@ -6,6 +6,7 @@ use super::fit_problem::FitProblem;
 use super::model::Model;
 use crate::Real;
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::DofMassLines;
 use crate::identify::applicability::spectrum_under;
@@ -21,9 +22,9 @@ pub(super) fn is_usable<R: Real>(body: &RigidBody<R>) -> bool {
 }
 
 /// A ball about the middle of sensors and hits with the mass that fits best; the best of a few sizes.
-pub(super) fn crude<R: Real, const S: usize, const H: usize>(
-    problem: &FitProblem<'_, R, S, H>,
-    dofs: &[DofMassLines<R, S>],
+pub(super) fn crude<R: Real, C: Capacity>(
+    problem: &FitProblem<'_, R, C>,
+    dofs: &[DofMassLines<R, C>],
 ) -> Option<RigidBody<R>> {
     let mut middle = Vector3::zeros();
     let mut count = R::zero();
@@ -50,21 +51,19 @@ pub(super) fn crude<R: Real, const S: usize, const H: usize>(
 }
 
 /// The assumed body for checking layouts before anything is measured.
-pub(super) fn assumed<R: Real, const S: usize, const H: usize>(
-    problem: &FitProblem<'_, R, S, H>,
-) -> RigidBody<R> {
+pub(super) fn assumed<R: Real, C: Capacity>(problem: &FitProblem<'_, R, C>) -> RigidBody<R> {
     let sensors = problem.layout.sensors.iter().map(|sensor| sensor.position);
     let places = sensors.chain(problem.layout.hits.iter().map(|hit| hit.position));
     problem.balance.body(&assumed_body(None, places))
 }
 
 /// The mass with which a body of this shape fits best, and the sum of the squared residuals.
-fn heaviness<R: Real, const S: usize, const H: usize>(
-    problem: &FitProblem<'_, R, S, H>,
-    dofs: &[DofMassLines<R, S>],
+fn heaviness<R: Real, C: Capacity>(
+    problem: &FitProblem<'_, R, C>,
+    dofs: &[DofMassLines<R, C>],
     unit: &RigidBody<R>,
 ) -> Option<(R, R)> {
-    let model = Model::<R, S>::new(problem.layout, &problem.balance, unit)?;
+    let model = Model::<R, C>::new(problem.layout, &problem.balance, unit)?;
     let (mut of_model, mut mixed, mut of_data) = (R::zero(), R::zero(), R::zero());
     for (index, lines) in dofs {
         let hit = problem.layout.hits.get(*index)?;
@@ -79,9 +78,9 @@ fn heaviness<R: Real, const S: usize, const H: usize>(
 }
 
 /// The spectrum of the derivative, with warnings; errors when the ten properties cannot be determined.
-pub(super) fn identifiable<R: Real, const S: usize, const H: usize>(
-    problem: &FitProblem<'_, R, S, H>,
-    dofs: &[DofMassLines<R, S>],
+pub(super) fn identifiable<R: Real, C: Capacity>(
+    problem: &FitProblem<'_, R, C>,
+    dofs: &[DofMassLines<R, C>],
     body: &RigidBody<R>,
 ) -> Result<(Spectrum<R>, Diagnostics), Diagnostics> {
     let layout = problem.layout;

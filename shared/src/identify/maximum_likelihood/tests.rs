@@ -3,14 +3,15 @@ use std::vec::Vec;
 
 use super::*;
 use crate::Estimated;
+use crate::capacity::{Rig, Unbounded};
 use crate::diagnosis::Subject;
 use crate::identify::MassLines;
 use crate::layout::tests::{bar_body, bar_layout};
 use crate::layout::{Attached, Hit, HitUncertainty, Prior, SensorUncertainty};
-use crate::responses::ResponseSquare;
+use crate::responses::{ResponseSquare, Responses};
 
-pub(in crate::identify) type Dofs<R> = Vec<DofMassLines<R, 3>>;
-pub(in crate::identify) type Bar<R> = Layout<R, 3, 5>;
+pub(in crate::identify) type Dofs<R> = Vec<DofMassLines<R, Rig>>;
+pub(in crate::identify) type Bar<R> = Layout<R, Rig>;
 
 /// The three-bar frame with five hits, and small errors.
 pub(in crate::identify) fn five_hits() -> Bar<f64> {
@@ -24,26 +25,24 @@ pub(in crate::identify) fn five_hits() -> Bar<f64> {
 }
 
 /// Exact mass lines of a body; the noise is a thousandth of a reading of 1 (m/s²)/N.
-pub(in crate::identify) fn exact<const H: usize>(
-    layout: &Layout<f64, 3, H>,
-    body: &RigidBody<f64>,
-) -> Dofs<f64> {
+pub(in crate::identify) fn exact(layout: &Layout<f64, Rig>, body: &RigidBody<f64>) -> Dofs<f64> {
     (0..layout.hits.len())
         .map(|j| {
             let readings = layout.accelerance(body, j).unwrap();
             let mut lines = MassLines::without_scatter(readings);
-            lines.noise.columns_mut(0, layout.sensors.len()).fill(1e-3);
+            let used = 3 * layout.sensors.len();
+            lines.noise = Responses::from_fn(3, |k| if k < used { 1e-3 } else { 0.0 });
             lines.hits = 5;
             (j, lines)
         })
         .collect()
 }
 
-pub(in crate::identify) fn fit<R: Real, const H: usize>(
-    layout: &Layout<R, 3, H>,
+pub(in crate::identify) fn fit<R: Real>(
+    layout: &Layout<R, Rig>,
     dofs: &Dofs<R>,
     start: Option<&RigidBody<R>>,
-) -> Result<MaximumLikelihoodSolution<R, 3, H>, Diagnostics> {
+) -> Result<MaximumLikelihoodSolution<R, Rig>, Diagnostics> {
     solve(
         layout,
         dofs,
@@ -82,6 +81,44 @@ fn exact_readings_give_the_body_from_a_crude_start() {
 }
 
 #[test]
+fn any_number_of_sensors_and_hits_is_solved() {
+    let (few, body) = (five_hits(), bar_body());
+    let mut layout: Layout<f64, Unbounded> = few.cast().unwrap();
+    // More than a rig has room for; each a little beside the one before it.
+    let aside = |k: usize| [0.0, 1.0, 2.0].map(|axis| 0.05 * (k as f64 + axis).sin());
+    for k in 0..17 {
+        let mut sensor = few.sensors[k % 3];
+        sensor.node = 10 + k as u16;
+        sensor.position = core::array::from_fn(|axis| sensor.position[axis] + aside(k)[axis]);
+        layout.sensors.push(sensor);
+    }
+    for k in 0..35 {
+        let mut hit = few.hits[k % 5];
+        hit.dof.node = 10 + k as u16;
+        hit.position = core::array::from_fn(|axis| hit.position[axis] + aside(3 * k)[axis]);
+        layout.hits.push(hit);
+    }
+    let of_hit = |hit: usize| {
+        let lines = MassLines::without_scatter(layout.accelerance(&body, hit).unwrap());
+        (hit, MassLines { hits: 5, ..lines.with_noise(Responses::repeat(20, 1e-3)) })
+    };
+    let dofs: Vec<_> = (0..40).map(of_hit).collect();
+    let mut memory = std::vec![0.0; workspace(20, 40)];
+    let mut solved = |dofs: &[_]| {
+        solve(&layout, dofs, Start::InertiaRestraint, ErrorBudget::FirstOrder, &mut memory)
+    };
+    let estimate = solved(&dofs).unwrap().estimate;
+    // As from five hits; more data leave less uncertainty.
+    assert!(worst(&estimate.body, &body, 0.14) < 1e-6);
+    let five = fit(&few, &exact(&few, &body), None).unwrap().estimate.sigma().unwrap();
+    assert!(estimate.sigma().unwrap().iter().zip(&five).all(|(more, five)| more < five));
+    // Lines for another number of sensors are refused.
+    let mut wrong = dofs.clone();
+    wrong[7].1 = wrong[7].1.resized(19);
+    assert_eq!(codes(&solved(&wrong).unwrap_err()), [Code::FrfMissing]);
+}
+
+#[test]
 fn two_sensors_and_three_on_a_line_are_enough() {
     let body = bar_body();
     let mut two = five_hits();
@@ -106,7 +143,7 @@ fn one_sensor_two_hits_and_concurrent_hits_have_no_answer() {
     let mut two_hits = five_hits();
     two_hits.hits.truncate(2);
     let mut concurrent = five_hits();
-    for hit in &mut concurrent.hits {
+    for hit in concurrent.hits.iter_mut() {
         hit.position = [0.2, -0.2, 0.1];
     }
     for (layout, code) in [
@@ -147,8 +184,8 @@ fn nuisance_parameters_are_found_with_their_sign() {
     let turn = nalgebra::Rotation3::new(Vector3::new(0.0, 0.0, -0.005));
     let mut dofs = exact(&layout, &body);
     for (_, lines) in &mut dofs {
-        let turned = turn * lines.accelerance.column(2).into_owned();
-        lines.accelerance.set_column(2, &turned);
+        let turned = turn * Vector3::from(lines.accelerance.of_sensor(2));
+        lines.accelerance.set_sensor(2, turned.into());
     }
     close(found(&layout_of, &dofs).sensors[2].rotation[2], 0.005);
 
@@ -168,7 +205,7 @@ fn nuisance_parameters_are_found_with_their_sign() {
     layout_of.apparatus.hammer_gain = 0.1;
     layout_of.priors.push(Prior { property: 0, value: body.mass, sigma: 1e-6 }).unwrap();
     let mut dofs = exact(&layout, &body);
-    dofs.iter_mut().for_each(|(_, lines)| lines.accelerance /= 1.01);
+    dofs.iter_mut().for_each(|(_, lines)| lines.accelerance *= 1.0 / 1.01);
     close(found(&layout_of, &dofs).hammer_gain, 0.01);
 }
 
@@ -230,10 +267,10 @@ fn single_precision_agrees_to_a_hundredth_of_a_standard_deviation() {
     }
     let single: Dofs<f32> = dofs
         .iter()
-        .map(|(j, l)| (*j, MassLines { scatter: ResponseSquare::zeros(), ..l.cast() }))
+        .map(|(j, l)| (*j, MassLines { scatter: ResponseSquare::zeros(3), ..l.cast() }))
         .collect();
     let wide = fit(&layout, &dofs, None).unwrap().estimate;
-    let narrow = fit(&layout.cast::<f32, 3, 5>().unwrap(), &single, None).unwrap().estimate;
+    let narrow = fit(&layout.cast::<f32, Rig>().unwrap(), &single, None).unwrap().estimate;
     let sigma = wide.sigma().unwrap();
     for k in 0..10 {
         let difference = f64::from(narrow.theta()[k]) - wide.theta()[k];
@@ -260,8 +297,8 @@ fn data_that_contradict_the_budget_say_where() {
 fn mass_lines_that_are_not_finite_or_absent_are_refused() {
     let (layout, body) = (five_hits(), bar_body());
     for spoil in [
-        |l: &mut MassLines<f64, 3>| l.accelerance[3] = f64::NAN,
-        |l: &mut MassLines<f64, 3>| l.noise[0] = f64::INFINITY,
+        |l: &mut MassLines<f64, Rig>| l.accelerance[3] = f64::NAN,
+        |l: &mut MassLines<f64, Rig>| l.noise[0] = f64::INFINITY,
     ] {
         let mut dofs = exact(&layout, &body);
         spoil(&mut dofs[1].1);

@@ -17,6 +17,7 @@ use super::model::{HIT_NUISANCES, Model};
 use super::normal_equations::NormalEquations;
 use super::{MaximumLikelihoodSolution, Start, equations_in, pulls, undetermined};
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::budget::{BudgetScales, ErrorBudget, LearnedBudget};
 use crate::identify::{DofMassLines, Estimate, Progress};
@@ -28,16 +29,16 @@ const FEWEST_HITS: u16 = 3;
 
 /// True when three or more single hits are known at each DOF. [`solve`](super::solve) then learns their scatter from
 /// them; [`solve`] of this module is for all other mass lines.
-pub fn have_repeats<R: Real, const S: usize>(dofs: &[DofMassLines<R, S>]) -> bool {
+pub fn have_repeats<R: Real, C: Capacity>(dofs: &[DofMassLines<R, C>]) -> bool {
     dofs.iter().all(|(_, lines)| {
-        let known = (0..3 * S).any(|k| lines.scatter[(k, k)] > R::zero());
+        let known = (0..lines.scatter.rows()).any(|k| lines.scatter[(k, k)] > R::zero());
         known && lines.hits >= FEWEST_HITS
     })
 }
 
 /// Size of the workspace of [`solve`] for this number of sensors and hit DOFs.
 pub const fn workspace(sensors: usize, hits: usize) -> usize {
-    super::workspace(sensors) + HIT_NUISANCES * hits * super::unknowns(sensors)
+    super::workspace(sensors, hits) + HIT_NUISANCES * hits * super::unknowns(sensors)
 }
 
 /// Determines the ten properties and learns the error budget from the residuals of these mass lines. Where the data
@@ -59,25 +60,25 @@ pub const fn workspace(sensors: usize, hits: usize) -> usize {
 /// // Exact readings show no scatter of the hits, although the layout states one: no mean loss is taken out.
 /// assert!((solution.estimate.body.mass / 1.23 - 1.0).abs() < 1e-5);
 /// ```
-pub fn solve<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-    dofs: &[DofMassLines<R, S>],
+pub fn solve<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
+    dofs: &[DofMassLines<R, C>],
     start: Start<'_, R>,
     workspace: &mut [R],
-) -> Result<MaximumLikelihoodSolution<R, S, H>, Diagnostics> {
-    let own = super::workspace(layout.sensors.len());
+) -> Result<MaximumLikelihoodSolution<R, C>, Diagnostics> {
+    let own = super::workspace(layout.sensors.len(), layout.hits.len());
     let (workspace, products) = workspace.split_at_mut_checked(own).ok_or_else(undetermined)?;
     solve_in(layout, dofs, start, workspace, products)
         .or_else(|_| super::solve(layout, dofs, start, ErrorBudget::Learned, workspace))
 }
 
-fn solve_in<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-    dofs: &[DofMassLines<R, S>],
+fn solve_in<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
+    dofs: &[DofMassLines<R, C>],
     start: Start<'_, R>,
     workspace: &mut [R],
     products: &mut [R],
-) -> Result<MaximumLikelihoodSolution<R, S, H>, Diagnostics> {
+) -> Result<MaximumLikelihoodSolution<R, C>, Diagnostics> {
     let mut fit = Fit::start(layout, dofs, start, ErrorBudget::Learned)?;
     while !matches!(fit.stage, Stage::LearnScatter | Stage::Done) {
         fit.step(layout, dofs, workspace)?;
@@ -115,13 +116,13 @@ struct Learning<R> {
 
 impl<R: Real> Learning<R> {
     /// Learns from a fit under the stated budget; the layout that is returned has the learned one.
-    fn of<const S: usize, const H: usize>(
+    fn of<C: Capacity>(
         fit: &mut Fit<R>,
-        layout: &Layout<R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        layout: &Layout<R, C>,
+        dofs: &[DofMassLines<R, C>],
         workspace: &mut [R],
         products: &mut [R],
-    ) -> Result<(Layout<R, S, H>, Self), Diagnostics> {
+    ) -> Result<(Layout<R, C>, Self), Diagnostics> {
         let problem = fit.problem(layout);
         let mut equations = equations_in(workspace, &problem)?;
         fit.evaluate(&problem, dofs, &mut equations)?;
@@ -154,9 +155,9 @@ impl<R: Real> Learning<R> {
     }
 
     /// States in the estimate what was learned, and doubts it where that is far from what the layout states.
-    fn conclude<const S: usize, const H: usize>(
+    fn conclude<C: Capacity>(
         &self,
-        layout: &Layout<R, S, H>,
+        layout: &Layout<R, C>,
         widening: [R; 10],
         estimate: &mut Estimate<R>,
     ) {
@@ -184,10 +185,10 @@ impl<R: Real> Learning<R> {
 
 impl<R: Real> Fit<R> {
     /// Shares of positions, directions and sensors in the variance of each property, from completed equations.
-    fn group_shares<const S: usize, const H: usize>(
+    fn group_shares<C: Capacity>(
         &mut self,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,
     ) -> Result<[SVector<R, 10>; GROUPS], Diagnostics> {
         self.add_shares(None, problem, dofs, equations)?;

@@ -2,12 +2,13 @@ use std::vec;
 use std::vec::Vec;
 
 use super::*;
+use crate::capacity::Rig;
 use crate::identify::maximum_likelihood::workspace;
 use crate::layout::tests::{bar_body, bar_layout};
 use crate::layout::{Dof, Hit};
 
-type Five = Layout<f64, 3, 12>;
-type Lines = MassLines<f64, 3>;
+type Five = Layout<f64, Rig>;
+type Lines = MassLines<f64, Rig>;
 
 const END: [f64; 3] = [0.207_850_606_8, -0.199_018_578_2, 0.149_130_815_1];
 
@@ -34,7 +35,7 @@ fn readings(layout: &Five) -> Vec<(usize, Lines)> {
         .map(|hit| {
             let accelerance = layout.accelerance(&body, hit).unwrap();
             let mut lines = Lines::without_scatter(accelerance);
-            lines.noise.fill(0.005);
+            lines.noise = crate::responses::Responses::repeat(3, 0.005);
             lines.hits = 5;
             (hit, lines)
         })
@@ -42,7 +43,7 @@ fn readings(layout: &Five) -> Vec<(usize, Lines)> {
 }
 
 fn chi_squared(fault: &SingleFault<f64>, layout: &Five, dofs: &[(usize, Lines)]) -> f64 {
-    let mut room = vec![0.0; workspace(3)];
+    let mut room = vec![0.0; workspace(3, 12)];
     let found = fault.test(layout, dofs, &mut room);
     found.map_or(f64::INFINITY, |found| found.chi_squared)
 }
@@ -84,7 +85,7 @@ fn a_mistake_is_explained_by_itself() {
 fn what_shows_nothing_has_the_chi_squared_of_chance() {
     let nominal = five_hits();
     let dofs = readings(&nominal);
-    let mut room = vec![0.0; workspace(3)];
+    let mut room = vec![0.0; workspace(3, 12)];
     let mut shows = |fault: SingleFault<f64>| fault.shows(&nominal, &bar_body(), &dofs, &mut room);
     // A node on the line of action, so force and torque are the same.
     let along = SingleFault::HitAtNode { hit: 1, node: 9, position: END };

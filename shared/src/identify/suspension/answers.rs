@@ -7,6 +7,7 @@ use super::known::known_properties;
 use super::{Answer, Suspension};
 use crate::Real;
 use crate::body::RigidBody;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::identify::{Method, random_signs};
 use crate::layout::Layout;
@@ -28,9 +29,9 @@ pub(super) struct Observed<'a, R> {
 ///
 /// # Errors
 /// Those of the method, and `mass_not_positive`.
-pub(super) fn answer<R: Real, const S: usize, const H: usize>(
+pub(super) fn answer<R: Real, C: Capacity>(
     method: Method,
-    layout: &Layout<R, S, H>,
+    layout: &Layout<R, C>,
     reference: &Vector3<R>,
     observed: &Observed<'_, R>,
 ) -> Result<Answer<R>, Diagnostics> {
@@ -53,8 +54,8 @@ pub(super) fn answer<R: Real, const S: usize, const H: usize>(
 ///
 /// # Errors
 /// `mass_not_positive`.
-fn of_object<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+fn of_object<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     reference: &Vector3<R>,
     answer: &Answer<R>,
 ) -> Result<Answer<R>, Diagnostics> {

@@ -8,6 +8,7 @@ use super::answers::{Observed, answer, found_again, lines_about, noise_in_draw};
 use super::points::suspect_points;
 use super::selection::{Selection, select};
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, fatal};
 use crate::frequency_responses::FrequencyResponses;
 use crate::identify::{Method, Perturbation};
@@ -19,11 +20,11 @@ use crate::modes::{
 
 /// The modal fit of a test under its layout.
 #[derive(Clone, Debug)]
-pub struct SuspensionFit<'a, R, const S: usize, const H: usize> {
-    layout: &'a Layout<R, S, H>,
+pub struct SuspensionFit<'a, R: Real, C: Capacity> {
+    layout: &'a Layout<R, C>,
     readings: &'a FrequencyResponses<'a, R>,
     reference: Vector3<R>,
-    mixing: ForceMixing<R, H>,
+    mixing: ForceMixing<R, C>,
     s: Vec<Complex<R>, MOST_LINES>,
     orders: Orders<R>,
     /// Poles of all modes that were fitted, and the places of the suspension modes among them.
@@ -35,14 +36,14 @@ pub struct SuspensionFit<'a, R, const S: usize, const H: usize> {
     noise: R,
 }
 
-impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
+impl<'a, R: Real, C: Capacity> SuspensionFit<'a, R, C> {
     /// Fits the modes. `readings` contains the lines of the suspension band, at most [`MOST_LINES`], in ascending order.
     ///
     /// # Errors
     /// `layout_not_finite`, `data_not_finite`, `frf_missing` when channels or hits are not those of the layout,
     /// `response_rank_deficient`, and `suspension_modes_missing` when no mode shows.
     pub fn new(
-        layout: &'a Layout<R, S, H>,
+        layout: &'a Layout<R, C>,
         readings: &'a FrequencyResponses<'a, R>,
         memory: &mut Reduction<R>,
     ) -> Result<Self, Diagnostics> {
@@ -161,7 +162,7 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
     /// are; as does an error of the layout. `None` when one of the modes is not found again.
     pub fn changed(
         &self,
-        changed: &Perturbation<'_, R, S, H>,
+        changed: &Perturbation<'_, R, C>,
         memory: &mut Reduction<R>,
     ) -> Option<Modes<R>> {
         let Self { readings, reference, mixing, s, poles, .. } = self;
@@ -183,7 +184,7 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
     pub fn answer(
         &self,
         method: Method,
-        layout: &Layout<R, S, H>,
+        layout: &Layout<R, C>,
         memory: &Reduction<R>,
         modes: &Modes<R>,
     ) -> Result<Answer<R>, Diagnostics> {
@@ -194,7 +195,7 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
     }
 
     /// The layout of the test.
-    pub fn layout(&self) -> &'a Layout<R, S, H> {
+    pub fn layout(&self) -> &'a Layout<R, C> {
         self.layout
     }
 }

@@ -4,6 +4,7 @@ use heapless::Vec;
 use nalgebra::Vector3;
 
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::layout::Layout;
 
 /// Most known properties: the mass and the centre of mass. The moments of inertia about it are not linear in the
@@ -23,8 +24,8 @@ pub struct KnownProperty<R> {
 
 /// The priors of a layout on mass and centre of mass; that on the centre of mass times `mass`, the expected mass, is that
 /// of `m c`.
-pub(super) fn known_properties<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+pub(super) fn known_properties<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     reference: &Vector3<R>,
     mass: R,
 ) -> Vec<KnownProperty<R>, MOST_KNOWN> {

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::Real;
+use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::frequency_responses::FrequencyResponses;
 use crate::identify::driving_points::{
@@ -17,8 +18,8 @@ const OF_ONE_SIGN: f64 = 0.85;
 
 /// Errors for hits whose point moves against the force at these lines, near which an accelerance is imaginary, and for responses
 /// of another quantity.
-pub(super) fn suspect_points<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+pub(super) fn suspect_points<R: Real, C: Capacity>(
+    layout: &Layout<R, C>,
     readings: &FrequencyResponses<'_, R>,
     reference: &Vector3<R>,
     lines: &Lines,

@@ -2,9 +2,10 @@ use std::boxed::Box;
 use std::vec::Vec;
 
 use super::*;
+use crate::capacity::Rig;
 use crate::identify::MassLines;
+use crate::layout::HitTreatment;
 use crate::layout::tests::bar_layout;
-use crate::layout::{HitTreatment, RIG_SENSORS};
 use crate::measurement::averaging::DofSpectra;
 use crate::measurement::campaign::{Command, Outcome, Phase, Start};
 use crate::measurement::{Memory, NextAction, TestLayout};
@@ -12,7 +13,7 @@ use crate::signal::tests::{ADC, code};
 use crate::signal::{PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES, SPECTRUM_BINS, Scan};
 use crate::units::ScanIndex;
 
-type Repeats<R> = MassLines<R, RIG_SENSORS>;
+type Repeats<R> = MassLines<R, Rig>;
 
 /// Hits at each DOF.
 const WANTED: u8 = 3;
@@ -115,13 +116,13 @@ fn agree<R: RealFft>(undone: &DofSpectra<R>, never: &DofSpectra<R>, with: &DofSp
 /// of which is off by a few roundings of these numbers.
 fn near_repeats<R: RealFft>(one: &Repeats<R>, other: &Repeats<R>) {
     let few = R::default_epsilon() * R::of(16.0);
-    let (largest, force) = (other.accelerance.amax(), other.trend.mean);
+    let (largest, force) = (other.accelerance.largest(), other.trend.mean);
     let pairs = one.scatter.as_slice().iter().zip(other.scatter.as_slice());
     pairs.for_each(|(&a, &b)| assert!((a - b).abs() <= few * largest * largest, "{a} {b}"));
     assert_eq!(one.hits, other.hits);
     assert!(force > R::zero() && (one.trend.mean - force).abs() <= few * force);
     assert!((one.trend.squares - other.trend.squares).abs() <= few * force * force);
-    let products = (one.trend.products - other.trend.products).amax();
+    let products = (&one.trend.products - &other.trend.products).largest();
     assert!(products <= few * force * largest, "{products}");
 }
 
@@ -167,7 +168,7 @@ fn as_if_never_made<R: RealFft>(
     let [(_, one), (_, other)] = [&rig, &never].map(|rig| &rig.result().mass_lines[0]);
     near_repeats(one, other);
     // A fit over a hundred bins, each within a few roundings.
-    let off = (one.accelerance - other.accelerance).norm() / other.accelerance.norm();
+    let off = (&one.accelerance - &other.accelerance).norm() / other.accelerance.norm();
     assert!(off < R::default_epsilon() * R::of(10.0), "{off}");
 }
 

@@ -42,7 +42,7 @@ fn worst_error<R: RealFft>(sampled: f64, corrected: f64) -> f64 {
     let analysis = HitAnalysis::of_signals(
         R::of(4000.0),
         R::of(corrected),
-        [R::one(); CHANNELS],
+        [Signal::new(R::one(), R::zero()); CHANNELS],
         &TestSettings::default(),
         PRE_TRIGGER_SCANS,
     );
@@ -52,7 +52,7 @@ fn worst_error<R: RealFft>(sampled: f64, corrected: f64) -> f64 {
     let mut worst = 0.0_f64;
     for response in 0..CHANNELS - 1 {
         analysis.response(&record, response, &mut scratch, &mut lines).unwrap();
-        HitAnalysis::divide(&mut lines, &force);
+        divide_by_force(&mut lines, &force);
         let truth = (response + 1) as f64;
         for line in &lines[..62] {
             let error = Complex::new(line.re.to_f64() - truth, line.im.to_f64()).norm() / truth;
@@ -103,16 +103,13 @@ fn low_pass_error<R: RealFft>(cutoffs: [f64; 2], corrected: [f64; 2]) -> f64 {
         cutoffs.map(|cutoff| low_passed(cutoff, tap).into_iter().map(R::of).collect::<Vec<R>>());
     let record = [&signals[0][..], &signals[1][..]];
     let test = TestSettings { force_window_s: R::of(0.4), ..TestSettings::default() };
-    let mut of_channels = [R::zero(); CHANNELS];
-    of_channels[..2].copy_from_slice(&corrected.map(R::of));
-    let analysis =
-        HitAnalysis::of_signals(R::of(4000.0), R::zero(), [R::one(); CHANNELS], &test, 40)
-            .with_cutoffs(of_channels);
+    let channels = corrected.map(|cutoff| Signal::new(R::one(), R::of(cutoff)));
+    let analysis = HitAnalysis::of_signals(R::of(4000.0), R::zero(), channels, &test, 40);
     let mut scratch = vec![R::zero(); RECORD_SCANS];
     let (mut force, mut lines) = (zeros(), zeros());
     analysis.force(&record, &mut scratch, &mut force).unwrap();
     analysis.response(&record, 0, &mut scratch, &mut lines).unwrap();
-    HitAnalysis::divide(&mut lines, &force);
+    divide_by_force(&mut lines, &force);
     let error = |h: &Complex<R>| Complex::new(h.re.to_f64() - 1.0, h.im.to_f64()).norm();
     lines[..62].iter().map(error).fold(0.0, f64::max)
 }
@@ -147,7 +144,8 @@ fn by_definition(x: &[f64], rate: f64, decay: f64, line: usize, points: usize) -
 fn the_lines_are_those_of_the_definition_also_when_zeros_follow() {
     let signals = multiplexed(0.0);
     let test = TestSettings { force_window_s: 1.0, ..TestSettings::default() };
-    let analysis = HitAnalysis::of_signals(4000.0, 0.0, [2.0; CHANNELS], &test, 80);
+    let analysis =
+        HitAnalysis::of_signals(4000.0, 0.0, [Signal::new(2.0, 0.0); CHANNELS], &test, 80);
     let (mut force, mut lines) = (zeros::<f64>(), zeros());
     for scans in [540, 1024, 2000] {
         let record: [&[f64]; CHANNELS] = core::array::from_fn(|k| &signals[k][..scans]);
@@ -194,7 +192,7 @@ fn codes_and_physical_signals_give_the_same_lines() {
     analysis.force(&*record, &mut scratch, &mut force).unwrap();
     for response in 0..CHANNELS - 1 {
         analysis.response(&*record, response, &mut scratch, &mut lines).unwrap();
-        HitAnalysis::divide(&mut lines, &force);
+        divide_by_force(&mut lines, &force);
         let truth = (response + 1) as f32;
         // A tap has some ten readings, each with an error of a third of a code: 0.033 N of 20 N for the
         // force, 0.13 m/s² of 20 m/s² for the weakest response, over a mean of half the peak.
@@ -220,7 +218,7 @@ fn all_finite(record: &[Scan]) -> bool {
     for response in 0..9 {
         analysis.response(record, response, &mut scratch, &mut lines).unwrap();
         spectra.add_response(response, &force, &lines);
-        HitAnalysis::divide(&mut lines, &force);
+        divide_by_force(&mut lines, &force);
         finite &= lines.iter().all(|&h| is_finite(h));
         finite &= (0..BINS).all(|line| {
             is_finite(spectra.h1(response, line))

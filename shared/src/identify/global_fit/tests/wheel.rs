@@ -4,10 +4,11 @@ use nalgebra::{Complex, Matrix3, Matrix6, Rotation3, SVector, UnitVector3, Vecto
 use std::vec::Vec;
 
 use crate::body::RigidBody;
+use crate::capacity::Rig;
 use crate::layout::{Hit, Layout, Sensor};
 
 type C = Complex<f64>;
-pub(in crate::identify) type Wheel = Layout<f64, 3, 5>;
+pub(in crate::identify) type Wheel = Layout<f64, Rig>;
 
 /// Standard deviation of an accelerance, (m/s²)/N: real and imaginary part each have it over √2.
 pub(in crate::identify) const NOISE: f64 = 0.002;
@@ -178,9 +179,7 @@ pub(in crate::identify) fn layout() -> Wheel {
     layout
 }
 
-pub(in crate::identify) fn without_errors<const H: usize>(
-    mut layout: Layout<f64, 3, H>,
-) -> Layout<f64, 3, H> {
+pub(in crate::identify) fn without_errors(mut layout: Layout<f64, Rig>) -> Layout<f64, Rig> {
     layout.set_exact();
     layout
 }
@@ -191,8 +190,8 @@ pub(in crate::identify) fn bins() -> Vec<f64> {
 }
 
 /// Accelerances with errors of the layout's budget, and with noise.
-pub(in crate::identify) fn measure<const H: usize>(
-    layout: &Layout<f64, 3, H>,
+pub(in crate::identify) fn measure(
+    layout: &Layout<f64, Rig>,
     object: &Object,
     frequencies: &[f64],
     noise: f64,
@@ -200,7 +199,7 @@ pub(in crate::identify) fn measure<const H: usize>(
 ) -> Vec<C> {
     let mut mixing = Vec::new();
     let mut moved = layout.clone();
-    for sensor in &mut moved.sensors {
+    for sensor in moved.sensors.iter_mut() {
         let sigma = sensor.uncertainty;
         let shift = random.vector(sigma.position);
         (0..3).for_each(|k| sensor.position[k] += shift[k]);
@@ -246,11 +245,7 @@ pub(in crate::identify) fn measure<const H: usize>(
 }
 
 /// Mean force of the hits on a DOF, each beside its mark and turned.
-fn mean_force<const H: usize>(
-    hit: &Hit<f64>,
-    layout: &Layout<f64, 3, H>,
-    random: &mut Random,
-) -> Vector6<f64> {
+fn mean_force(hit: &Hit<f64>, layout: &Layout<f64, Rig>, random: &mut Random) -> Vector6<f64> {
     let nominal = Vector3::from(hit.direction);
     let across = |v: Vector3<f64>| v - nominal * nominal.dot(&v);
     let sigma = hit.uncertainty;

@@ -3,12 +3,13 @@ use std::vec::Vec;
 use super::super::learning::tests::{Normal, calibrated, drawn_through};
 use super::super::{BudgetScales, ErrorBudget, RIG_WORKSPACE, Start, solve};
 use super::*;
+use crate::capacity::Rig;
 use crate::layout::tests::bar_body;
 
 /// What is found in 40 tests through a chain that changes the accelerances.
 fn found(
     budget: ErrorBudget,
-    chain: impl Fn(&mut Responses<f64, 3>, f64),
+    chain: impl Fn(&mut Responses<f64, Rig>, f64),
 ) -> Vec<Option<Diagnostic>> {
     let (layout, body, mut normal) = (calibrated(), bar_body(), Normal::new());
     let mut memory = [0.0; RIG_WORKSPACE];
@@ -50,7 +51,10 @@ fn a_part_of_the_hammer_is_named_with_its_size() {
 fn a_memory_of_the_multiplexer_is_named_with_its_size() {
     const PART: f64 = 0.015;
     for stride in STRIDES {
-        let found = found(ErrorBudget::Learned, |a, _| *a += channels_before(a, 9, stride) * PART);
+        let found = found(ErrorBudget::Learned, |a, _| {
+            let before = channels_before(a, 9, stride);
+            a.add_multiple(&before, PART);
+        });
         let named: Vec<_> = found.into_iter().flatten().collect();
         assert_eq!(named.len(), 40, "stride {stride}");
         for one in named {
@@ -63,7 +67,7 @@ fn a_memory_of_the_multiplexer_is_named_with_its_size() {
 
 #[test]
 fn every_channel_follows_one_of_its_converter() {
-    let numbered = Responses::<f64, 3>::from_fn(|axis, sensor| (1 + 3 * sensor + axis) as f64);
+    let numbered = Responses::<f64, Rig>::from_fn(3, |k| (1 + k) as f64);
     let before = |responses, stride| -> Vec<f64> {
         channels_before(&numbered, responses, stride).iter().copied().collect()
     };

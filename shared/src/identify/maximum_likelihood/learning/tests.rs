@@ -8,6 +8,7 @@ use super::super::tests::{Bar, Dofs, exact, five_hits};
 use super::super::{ErrorBudget, MaximumLikelihoodSolution, RIG_WORKSPACE, Start, solve};
 use super::*;
 use crate::body::RigidBody;
+use crate::capacity::Rig;
 use crate::identify::ScatterAccumulator;
 use crate::layout::SensorUncertainty;
 use crate::layout::across;
@@ -60,11 +61,11 @@ pub(in super::super) fn drawn_through(
     body: &RigidBody<f64>,
     scales: BudgetScales<f64>,
     normal: &mut Normal,
-    chain: impl Fn(&mut Responses<f64, 3>, f64),
+    chain: impl Fn(&mut Responses<f64, Rig>, f64),
 ) -> Dofs<f64> {
     let mut truth = layout.clone();
     let mut sensitivity = Vec::new();
-    for sensor in &mut truth.sensors {
+    for sensor in truth.sensors.iter_mut() {
         let SensorUncertainty { position, rotation, gain, cross_axis } =
             scales.of_sensor(&sensor.uncertainty);
         let moved = Vector3::from(sensor.position) + normal.vector(position);
@@ -85,23 +86,23 @@ pub(in super::super) fn drawn_through(
         let mut by = |[p, d]: [f64; 2]| [p, p, d, d].map(|sigma| sigma * normal.next());
         let mark = by([sd.node_position, sd.node_direction]);
         let errors: Vec<_> = (0..HITS).map(|_| by([sd.position, sd.direction])).collect();
-        let mut hits = ScatterAccumulator::new();
+        let mut hits = ScatterAccumulator::new(3);
         for by in errors {
             let mut one = truth.clone();
             let hit = &mut one.hits[index];
             moved(&mut hit.position, &mut hit.direction, mark);
             moved(&mut hit.position, &mut hit.direction, by);
             let exact = one.accelerance(body, index).unwrap();
-            let mut reading = Responses::<f64, 3>::zeros();
+            let mut reading = Responses::<f64, Rig>::zeros(3);
             for (i, sensitivity) in sensitivity.iter().enumerate() {
-                let read: Vector3<f64> = exact.column(i).into_owned();
-                reading.set_column(i, &(sensitivity * read + normal.vector(NOISE)));
+                let read = Vector3::from(exact.of_sensor(i));
+                reading.set_sensor(i, (sensitivity * read + normal.vector(NOISE)).into());
             }
             let force = normal.between(14.0, 22.0);
             chain(&mut reading, force);
             hits.add(&reading, Some(force * force));
         }
-        let noise = Responses::repeat(NOISE / f64::from(HITS).sqrt());
+        let noise = Responses::repeat(3, NOISE / f64::from(HITS).sqrt());
         dofs.push((index, hits.mass_lines().with_noise(noise)));
     }
     dofs
@@ -118,7 +119,7 @@ fn fit(
     layout: &Bar<f64>,
     dofs: &Dofs<f64>,
     budget: ErrorBudget,
-) -> MaximumLikelihoodSolution<f64, 3, 5> {
+) -> MaximumLikelihoodSolution<f64, Rig> {
     let mut memory = [0.0; RIG_WORKSPACE];
     solve(layout, dofs, Start::InertiaRestraint, budget, &mut memory).unwrap()
 }

@@ -4,6 +4,7 @@ use super::super::learning::tests::{Normal, calibrated, drawn_through};
 use super::super::tests::Dofs;
 use super::super::{BudgetScales, ErrorBudget, RIG_WORKSPACE, Start, solve};
 use super::*;
+use crate::capacity::Rig;
 use crate::layout::tests::bar_body;
 use crate::responses::Responses;
 
@@ -18,7 +19,7 @@ fn found(dofs: &Dofs<f64>) -> Option<(Subject, f64)> {
 }
 
 /// Tests through a chain that changes the accelerances of a hit of this force.
-fn tests(chain: impl Fn(&mut Responses<f64, 3>, f64)) -> Vec<Dofs<f64>> {
+fn tests(chain: impl Fn(&mut Responses<f64, Rig>, f64)) -> Vec<Dofs<f64>> {
     let (layout, body, mut normal) = (calibrated(), bar_body(), Normal::new());
     let scales = BudgetScales::default();
     (0..40).map(|_| drawn_through(&layout, &body, scales, &mut normal, &chain)).collect()

@@ -1,7 +1,6 @@
 //! The three scales and what the residuals say about them: restricted maximum likelihood with a log-normal prior
 //! (theory, section 12).
 
-use heapless::Vec;
 use nalgebra::{SMatrix, SVector};
 
 use super::super::fit::Fit;
@@ -13,6 +12,7 @@ use super::super::normal_equations::NormalEquations;
 use super::super::pulls::{HitPull, UnknownValues};
 use super::super::undetermined;
 use crate::Real;
+use crate::capacity::{Capacity, List};
 use crate::diagnosis::Diagnostics;
 use crate::identify::budget::{BudgetScales, LearnedBudget, LearnedFrom};
 use crate::identify::{DofMassLines, Progress};
@@ -140,17 +140,17 @@ impl<R: Real> Scales<R> {
 impl<R: Real> Fit<R> {
     /// What the evaluated equations say about the scales. `products` has room for one column of all unknowns for each
     /// nuisance parameter of a hit. Afterwards the equations cannot be used.
-    pub(super) fn evidence<const S: usize, const H: usize>(
+    pub(super) fn evidence<C: Capacity>(
         &self,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
+        problem: &FitProblem<'_, R, C>,
+        dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,
         products: &mut [R],
     ) -> Result<Evidence<R>, Diagnostics> {
         let of_sensors = SENSOR_NUISANCES * problem.layout.sensors.len();
         equations.complete().ok_or_else(undetermined)?;
         let solution = equations.solution();
-        let unknowns = UnknownValues::<R, S>::of(problem.layout.sensors.len(), solution);
+        let unknowns = UnknownValues::<R, C>::of(problem.layout.sensors.len(), solution);
         let unknowns = unknowns.ok_or_else(undetermined)?;
         let mut pulls = SVector::<R, GROUPS>::zeros();
         pulls[SENSORS] = squared(&solution[..of_sensors]);
@@ -159,14 +159,15 @@ impl<R: Real> Fit<R> {
         let body = problem.body_of(&self.parameters.phi()).ok_or_else(undetermined)?;
         let model = Model::new(problem.layout, &problem.balance, &body).ok_or_else(undetermined)?;
         // Zᵀ W Z of each DOF, with the readings Z for one standard deviation of each nuisance parameter.
-        let mut own = Vec::<[[R; HIT_NUISANCES]; HIT_NUISANCES], H>::new();
+        let mut own = C::Hits::<[[R; HIT_NUISANCES]; HIT_NUISANCES]>::default();
         let mut columns = products.chunks_exact_mut(count);
         for (place, (index, lines)) in dofs.iter().enumerate() {
             let errors = equations.hit_errors(place);
             let terms = problem.terms(&model, *index, lines, &errors).ok_or_else(undetermined)?;
             let spread = &terms.model.spread.0;
-            let weighted = spread.map(|column| terms.weight.times(&column));
-            let products = weighted.map(|column| spread.map(|other| other.dot(&column)));
+            let weighted = spread.each_ref().map(|column| terms.weight.times(column));
+            let products =
+                weighted.each_ref().map(|column| spread.each_ref().map(|other| other.dot(column)));
             own.push(products).ok().ok_or_else(undetermined)?;
             let room = problem.with_rows(&model, &terms, |rows| {
                 let left = unknowns.left(rows);

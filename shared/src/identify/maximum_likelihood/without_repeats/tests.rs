@@ -5,6 +5,7 @@ use super::super::tests::{Bar, Dofs, exact, five_hits, worst};
 use super::super::{ErrorBudget, RIG_WORKSPACE};
 use super::*;
 use crate::body::RigidBody;
+use crate::capacity::Rig;
 use crate::identify::budget::LearnedFrom;
 use crate::layout::tests::bar_body;
 use crate::layout::{HitUncertainty, SensorUncertainty};
@@ -17,8 +18,8 @@ fn fit(layout: &Bar<f64>, dofs: &Dofs<f64>) -> Estimate<f64> {
 
 /// The averages of the hits alone.
 fn averages(dofs: Dofs<f64>) -> Dofs<f64> {
-    let without = |(index, mut lines): DofMassLines<f64, 3>| {
-        lines.scatter = ResponseSquare::zeros();
+    let without = |(index, mut lines): DofMassLines<f64, Rig>| {
+        lines.scatter = ResponseSquare::zeros(3);
         (index, lines)
     };
     dofs.into_iter().map(without).collect()
@@ -120,7 +121,7 @@ fn chi_squared_falls_by_twice_the_squares_of_the_pulls() {
     let (layout, body) = (calibrated(), bar_body());
     let dofs = drawn_averages(&layout, &body, BudgetScales::default(), &mut Normal::new());
     let mut memory = vec![0.0; workspace(3, 5)];
-    let (workspace, products) = memory.split_at_mut(super::super::workspace(3));
+    let (workspace, products) = memory.split_at_mut(super::super::workspace(3, 5));
     let start = Start::InertiaRestraint;
     let mut fit = Fit::start(&layout, &dofs, start, ErrorBudget::FirstOrder).unwrap();
     while fit.step(&layout, &dofs, workspace).unwrap() == Progress::Going {}
@@ -187,7 +188,7 @@ fn three_single_hits_at_each_dof_are_repeats() {
     two[3].1.hits = 2;
     assert!(!have_repeats(&two));
     let mut unknown = dofs;
-    unknown[0].1.scatter = ResponseSquare::zeros();
+    unknown[0].1.scatter = ResponseSquare::zeros(3);
     assert!(!have_repeats(&unknown));
 }
 
@@ -261,7 +262,7 @@ fn errors_far_beyond_the_budget_are_learned_where_no_fit_under_it_ends() {
             &dofs,
             start,
             ErrorBudget::Stated,
-            &mut memory[..super::super::workspace(3)],
+            &mut memory[..super::super::workspace(3, 5)],
         );
         let learned = solve(&layout, &dofs, start, &mut memory).is_ok();
         count[usize::from(learned)] += u32::from(stated.is_err());

@@ -4,6 +4,7 @@ use cortex_m_rt::entry;
 use massline_on_target::{Cost, end, measure};
 use massline_protocol::crc32_of_chunks;
 use massline_shared::body::RigidBody;
+use massline_shared::capacity::Rig;
 use massline_shared::design::{FurtherHitSearch, HitCandidates, Precision};
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::maximum_likelihood::{self, ErrorBudget, Fit, Start};
@@ -35,7 +36,7 @@ const ADC: AdcProperties = AdcProperties {
 };
 
 /// Mass lines of a rig's responses.
-type Dofs = [DofMassLines<f32, RIG_SENSORS>];
+type Dofs = [DofMassLines<f32, Rig>];
 
 #[entry]
 fn main() -> ! {
@@ -118,7 +119,7 @@ fn measure_a_hit_with_hum(memory: &mut Memory<f32>) {
 
 /// Hits the body once at the only DOF of a campaign, up to the whole record, with this amplitude of hum in every
 /// channel, codes, and returns the accelerances.
-fn hit_once(rig: &mut Measurement<'_, f32>, hum: f32) -> Responses<f32, RIG_SENSORS> {
+fn hit_once(rig: &mut Measurement<'_, f32>, hum: f32) -> Responses<f32, Rig> {
     let mut layout = layout(3);
     layout.test.hits_per_dof = 1;
     let truth = accelerance(&layout, &body(), 0);
@@ -131,12 +132,12 @@ fn hit_once(rig: &mut Measurement<'_, f32>, hum: f32) -> Responses<f32, RIG_SENS
     truth
 }
 
-fn assert_measured(rig: &Measurement<'_, f32>, truth: &Responses<f32, RIG_SENSORS>) {
+fn assert_measured(rig: &Measurement<'_, f32>, truth: &Responses<f32, Rig>) {
     let result = rig.result();
     let [(0, lines)] = result.mass_lines else { panic!("the DOF has no mass lines") };
     // 12 bits over ±16 g, for a peak of a few m/s².
-    let error = (lines.accelerance - truth).amax();
-    assert!(error <= 0.02 * truth.amax(), "{} instead of {truth}", lines.accelerance);
+    let error = (&lines.accelerance - truth).largest();
+    assert!(error <= 0.02 * truth.largest(), "{:?} instead of {truth:?}", lines.accelerance);
 }
 
 /// The steps of the analysis of the hit in the record; between two of them the rig handles everything else.
@@ -275,7 +276,7 @@ fn mass_lines_of(is: &RigLayout, hits: usize) -> DofList {
     (0..hits).map(|dof| (dof, mass_lines(&accelerance(is, &body, dof)))).collect()
 }
 
-type DofList = heapless::Vec<DofMassLines<f32, RIG_SENSORS>, RIG_HITS>;
+type DofList = heapless::Vec<DofMassLines<f32, Rig>, RIG_HITS>;
 
 /// The mass lines with hits and marks that turn as the budget states: along its direction a force is on average
 /// weaker, by half the squares of its turns about two axes each.
@@ -311,7 +312,7 @@ fn checksum(record: &Record) -> u32 {
 
 /// Scans with a tap of 5 ms and 20 N on a free body; every channel is sampled after the one before it, and hums at
 /// 50.1 Hz with this amplitude, codes, with half of it at twice and a quarter at three times that.
-fn hit(accelerance: &Responses<f32, RIG_SENSORS>, hum: f32) -> impl Iterator<Item = Scan> {
+fn hit(accelerance: &Responses<f32, Rig>, hum: f32) -> impl Iterator<Item = Scan> {
     const TAP: f32 = 20.0;
     /// Long enough for the trigger to measure the rest level.
     const QUIET: usize = 200;
@@ -340,26 +341,19 @@ fn hit(accelerance: &Responses<f32, RIG_SENSORS>, hum: f32) -> impl Iterator<Ite
 
 /// Three hits of different force with a scatter of about one percent, so that there is a covariance and a trend to
 /// compute.
-fn mass_lines(truth: &Responses<f32, RIG_SENSORS>) -> MassLines<f32, RIG_SENSORS> {
-    let mut hits = ScatterAccumulator::new();
+fn mass_lines(truth: &Responses<f32, Rig>) -> MassLines<f32, Rig> {
+    let mut hits = ScatterAccumulator::new(RIG_SENSORS);
     for hit in 0..3 {
-        let read = Responses::from_fn(|axis, sensor| {
-            let response = 3 * sensor + axis;
+        let read = Responses::from_fn(RIG_SENSORS, |response| {
             truth[response] + 0.005 * ((hit * 5 + response * 3) % 7) as f32 - 0.015
         });
         let force = 15.0 + 2.0 * hit as f32;
         hits.add(&read, Some(force * force));
     }
-    let mut lines = hits.mass_lines_at(*truth);
-    lines.noise.fill(0.005);
-    lines
+    hits.mass_lines_at(truth.clone()).with_noise(Responses::repeat(RIG_SENSORS, 0.005))
 }
 
-fn accelerance(
-    layout: &RigLayout,
-    body: &RigidBody<f32>,
-    dof: usize,
-) -> Responses<f32, RIG_SENSORS> {
+fn accelerance(layout: &RigLayout, body: &RigidBody<f32>, dof: usize) -> Responses<f32, Rig> {
     layout.accelerance(body, dof).expect("the body has inertia and the layout this hit")
 }
 

@@ -1,8 +1,8 @@
 //! Finds the force channel, the sampling rate and the hits of a recording.
 
-use massline_shared::signal::{CHANNELS, EdgeTrigger};
+use massline_shared::layout::HOST_SENSORS;
+use massline_shared::signal::EdgeTrigger;
 
-use super::understanding::origin;
 use super::{CutHit, MOST_HITS, Options};
 use crate::{Error, Result};
 use massline_files::recording::{
@@ -10,6 +10,8 @@ use massline_files::recording::{
 };
 use massline_files::units::{Quantity, force_unit, motion_unit};
 
+/// Most channels that are graded together: the hammer and the sensors of the largest layout.
+const MOST_CHANNELS: usize = 1 + 3 * HOST_SENSORS;
 /// A segment with fewer samples than this is rejected.
 const SHORTEST: usize = 32;
 /// Number of samples at the start of a segment whose mean is the zero level of its force.
@@ -37,9 +39,9 @@ pub(super) fn channel_order(recording: &mut Recording, options: &Options) -> Res
     if count < 2 {
         return Err(no_response(recording.left_out.get(before..).unwrap_or_default()));
     }
-    if count > CHANNELS {
+    if count > MOST_CHANNELS {
         let message = format!(
-            "there are {count} channels; at most {CHANNELS} are graded together: leave some out with \
+            "there are {count} channels; at most {MOST_CHANNELS} are graded together: leave some out with \
              --leave-out COLUMN, or export fewer"
         );
         return Err(Error::input("too_many_channels", message));
@@ -158,7 +160,7 @@ pub(super) fn check_rate(rate: &Rate, options: &Options) -> Result<()> {
         "the rate of {} Hz ({}) reaches {} Hz, and the band ends at {high} Hz: check the unit of the time (state it with \
          --unit) or the rate (--rate-hz), or lower the HIGH of --band-hz{notes}",
         six_digits(rate.hz),
-        origin(rate),
+        rate.origin(),
         six_digits(0.5 * rate.hz)
     );
     Err(Error::input("rate_too_low", message))

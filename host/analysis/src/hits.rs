@@ -3,13 +3,12 @@
 mod cut;
 mod polarity;
 mod repeats;
-mod report;
 mod understanding;
 
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::TestSettings;
 use massline_shared::signal::{
-    CHANNELS, ChannelRange, FftError, HitAnalysis, HitGrader, HitReport,
+    ChannelRange, FftError, HitAnalysis, HitGrader, HitReport, Signal, divide_by_force,
 };
 use nalgebra::Complex;
 
@@ -276,7 +275,8 @@ impl FrfLines {
     ) -> std::result::Result<Self, FftError> {
         let samples = hit.channels.iter().map(Vec::len).min().unwrap_or(0);
         let points = samples.next_power_of_two().max(4);
-        let analysis = HitAnalysis::of_signals(rate, 0.0, [1.0; CHANNELS], test, hit.pre_trigger);
+        let signals = vec![Signal::new(1.0, 0.0); hit.channels.len()];
+        let analysis = HitAnalysis::of_signals(rate, 0.0, signals, test, hit.pre_trigger);
         let resolution = analysis.resolution(points);
         let line = |frequency: f64| (frequency / resolution) as usize;
         let [low, high] = test.expected_band();
@@ -292,7 +292,7 @@ impl FrfLines {
         let mut frf = Vec::new();
         for response in 0..hit.channels.len().saturating_sub(1) {
             analysis.response(record, response, &mut scratch, &mut lines)?;
-            HitAnalysis::divide(&mut lines, &force);
+            divide_by_force(&mut lines, &force);
             frf.push(of_band(&lines));
         }
         Ok(Self { weight: of_band(&force).iter().map(|f| f.norm_sqr()).collect(), frf })
