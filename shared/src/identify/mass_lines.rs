@@ -117,7 +117,7 @@ impl<R: Real, C: Capacity> MassLines<R, C> {
     fn have_sensors(&self, sensors: usize) -> bool {
         let Self { accelerance, noise, scatter, trend, band_shift, .. } = self;
         let all = [accelerance, noise, &trend.products, band_shift];
-        all.iter().all(|of| of.sensors() == sensors) && scatter.rows() == 3 * sensors
+        all.iter().all(|responses| responses.sensors() == sensors) && scatter.rows() == 3 * sensors
     }
 
     /// Converts stored numbers: one accelerance and one standard deviation of its noise for each response,
@@ -308,8 +308,8 @@ pub(crate) fn by_reference<R: Real, C: Capacity>(
     dofs.iter().map(|(index, lines)| (*index, lines))
 }
 
-/// Errors for every DOF that the layout does not have, for numbers of another number of sensors, and for numbers that are
-/// not finite.
+/// Errors for every DOF that the layout does not have, for numbers of other sensors than the layout has, and for
+/// numbers that are not finite.
 pub(crate) fn check_mass_lines<R: Real, C: Capacity>(
     layout: &Layout<R, C>,
     dofs: &[DofMassLines<R, C>],

@@ -13,8 +13,8 @@ pub struct Signal<R> {
 }
 
 impl<R: Real> Signal<R> {
-    /// Readings of this scale, N or m/s², behind a first-order low-pass with this cutoff frequency, Hz; zero where there
-    /// is none.
+    /// Readings of this scale, N or m/s², behind a first-order low-pass with this cutoff frequency, Hz; zero without
+    /// one.
     pub fn new(scale: R, cutoff: R) -> Self {
         let lag = R::one() / (R::two_pi() * cutoff);
         Self { scale, lag: if lag.finite() { lag } else { R::zero() } }

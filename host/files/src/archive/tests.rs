@@ -236,8 +236,8 @@ fn a_dof_that_is_there_twice_is_named() {
     let dofs = archive["result"]["dofs"].as_array_mut().unwrap();
     dofs.push(dofs[0].clone());
     let bytes = serde_json::to_vec(&archive).unwrap();
-    let said = Archive::parse(&bytes, "a.massline").unwrap_err().to_string();
-    assert!(said.contains("result.dofs[1] (1:+Y): it is there twice"), "{said}");
+    let message = Archive::parse(&bytes, "a.massline").unwrap_err().to_string();
+    assert!(message.contains("result.dofs[1] (1:+Y): it is there twice"), "{message}");
 }
 
 #[test]

@@ -114,8 +114,9 @@ impl DrivingPoints {
             let band = match &of.band {
                 Band::Suspension(ends) => Shown::Suspension(*ends),
                 Band::MassLines(ends, lines) => {
-                    let of = |response: usize| lines.get(response).copied().unwrap_or_default();
-                    let all = Responses::from_fn(layout.sensors.len(), of);
+                    let reading =
+                        |response: usize| lines.get(response).copied().unwrap_or_default();
+                    let all = Responses::from_fn(layout.sensors.len(), reading);
                     Shown::MassLine(*ends, hit.unit_force(&reference).dot(&inverse.motion(&all)))
                 }
             };
