@@ -63,10 +63,7 @@ pub use nalgebra;
 
 pub use estimated::Estimated;
 pub use frequency_responses::FrequencyResponses;
-
 pub use progress::Progress;
 pub use real::Real;
 pub use responses::{ResponseRows, ResponseSquare, Responses};
-
-/// Standard acceleration of gravity, m/s².
-pub const STANDARD_GRAVITY: f64 = 9.806_65;
+pub use units::STANDARD_GRAVITY;

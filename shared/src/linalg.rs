@@ -15,7 +15,7 @@ pub(crate) use packed::{Packed, dot, lower_places, triangle};
 
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen, Vector3};
 
-use crate::Real;
+use crate::real::Real;
 use crate::sorting::sort_short;
 
 /// Largest number of sweeps of an iterative decomposition; two to three per value are normal.

@@ -13,8 +13,8 @@ use core::ops::{AddAssign, Div, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAs
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::Real;
 use crate::capacity::{Capacity, Item};
+use crate::real::Real;
 
 /// One value for each response: `v[k]` is that of response `k`.
 #[derive(Clone, Debug, PartialEq)]

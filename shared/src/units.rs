@@ -3,6 +3,9 @@
 //! Solvers use plain scalars in SI internally; a quantity has its unit as a type where one part of the
 //! program passes it to another.
 
+/// Standard acceleration of gravity, m/s².
+pub const STANDARD_GRAVITY: f64 = 9.806_65;
+
 macro_rules! unit {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*

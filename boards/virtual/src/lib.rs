@@ -26,9 +26,6 @@ pub mod rig;
 pub mod sampler;
 pub mod tcp;
 
-/// Name of this board in the identity of a rig.
-pub const BOARD: &str = "virtual";
-
 pub use flash::FlashBacking;
-pub use rig::{RigPanicked, StartError, VirtualBoard, VirtualRig, VirtualRigOptions};
+pub use rig::{BOARD, RigPanicked, StartError, VirtualBoard, VirtualRig, VirtualRigOptions};
 pub use sampler::Timing;

@@ -22,6 +22,9 @@ use crate::pipe::{DEFAULT_CAPACITY, HostEnd, PipeLink, pipe};
 use crate::sampler::{SharedSource, SourceSampler, Timing};
 use massline_physics::source::ScanSource;
 
+/// Name of this board in the identity of a rig.
+pub const BOARD: &str = "virtual";
+
 /// The board that the application runs on here.
 pub type VirtualBoard = Board<SourceSampler, PipeLink, Flash, OperatorPanel>;
 
@@ -236,7 +239,7 @@ impl Drop for VirtualRig {
 
 fn board_info(options: &VirtualRigOptions) -> BoardInfo {
     BoardInfo {
-        name: crate::BOARD,
+        name: BOARD,
         firmware: env!("CARGO_PKG_VERSION"),
         git_hash: env!("MASSLINE_GIT_HASH"),
         git_dirty: env!("MASSLINE_GIT_DIRTY") == "true",

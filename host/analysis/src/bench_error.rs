@@ -8,7 +8,7 @@ use crate::Error;
 pub fn bench_error(error: impl Into<BenchError>) -> Error {
     let error = error.into();
     let code = match &error {
-        BenchError::UnknownName(_) => "unknown_bench",
+        BenchError::UnknownName { .. } => "unknown_bench",
         BenchError::File(_) => "malformed_bench",
         _ => "bench_does_not_fit",
     };

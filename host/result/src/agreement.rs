@@ -7,7 +7,8 @@ use massline_shared::diagnosis::Code;
 use massline_shared::identify::Method;
 use massline_shared::identify::agreement::Outcome;
 
-use crate::{Named, Properties};
+use crate::named::Named;
+use crate::properties::Properties;
 
 /// What all methods say together on the same data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -2,7 +2,9 @@
 
 use massline_shared::body::INERTIAL_PARAMETERS;
 
-use crate::{Estimate, TestResult, Verdict};
+use crate::estimate::Estimate;
+use crate::test_result::TestResult;
+use crate::verdict::Verdict;
 
 /// A statement of a result that contradicts another one, or that nothing can be.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Spread;
+use crate::properties::Spread;
 
 /// Errors of sensors and hits as the fit has found them, and how much each of them matters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Properties;
+use crate::properties::Properties;
 
 /// What an error source contributes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

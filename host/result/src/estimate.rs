@@ -7,7 +7,10 @@ use nalgebra::{SMatrix, Vector3, Vector6};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Finding, LearnedFrom, Named, Properties, Spread};
+use crate::details::LearnedFrom;
+use crate::finding::Finding;
+use crate::named::Named;
+use crate::properties::{Properties, Spread};
 
 /// The answer of a method: the ten properties in the body frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Estimate, FindingCode, Spread};
+use crate::estimate::Estimate;
+use crate::finding_code::FindingCode;
+use crate::properties::Spread;
 
 /// The search for a single mistake that explains the data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -5,7 +5,9 @@ use massline_shared::identify::Method;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{FindingCode, Named, Verdict};
+use crate::finding_code::FindingCode;
+use crate::named::Named;
+use crate::verdict::Verdict;
 
 /// A note, a warning or an error about a test.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

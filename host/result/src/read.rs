@@ -3,8 +3,10 @@
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
 
+use crate::check::Contradiction;
+use crate::modes::Modes;
 use crate::test_result::SCHEMA_VERSION;
-use crate::{Contradiction, Modes, TestResult};
+use crate::test_result::TestResult;
 
 /// What to do with a document that is not as expected.
 pub const ADVICE: &str = "give an archive, or the whole output of massline solve, measure, results get, simulate or replay \

@@ -6,11 +6,22 @@ use massline_shared::mass_line::Terms;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    Agreement, CalibrationSigma, Details, ErrorSource, Estimate, FilePath, Finding,
-    FrequencyResponsesRead, GlobalFit, LoggedHit, MassLine, MeasuredDof, Modes, ModesSoFar, Named,
-    Precision, Properties, Refusal, SingleFaults, Unseen, Verdict, VerdictReason,
-};
+use crate::agreement::Agreement;
+use crate::calibration_sigma::CalibrationSigma;
+use crate::details::Details;
+use crate::error_source::ErrorSource;
+use crate::estimate::Estimate;
+use crate::fault::SingleFaults;
+use crate::file_path::FilePath;
+use crate::finding::{Finding, Refusal, Unseen, VerdictReason};
+use crate::frequency_responses::FrequencyResponsesRead;
+use crate::hit_log::LoggedHit;
+use crate::measured::{GlobalFit, MassLine, MeasuredDof};
+use crate::modes::{Modes, ModesSoFar};
+use crate::named::Named;
+use crate::precision::Precision;
+use crate::properties::Properties;
+use crate::verdict::Verdict;
 
 /// The version of the JSON documents. It is incremented whenever a key is renamed or removed or changes its meaning, but not
 /// when a key is added.

@@ -7,7 +7,6 @@ use massline_shared::signal::{CHANNELS, Scan};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::Bench;
 pub use super::channels::Channels;
 use super::channels::{Sampled, UNLIMITED, per_channel};
 use super::converter::Converter;
@@ -15,6 +14,7 @@ use super::errors::{TestErrors, normal};
 use super::faults;
 use super::flicker::Flicker;
 use super::streams::{Branch, branch};
+use crate::bench::Bench;
 
 /// The chains of all channels. Inputs are newtons for the hammer and m/s² for the others.
 #[derive(Clone, Debug)]
@@ -241,7 +241,7 @@ impl FilteredNoise {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ErrorSizes;
+    use crate::error_sizes::ErrorSizes;
 
     fn quiet_bench() -> (Bench, TestErrors) {
         let bench = Bench::named("ideal").unwrap();

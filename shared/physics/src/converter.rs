@@ -8,7 +8,6 @@ use massline_shared::signal::{CHANNELS, Scan};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::Bench;
 use super::channels::{Channels, Sampled, per_channel};
 use super::errors::{TestErrors, normal};
 use super::faults;
@@ -17,6 +16,7 @@ use super::nonlinearity::Nonlinearity;
 use super::slow::Slow;
 use super::streams::{Branch, branch};
 use super::supply::Supply;
+use crate::bench::Bench;
 
 /// Everything between the filters and the codes.
 #[derive(Clone, Debug)]

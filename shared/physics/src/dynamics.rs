@@ -5,9 +5,9 @@
 
 use nalgebra::{Matrix4, Vector3};
 
-use super::file::ElasticMode;
+use super::settings::ElasticMode;
 use super::suspension::RigidMode;
-use super::{Bench, BenchError};
+use crate::bench::{Bench, BenchError};
 
 /// Mass-normalised motion of one point in one mode.
 #[derive(Clone, Copy, Debug, PartialEq)]

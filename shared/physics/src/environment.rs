@@ -7,11 +7,11 @@ use nalgebra::{DMatrix, DVector, Vector3, Vector6};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::Bench;
 use super::dynamics::Step;
 use super::errors::{normal, normal_vector};
 use super::slow::Slow;
 use super::suspension::{RigidMode, Suspension};
+use crate::bench::Bench;
 
 /// Force on the object, N, and moment about the origin, N m.
 pub(super) type Load = Vector6<f64>;

@@ -3,20 +3,9 @@
 use massline_shared::layout::{
     ApparatusUncertainty, HitUncertainty, HostLayout, SensorUncertainty,
 };
-use serde::Deserialize;
 
-use super::Bench;
-
-/// What says how large the errors of a test are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ErrorsFrom {
-    /// The bench file.
-    #[default]
-    Bench,
-    /// The error budget of the layout: what its table `uncertainty` states, and the defaults.
-    Layout,
-}
+use crate::bench::Bench;
+use crate::settings::ErrorsFrom;
 
 /// Standard deviations of the errors of sensors, hits, hammer and gravity that a test on the bench has.
 #[derive(Clone, Debug, PartialEq)]

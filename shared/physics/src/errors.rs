@@ -6,9 +6,9 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use super::Bench;
 use super::error_sizes::ErrorSizes;
 use super::suspension::Suspension;
+use crate::bench::Bench;
 
 /// Errors of one triaxial sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]

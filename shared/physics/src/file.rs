@@ -9,15 +9,14 @@ use std::ops::RangeInclusive;
 use serde::Deserialize;
 
 use super::body::BodyTable;
-use super::faults::Fault;
 use super::locate::{BenchFileError, Located};
 use super::settings::{
-    AdcSettings, EnvironmentSettings, HammerSettings, MainsSettings, OperatorSettings, SIGMA,
-    SensorSettings, SupplySettings, TapSettings,
+    AdcSettings, ElasticMode, EnvironmentSettings, ErrorsFrom, Fault, HammerSettings,
+    MainsSettings, Node, OperatorSettings, SIGMA, SensorSettings, SupplySettings, TapSettings,
 };
 use super::sprung_part::SprungPart;
 use super::suspension::{Cord, Suspension, rigid_modes};
-use super::{Bench, ErrorsFrom};
+use crate::bench::{Bench, BenchError};
 
 /// The default bench, from which tables missing in a file are taken.
 pub const DEFAULT: &str = include_str!("../benches/default.toml");
@@ -77,43 +76,30 @@ const SPRUNG_SHARE: RangeInclusive<f64> = 1e-6..=0.99;
 /// Largest allowed acceleration of gravity along an axis, m/s².
 const MOST_GRAVITY: f64 = 100.0;
 
-/// A point at which the motion in the elastic modes is defined.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [[node]]")]
-pub struct Node {
-    /// Its number in layouts.
-    pub id: u16,
-    /// Position in the body frame, m.
-    pub position_m: [f64; 3],
-}
+impl Bench {
+    /// The bundled benches.
+    pub const BUNDLED: &[Bundled] = &BUNDLED;
 
-/// An elastic mode of the free object.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [[elastic_mode]]")]
-pub struct ElasticMode {
-    /// Undamped frequency, Hz.
-    pub frequency_hz: f64,
-    /// Fraction of critical damping.
-    #[serde(default = "half_percent")]
-    pub damping_ratio: f64,
-    /// Motion of every node.
-    pub shape: Vec<NodeShape>,
-}
+    /// A bundled bench.
+    ///
+    /// # Errors
+    /// When no bundled bench has this name.
+    pub fn named(name: &str) -> Result<Self, BenchError> {
+        let bundled = BUNDLED.iter().find(|bundled| bundled.name == name);
+        let bundled = bundled.ok_or_else(|| BenchError::UnknownName {
+            name: name.to_owned(),
+            bundled: BUNDLED.map(|bundled| bundled.name).join(", "),
+        })?;
+        Self::parse(bundled.text, name)
+    }
 
-/// Mass-normalised motion of one node in an elastic mode.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [[elastic_mode.shape]]")]
-pub struct NodeShape {
-    /// The node.
-    pub node: u16,
-    /// Translation along the body axes, kg^(−1/2).
-    pub translation: [f64; 3],
-    /// Rotation about the body axes, rad/(m √kg).
-    pub rotation: [f64; 3],
-}
-
-fn half_percent() -> f64 {
-    0.005
+    /// A bench from the text of a bench file; `file` is its name in errors.
+    ///
+    /// # Errors
+    /// Names file, line and key of the first thing that is wrong.
+    pub fn parse(text: &str, file: &str) -> Result<Self, BenchError> {
+        Ok(parse(text, file)?)
+    }
 }
 
 #[derive(Deserialize)]

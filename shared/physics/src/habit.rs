@@ -7,7 +7,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::error_sizes::ErrorSizes;
 use super::errors::{normal, normal_vector};
-use super::{Bench, faults};
+use super::faults;
+use crate::bench::Bench;
 
 /// Forces of the tip that the hammer does not measure, in addition to the force along its axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

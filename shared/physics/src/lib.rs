@@ -14,8 +14,9 @@
 //!
 //! | module | subject |
 //! | --- | --- |
+//! | `bench` | a checked bench: what all other modules read |
 //! | [`file`](mod@file) | the bench file |
-//! | [`settings`] | its tables about sensors, hammer, converter, mains, supply, environment, taps and operator |
+//! | [`settings`] | its tables: every key with default and allowed values; nodes, elastic modes, mistakes |
 //! | [`body`] | composes the object from boxes, cylinders and points |
 //! | [`suspension`] | how the object hangs, and its rigid modes |
 //! | [`sprung_part`] | a part of the object on springs of its own, such as a tyre |
@@ -34,7 +35,7 @@
 //! | `nonlinearity` | integral and differential nonlinearity of the converter |
 //! | [`errors`] | errors that stay constant over a test |
 //! | [`error_sizes`] | how large they and those of the hits are |
-//! | [`faults`] | gross mistakes: a reversed axis, swapped cables, a hit at the wrong node |
+//! | `faults` | what mistakes do to sensors, hits and cables |
 //! | [`taps`] | good and bad taps |
 //! | `habit` | what all hits at a DOF have in common: side of the mark, forces of the tip |
 //! | [`responses`] | frequency responses by formula, without taps |
@@ -44,10 +45,7 @@
 
 #![forbid(unsafe_code)]
 
-use massline_shared::body::RigidBody;
-use massline_shared::signal::RESPONSES;
-use nalgebra::Vector3;
-
+mod bench;
 pub mod body;
 pub mod chain;
 mod channels;
@@ -56,7 +54,7 @@ pub mod dynamics;
 mod environment;
 pub mod error_sizes;
 pub mod errors;
-pub mod faults;
+mod faults;
 pub mod file;
 mod flicker;
 mod free_response;
@@ -81,183 +79,10 @@ pub mod tumble;
 #[cfg(test)]
 mod tests;
 
-pub use error_sizes::{ErrorSizes, ErrorsFrom};
-pub use faults::Fault;
+pub use bench::{Bench, BenchError};
+pub use error_sizes::ErrorSizes;
 pub use file::Bundled;
 pub use locate::BenchFileError;
 pub use operator::{BenchSource, TapHandle};
+pub use settings::{ErrorsFrom, Fault};
 pub use tumble::{TumbleHandle, TumbleSource};
-
-use file::{ElasticMode, Node};
-use settings::{
-    AdcSettings, EnvironmentSettings, HammerSettings, MainsSettings, OperatorSettings,
-    SensorSettings, SupplySettings, TapSettings,
-};
-use sprung_part::SprungPart;
-use suspension::{Suspension, SuspensionError};
-
-/// Frequencies of the suspension of a rigid object over the highest: three translations, three rotations. No two are
-/// equal, as on cords.
-const RELATIVE_FREQUENCIES: [f64; 6] = [0.38, 0.45, 0.9, 0.55, 0.72, 1.0];
-/// Its fraction of critical damping, that of the default bench.
-const RIGID_DAMPING_RATIO: f64 = 0.01;
-
-/// A checked bench.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Bench {
-    /// Free text.
-    pub title: String,
-    /// Acceleration of gravity in the body frame as suspended, m/s².
-    pub gravity: Vector3<f64>,
-    /// Tilt of the object, and so of gravity in its frame, about each axis across gravity, 1 σ, rad; drawn once for each test.
-    pub gravity_tilt_sigma_rad: f64,
-    /// What says how large the errors of sensors, hits, hammer and gravity are.
-    pub errors: ErrorsFrom,
-    /// The object.
-    pub body: RigidBody<f64>,
-    /// How the object hangs.
-    pub suspension: Suspension,
-    /// The part of the object that is on springs of its own, if there is one; the object includes it, and the
-    /// sensors and hits are on the rest.
-    pub sprung_part: Option<SprungPart>,
-    /// Nodes at which the motion in the elastic modes is defined.
-    pub nodes: Vec<Node>,
-    /// Elastic modes of the free object.
-    pub elastic: Vec<ElasticMode>,
-    /// The accelerometers.
-    pub sensor: SensorSettings,
-    /// The hammer.
-    pub hammer: HammerSettings,
-    /// The converter.
-    pub adc: AdcSettings,
-    /// The hum of the mains in the channels.
-    pub mains: MainsSettings,
-    /// The supply of sensors and converter.
-    pub supply: SupplySettings,
-    /// What moves the object besides the hammer.
-    pub environment: EnvironmentSettings,
-    /// Properties of good taps.
-    pub tap: TapSettings,
-    /// Frequency of bad taps, and timing.
-    pub operator: OperatorSettings,
-    /// Number of the mounting of the sensors: with another number the same sensors have other errors of
-    /// position and rotation.
-    pub mounting: u16,
-    /// Mistakes made in setting up the test.
-    pub faults: Vec<Fault>,
-}
-
-fn bundled_names() -> String {
-    Bench::BUNDLED.iter().map(|bundled| bundled.name).collect::<Vec<_>>().join(", ")
-}
-
-/// Why a bench cannot be made, or why a layout cannot be measured on it.
-#[derive(Debug, thiserror::Error)]
-pub enum BenchError {
-    /// The file has invalid content.
-    #[error(transparent)]
-    File(#[from] BenchFileError),
-    /// No bundled bench has this name.
-    #[error("there is no bench named {0:?}; the bundled ones are {names}", names = bundled_names())]
-    UnknownName(String),
-    /// The object cannot hang as described.
-    #[error(transparent)]
-    Suspension(#[from] SuspensionError),
-    /// The layout has more sensors than the rig has channels.
-    #[error("the layout has {0} triaxial sensors, the rig takes {max}", max = RESPONSES / 3)]
-    TooManySensors(usize),
-    /// The layout uses a node at which the motion in the elastic modes is not defined.
-    #[error(
-        "the bench does not know how node {0} moves in its elastic modes: give it a [[node]] and a \
-         shape in every [[elastic_mode]], or write elastic_mode = []"
-    )]
-    NodeWithoutShape(u16),
-    /// No object has these properties.
-    #[error(
-        "no object has these properties: the mass must be positive and the inertia about the centre of mass must \
-         satisfy the triangle inequality"
-    )]
-    NoSuchBody,
-    /// A fault refers to something that the layout does not have.
-    #[error(
-        "{fault}: there is no such {missing}; sensors and hits are counted from 1 in the order of the layout"
-    )]
-    FaultWithoutSubject {
-        /// The fault.
-        fault: Fault,
-        /// What does not exist.
-        missing: &'static str,
-    },
-    /// The layout has a node at another position than the bench.
-    #[error(
-        "node {node} lies at {layout:?} m in the layout and at {bench:?} m on the bench, whose \
-         elastic modes are known there only"
-    )]
-    NodeElsewhere {
-        /// The node.
-        node: u16,
-        /// Its position in the layout, m.
-        layout: [f64; 3],
-        /// Its position on the bench, m.
-        bench: [f64; 3],
-    },
-}
-
-impl Bench {
-    /// The true properties of the object, in the body frame of the layouts.
-    pub fn truth(&self) -> RigidBody<f64> {
-        self.body
-    }
-
-    pub(crate) fn node(&self, id: u16) -> Option<&Node> {
-        self.nodes.iter().find(|n| n.id == id)
-    }
-
-    /// The same measuring chain with a rigid object of these properties instead, whose highest suspension mode has the
-    /// frequency `highest_hz`. Any point of it can be hit or carry a sensor.
-    ///
-    /// # Errors
-    /// When no object has these properties, or it cannot hang.
-    pub fn with_rigid_body(
-        self,
-        body: RigidBody<f64>,
-        highest_hz: f64,
-    ) -> Result<Self, BenchError> {
-        if !body::is_physical(&body) {
-            return Err(BenchError::NoSuchBody);
-        }
-        let hz = RELATIVE_FREQUENCIES.map(|relative| relative * highest_hz);
-        let suspension = Suspension::Frequencies { hz, damping_ratio: RIGID_DAMPING_RATIO };
-        suspension::rigid_modes(&body, &suspension, &self.gravity)?;
-        Ok(Self {
-            title: "rigid body".into(),
-            body,
-            suspension,
-            sprung_part: None,
-            nodes: Vec::new(),
-            elastic: Vec::new(),
-            ..self
-        })
-    }
-
-    /// The bundled benches.
-    pub const BUNDLED: &[Bundled] = &file::BUNDLED;
-
-    /// A bundled bench.
-    ///
-    /// # Errors
-    /// When no bundled bench has this name.
-    pub fn named(name: &str) -> Result<Self, BenchError> {
-        let found = Self::BUNDLED.iter().find(|bundled| bundled.name == name);
-        let text = found.ok_or_else(|| BenchError::UnknownName(name.to_string()))?.text;
-        Self::parse(text, name)
-    }
-
-    /// A bench from the text of a bench file; `file` is its name in errors.
-    ///
-    /// # Errors
-    /// Names file, line and key of the first thing that is wrong.
-    pub fn parse(text: &str, file: &str) -> Result<Self, BenchError> {
-        Ok(file::parse(text, file)?)
-    }
-}

@@ -7,8 +7,9 @@ use nalgebra::Vector3;
 
 use super::body::{compose, point};
 use super::errors::TestErrors;
+use super::faults;
 use super::suspension::{RigidMode, SuspensionError, rigid_modes_with_springs};
-use super::{Bench, faults};
+use crate::bench::Bench;
 
 /// The rigid modes of the object with its boards and cables: six, or twelve with a part on springs of its own.
 pub(super) fn loaded_modes(

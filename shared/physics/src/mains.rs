@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::{Bench, faults};
+use super::faults;
+use crate::bench::Bench;
 
 /// A periodic voltage whose phase is random, because a hit is not locked to the mains.
 #[derive(Clone, Debug)]

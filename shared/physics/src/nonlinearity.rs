@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::Bench;
 use super::errors::TestErrors;
+use crate::bench::Bench;
 
 /// Periods of the sine over the full scale.
 const PERIODS: f64 = 3.0;

@@ -18,7 +18,7 @@ use super::habit::HitHabit;
 use super::simulation::{Drive, Simulation};
 use super::streams::stream;
 use super::taps::{Tap, TapKind};
-use super::{Bench, BenchError};
+use crate::bench::{Bench, BenchError};
 use crate::source::ScanSource;
 
 /// Time between a key press and its tap, s: longer than the scans before the trigger.

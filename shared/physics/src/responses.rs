@@ -6,9 +6,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use super::Bench;
 pub use super::sprung_part::SprungPart;
 use super::suspension::{SuspensionError, of_modes, rigid_modes};
+use crate::bench::Bench;
 
 /// A dashpot between a point of the object and the ground, such as a cable that rubs.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -19,7 +19,7 @@ use super::loads::loaded_modes;
 use super::streams::{Branch, branch};
 use super::suspension::RigidMode;
 use super::taps::{Tap, TapKind};
-use super::{Bench, BenchError};
+use crate::bench::{Bench, BenchError};
 
 /// Number of modes in which the object swings on its suspension, the lowest ones.
 const ON_SUSPENSION: usize = 6;
@@ -388,7 +388,7 @@ fn load_modes(forces: &mut [f64], rigid: &[RigidMode], load: &Load) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ErrorSizes;
+    use crate::error_sizes::ErrorSizes;
     use crate::habit::Tip;
     use crate::taps::Contact;
     use crate::tests::test_one;

@@ -10,8 +10,8 @@ use massline_shared::signal::{CHANNELS, HAMMER};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::Bench;
 use super::channels::Channels;
+use crate::bench::Bench;
 
 /// A supply that is not steady.
 #[derive(Clone, Debug)]

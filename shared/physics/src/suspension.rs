@@ -263,7 +263,7 @@ fn quarter_meter() -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Bench;
+    use crate::bench::Bench;
     use crate::body::block;
 
     fn vertical(x: f64, y: f64, z: f64, axial: f64, length: f64) -> Cord {

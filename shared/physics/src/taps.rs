@@ -5,10 +5,10 @@ use nalgebra::{Matrix3, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::Bench;
 use super::errors::normal_vector;
 use super::habit::HitHabit;
 pub use super::habit::Tip;
+use crate::bench::Bench;
 
 /// Kind of a tap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -243,7 +243,7 @@ fn within([low, high]: [f64; 2], draw: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ErrorSizes;
+    use crate::error_sizes::ErrorSizes;
     use rand::SeedableRng;
 
     fn taps(bench: &Bench, count: u64) -> Vec<Tap> {

@@ -19,7 +19,8 @@ use massline_shared::layout::{Dof, Hit, HostLayout, Sensor};
 use massline_shared::signal::{CHANNELS, Scan};
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Bench, BenchError, BenchSource};
+use crate::bench::{Bench, BenchError};
+use crate::operator::BenchSource;
 use crate::source::ScanSource;
 
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

@@ -14,7 +14,7 @@ use super::error_sizes::ErrorSizes;
 use super::errors::{TestErrors, normal};
 use super::operator::TEST;
 use super::streams::stream;
-use super::{Bench, BenchError};
+use crate::bench::{Bench, BenchError};
 use crate::source::ScanSource;
 
 /// Makes scans of the sensors of a bench while they lie still, all side by side on one square block that

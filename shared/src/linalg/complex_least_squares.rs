@@ -4,7 +4,7 @@
 use nalgebra::{Complex, SMatrix};
 
 use super::{Spectrum, count_above, spectrum};
-use crate::Real;
+use crate::real::Real;
 
 /// Complex linear least squares of `N` unknowns for `M` right sides, whose rows arrive one by one: as
 /// [`LeastSquares`](super::LeastSquares), with rotations whose cosine is real.

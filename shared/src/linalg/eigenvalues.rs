@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use crate::Real;
+use crate::real::Real;
 
 /// Largest number of steps for an eigenvalue; two or three are usual.
 const MOST_STEPS: usize = 30;

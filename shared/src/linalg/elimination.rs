@@ -1,6 +1,6 @@
 //! Elimination of some unknowns from equations that arrive a few at a time, in lent memory.
 
-use crate::Real;
+use crate::real::Real;
 
 /// Eliminates the first unknowns of equations whose rows arrive a few at a time: what is left of a row is an equation of the
 /// other columns. As [`LeastSquares`](super::LeastSquares), for sizes that are known at run time and for several right

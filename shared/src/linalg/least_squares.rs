@@ -4,7 +4,7 @@
 use nalgebra::SVector;
 
 use super::{Spectrum, spectrum};
-use crate::Real;
+use crate::real::Real;
 
 /// Linear least squares whose rows arrive one by one. Only the triangular factor of the rows so far is
 /// stored, so the memory does not grow with their number. Givens rotations (Golub & Van Loan, Matrix

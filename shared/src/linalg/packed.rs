@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use crate::Real;
+use crate::real::Real;
 
 /// Number of elements of a packed matrix with this number of rows; also where a row begins.
 pub(crate) const fn triangle(rows: usize) -> usize {

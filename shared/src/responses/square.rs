@@ -5,8 +5,8 @@ use core::ops::{Index, IndexMut};
 use nalgebra::Matrix3;
 
 use super::{Responses, add_multiple};
-use crate::Real;
 use crate::capacity::{Capacity, Item, ResponsePairs};
+use crate::real::Real;
 
 /// A square matrix over the responses, column by column.
 #[derive(Clone, Debug, PartialEq)]

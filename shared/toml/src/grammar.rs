@@ -2,7 +2,7 @@
 
 use toml::de::Error;
 
-use super::{TomlError, shown};
+use super::error::{TomlError, shown};
 
 /// What can stand on a line.
 const LINE: &str =

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use serde::de::{Error, Expected, Unexpected};
 
-use super::{TomlError, shown};
+use super::error::{TomlError, shown};
 
 /// What serde's readers ask for, and its name for the owner of a text.
 const TYPES: [(&str, &str); 16] = [

@@ -1,5 +1,6 @@
 use serde::Deserialize;
 
+use super::error::MOST_SHOWN;
 use super::*;
 
 #[derive(Deserialize, Debug)]

@@ -1,7 +1,7 @@
 //! Mistakes on the bench, made before a test is measured.
 
 use massline_physics::Bench;
-use massline_physics::faults::Fault;
+use massline_physics::Fault;
 use massline_physics::suspension::Suspension;
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::Axis;

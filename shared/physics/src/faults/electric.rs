@@ -4,7 +4,7 @@ use massline_shared::layout::Axis;
 use massline_shared::signal::CHANNELS;
 
 use super::Fault;
-use crate::Bench;
+use crate::bench::Bench;
 use crate::channels::{Channels, UNLIMITED};
 
 /// How far each channel can move from its value at rest, N or m/s².

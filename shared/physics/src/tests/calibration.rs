@@ -4,7 +4,7 @@ use massline_shared::STANDARD_GRAVITY;
 use massline_shared::calibration::tumble::Position;
 
 use super::*;
-use crate::TumbleSource;
+use crate::tumble::TumbleSource;
 
 #[test]
 fn the_sensors_of_a_seed_are_the_same_ones_everywhere_and_glued_anew_on_the_block() {

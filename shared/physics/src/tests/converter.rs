@@ -9,13 +9,15 @@ use rand_chacha::ChaCha8Rng;
 
 use super::physics::{no_errors, samples, tapped_with};
 use super::{exact, scans, tapped, test_one};
+use crate::bench::Bench;
 use crate::chain::Chain;
 use crate::channels::UNLIMITED;
+use crate::error_sizes::ErrorSizes;
 use crate::errors::TestErrors;
 use crate::nonlinearity::Nonlinearity;
+use crate::operator::BenchSource;
 use crate::source::ScanSource;
 use crate::taps::Tip;
-use crate::{Bench, BenchSource, ErrorSizes};
 
 /// As [`exact`], with 16 bits.
 pub(super) fn fine(faults: &[&str]) -> Bench {

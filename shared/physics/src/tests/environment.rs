@@ -9,11 +9,12 @@ use rand_chacha::ChaCha8Rng;
 use super::physics::no_errors;
 use super::scans;
 use super::wheel::{quiet, wheel_layout};
+use crate::bench::Bench;
 use crate::environment::Environment;
+use crate::operator::BenchSource;
 use crate::simulation::Simulation;
 use crate::source::ScanSource;
 use crate::suspension::{Suspension, rigid_modes};
-use crate::{Bench, BenchSource};
 
 const SCAN: f64 = 2.5e-4;
 

@@ -4,8 +4,10 @@ use massline_shared::layout::HostLayout;
 use nalgebra::Vector3;
 
 use super::{scans, test_one};
+use crate::bench::Bench;
+use crate::operator::BenchSource;
+use crate::settings::ErrorsFrom;
 use crate::source::ScanSource;
-use crate::{Bench, BenchSource, ErrorsFrom};
 
 /// Seeds over which errors are averaged.
 const SEEDS: u64 = 200;

@@ -1,7 +1,9 @@
 //! The effect of setup mistakes on the scans.
 
 use super::{exact, layout, tapped, test_one};
-use crate::{Bench, BenchError, BenchSource, Fault};
+use crate::bench::{Bench, BenchError};
+use crate::operator::BenchSource;
+use crate::settings::Fault;
 use massline_shared::signal::Scan;
 
 /// Deviation of channel `k` from 1.5 V, in codes.

@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use crate::{Bench, file};
+use crate::bench::Bench;
+use crate::file;
 
 #[test]
 fn an_empty_file_is_the_default_bench() {
@@ -108,6 +109,7 @@ fn a_wrong_file_is_refused_with_line_and_key() {
         ("[adc]\nbow_lsb = 1e4", 2, "adc.bow_lsb", "from -1000 to 1000"),
         ("[adc]\nmemory = 0.9", 2, "adc.memory", "from 0 to 0.5"),
         ("[adc]\nclock_error = 1", 2, "adc.clock_error", "from -0.1 to 0.1"),
+        ("[adc]\njitter_s = 1e-2", 2, "adc.jitter_s", "from 0 to 0.000025"),
         ("[adc]\njitter_s = 1e-3", 2, "adc.jitter_s", "from 0 to 0.000025"),
         ("[mains]\nfrequency_hz = 0", 2, "mains.frequency_hz", "from 1 to 1000"),
         ("[mains]\namplitude_v = -1", 2, "mains.amplitude_v", "from 0 to 100"),

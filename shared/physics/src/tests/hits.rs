@@ -4,9 +4,10 @@ use nalgebra::Vector3;
 
 use super::physics::{accelerance_to, mass_lines, tapped_with};
 use super::{exact, tapped, test_one};
+use crate::bench::Bench;
+use crate::operator::BenchSource;
 use crate::source::ScanSource;
 use crate::taps::{Tap, Tip};
-use crate::{Bench, BenchSource};
 
 /// The tap of an arming.
 fn tap(bench: &Bench, arming: u32, dof: usize) -> Tap {

@@ -4,10 +4,11 @@ use nalgebra::{Matrix6, Vector3};
 
 use super::physics::{accelerance_to, mass_lines, motion_of, no_errors, tapped_with};
 use super::{layout, test_one};
+use crate::bench::Bench;
 use crate::loads::loaded_modes;
+use crate::settings::Fault;
 use crate::suspension::{RigidMode, Suspension};
 use crate::taps::Tip;
-use crate::{Bench, Fault};
 
 fn ideal(fault: &str) -> Bench {
     let mut bench = Bench::named("ideal").unwrap();

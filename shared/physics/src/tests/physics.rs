@@ -8,11 +8,12 @@ use massline_shared::layout::{HostLayout, Sensor};
 use massline_shared::signal::CHANNELS;
 
 use super::{layout, sensor, test_one};
+use crate::bench::Bench;
 use crate::channels::{Channels, Sampled};
+use crate::error_sizes::ErrorSizes;
 use crate::errors::TestErrors;
 use crate::simulation::Simulation;
 use crate::taps::{Contact, Tap, TapKind, Tip};
-use crate::{Bench, ErrorSizes};
 
 pub(super) fn no_errors(bench: &Bench) -> TestErrors {
     let mut ideal = bench.clone();

@@ -5,9 +5,10 @@ use nalgebra::Complex;
 
 use super::physics::{laplace, lines, rigid_accelerance, tapped_with};
 use super::{exact, tapped, test_one};
+use crate::bench::Bench;
+use crate::operator::BenchSource;
 use crate::source::ScanSource;
 use crate::taps::{TapKind, Tip};
-use crate::{Bench, BenchSource};
 
 /// As [`exact`], with 16 bits.
 fn fine(faults: &[&str]) -> Bench {

@@ -9,10 +9,11 @@ use rand_chacha::ChaCha8Rng;
 
 use super::physics::no_errors;
 use super::{exact, test_one};
+use crate::bench::Bench;
 use crate::chain::Chain;
 use crate::channels::UNLIMITED;
 use crate::nonlinearity::Nonlinearity;
-use crate::{Bench, BenchSource};
+use crate::operator::BenchSource;
 
 /// The codes of 16 bits of sensors that lie still.
 fn at_rest(bench: &Bench, count: usize, seed: u64) -> Vec<[f64; CHANNELS]> {

@@ -6,8 +6,9 @@ use nalgebra::Complex;
 
 use super::converter::{component, fine, volts};
 use super::{scans, test_one};
+use crate::bench::Bench;
+use crate::operator::BenchSource;
 use crate::source::ScanSource;
-use crate::{Bench, BenchSource};
 
 /// Time constant of the sensors' low-passes, s: that of 32 kΩ and 10 nF.
 const TAU_S: f64 = 3.2e-4;

@@ -1,8 +1,9 @@
 //! A disturbance changes nothing but itself, and without one the scans are those of before.
 
 use super::{exact, scans, test_one};
+use crate::bench::Bench;
+use crate::operator::BenchSource;
 use crate::source::ScanSource;
-use crate::{Bench, BenchSource};
 use massline_shared::signal::{CHANNELS, Scan};
 
 /// A change of a bench.

@@ -10,14 +10,15 @@ use rand_chacha::ChaCha8Rng;
 
 use super::physics::{accelerance_to, laplace, no_errors};
 use super::{IDENTITY, scans, sensor};
+use crate::bench::Bench;
 use crate::channels::Channels;
 use crate::loads::loaded_modes;
+use crate::operator::BenchSource;
 use crate::responses::{Besides, frequency_responses};
 use crate::simulation::Simulation;
 use crate::source::ScanSource;
 use crate::suspension::{RigidMode, Suspension};
 use crate::taps::{Contact, Tap, TapKind, Tip};
-use crate::{Bench, BenchSource};
 
 /// Three sensors on a circle and four hits, as in the paper.
 pub(super) fn wheel_layout() -> HostLayout {
