@@ -95,7 +95,7 @@ fn what_the_reader_refuses_the_schema_refuses() {
         ("band_hz = \"auto\"", "band_hz = [0, 100]"),
         ("band_hz = \"auto\"", "band_hz = [100]"),
         ("exponential_decay_per_s = 0", "exponential_decay_per_s = -1"),
-        ("min_peak_force_n = 8", "min_peak_force_n = 0"),
+        ("min_peak_force_n = 8", "min_peak_force_n = -1"),
         ("impulse_ns = [0.8, 1.3]", "impulse_ns = [0.8]"),
         ("frf_estimator = \"hv\"", "profile = \"modal\""),
         ("frf_estimator = \"hv\"", "frf_estimator = \"h3\""),

@@ -16,7 +16,7 @@ use num_enum::{IntoPrimitive, TryFromPrimitive};
 
 use crate::Real;
 
-pub use setting::Setting;
+pub use setting::{AllowedValues, MAX_HITS_PER_DOF, Setting};
 pub use subject::{Subject, SubjectKind};
 pub use table::Code;
 pub use value::ValueUnit;

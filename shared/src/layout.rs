@@ -27,8 +27,11 @@ pub use error_source::ErrorSource;
 pub use kinematics::{balanced_force, balanced_motion, motion_at, sensor_shift, unit_force};
 pub use policy::{HitPolicy, HitTreatment};
 pub use profile::TestProfile;
-pub use settings::{FrfEstimator, MAX_HITS_PER_DOF, check_settings, highest_frequency};
-pub use target::Target;
+pub use settings::{
+    AUTOMATIC, Choice, FrfEstimator, TEST_KEYS, TestForm, TestKey, TestSettings, TestValue,
+    check_settings, highest_frequency,
+};
+pub use target::{TARGET_KEYS, Target, TargetKey};
 pub(crate) use uncertain_quantities::across;
 pub use uncertain_quantities::{
     GRAVITY_QUANTITIES, HIT_QUANTITIES, SENSOR_QUANTITIES, UncertainQuantity,
@@ -44,7 +47,6 @@ use crate::Real;
 #[cfg(any(test, feature = "alloc"))]
 use crate::capacity::Unbounded;
 use crate::capacity::{Capacity, List, Rig};
-use crate::mass_line::Terms;
 
 /// Largest number of triaxial sensors that the host accepts: its memory has room for any, its time not.
 pub const HOST_SENSORS: usize = 8;
@@ -98,127 +100,6 @@ pub struct Hit<R> {
     pub direction: [R; 3],
     /// Uncertainty of position and direction.
     pub uncertainty: HitUncertainty<R>,
-}
-
-/// How the test is run: the `[test]` table.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct TestSettings<R> {
-    /// What is measured.
-    pub profile: TestProfile,
-    /// Accepted hits wanted at each DOF.
-    pub hits_per_dof: u8,
-    /// Lower and upper end of the band of the mass line fit or of the suspension modes, Hz, inclusive; `None` to find
-    /// that of the mass line from the data.
-    pub band_hz: Option<[R; 2]>,
-    /// Decay rate σ of the exponential window, 1/s.
-    pub exponential_decay: R,
-    /// Half width of the force window about the peak of the force, s.
-    pub force_window_s: R,
-    /// Force at which a record starts, N.
-    pub trigger_n: R,
-    /// A hit whose peak force is below this is too weak, N. Not used by [`TestProfile::Suspension`].
-    pub min_peak_force_n: R,
-    /// Smallest and largest impulse of a hit, N s. Used by [`TestProfile::Suspension`] only, whose modes answer to the
-    /// impulse and not to the peak.
-    pub impulse_ns: [R; 2],
-    /// How frequency responses are computed from the averaged spectra.
-    pub frf_estimator: FrfEstimator,
-    /// Terms of the mass line.
-    pub terms: Terms,
-    /// Treatment of hits with a fault.
-    pub policy: HitPolicy,
-}
-
-impl<R: Real> Default for TestSettings<R> {
-    /// The measured defaults of theory, section 9.
-    fn default() -> Self {
-        Self {
-            profile: TestProfile::MassLine,
-            hits_per_dof: 5,
-            band_hz: Some(Self::default_band()),
-            exponential_decay: R::of(10.0),
-            force_window_s: R::of(0.012),
-            trigger_n: R::of(3.0),
-            min_peak_force_n: R::of(8.0),
-            impulse_ns: [R::of(0.8), R::of(1.3)],
-            frf_estimator: FrfEstimator::default(),
-            terms: Terms::default(),
-            policy: HitPolicy::default(),
-        }
-    }
-}
-
-impl<R: Real> TestSettings<R> {
-    /// The defaults of a profile.
-    ///
-    /// Those of [`TestProfile::Suspension`]: impulses of a soft mallet excite modes up to 12.4 Hz; the exponential window
-    /// leaves 2 % of what does not decay by itself at the end of a record of 40 s.
-    pub fn of_profile(profile: TestProfile) -> Self {
-        match profile {
-            TestProfile::MassLine => Self::default(),
-            TestProfile::Suspension => Self {
-                profile,
-                band_hz: Some(Self::suspension_band()),
-                exponential_decay: R::of(0.1),
-                force_window_s: R::of(0.05),
-                ..Self::default()
-            },
-        }
-    }
-
-    /// The same settings under another profile: its own defaults for band and windows; the rest stays, also the impulse, which
-    /// means something under one profile alone.
-    pub fn under(&self, profile: TestProfile) -> Self {
-        if profile == self.profile {
-            return *self;
-        }
-        Self {
-            hits_per_dof: self.hits_per_dof,
-            trigger_n: self.trigger_n,
-            frf_estimator: self.frf_estimator,
-            terms: self.terms,
-            policy: self.policy,
-            impulse_ns: self.impulse_ns,
-            ..Self::of_profile(profile)
-        }
-    }
-
-    /// The default band of the suspension modes: 0.5 to 12.4 Hz.
-    pub fn suspension_band() -> [R; 2] {
-        [R::of(0.5), R::of(12.4)]
-    }
-
-    /// The default band, used where none is given and the data show none: 10 to 120 Hz.
-    pub fn default_band() -> [R; 2] {
-        [R::of(10.0), R::of(120.0)]
-    }
-
-    /// The band before the data are known: the given one, otherwise the default of the profile.
-    pub fn expected_band(&self) -> [R; 2] {
-        self.band_hz.unwrap_or_else(|| match self.profile {
-            TestProfile::MassLine => Self::default_band(),
-            TestProfile::Suspension => Self::suspension_band(),
-        })
-    }
-
-    /// The same settings in another precision.
-    pub fn cast<Q: Real>(&self) -> TestSettings<Q> {
-        let to = |v: R| Q::of(v.to_f64());
-        TestSettings {
-            profile: self.profile,
-            hits_per_dof: self.hits_per_dof,
-            band_hz: self.band_hz.map(|band| band.map(to)),
-            exponential_decay: to(self.exponential_decay),
-            force_window_s: to(self.force_window_s),
-            trigger_n: to(self.trigger_n),
-            min_peak_force_n: to(self.min_peak_force_n),
-            impulse_ns: self.impulse_ns.map(to),
-            frf_estimator: self.frf_estimator,
-            terms: self.terms,
-            policy: self.policy,
-        }
-    }
 }
 
 /// Sensors, hits and settings of one test.

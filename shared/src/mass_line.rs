@@ -41,13 +41,21 @@ impl Terms {
     /// Every choice.
     pub const ALL: [Self; 3] = [Self::A, Self::Ab, Self::Abc];
 
+    /// Their names in files and reports.
+    pub const NAMES: [&'static str; 3] = [Self::A.name(), Self::Ab.name(), Self::Abc.name()];
+
     /// The name in files and reports.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::A => "a",
             Self::Ab => "ab",
             Self::Abc => "abc",
         }
+    }
+
+    /// The terms of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|terms| terms.name() == name)
     }
 
     /// Number of terms: 1, 2 or 3.

@@ -61,10 +61,7 @@ fn write_subject(text: &mut Text, d: &Diagnostic, layout: Option<&RigLayout>) ->
             write!(text, "hits {} and {}", u16::from(first) + 1, u16::from(second) + 1)
         }
         Subject::Mode(index) => write!(text, "mode {}", u16::from(index) + 1),
-        Subject::Setting(setting) => {
-            let name = setting.name();
-            text.write_str(name.get(..WIDTH.min(name.len())).unwrap_or(name))
-        }
+        Subject::Setting(setting) => text.write_str(setting.words()),
         Subject::Response { hit, response } => {
             write!(text, "hit {}, ", u16::from(hit) + 1)?;
             write_channel(text, usize::from(response) + 1)

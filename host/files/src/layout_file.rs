@@ -5,6 +5,7 @@
 //! layout can determine the ten properties (collinear sensors, concurrent hits) is not checked here but in
 //! `massline_shared::layout`.
 
+mod budget;
 mod entry;
 mod error;
 mod keyed;
@@ -26,8 +27,8 @@ use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::Setting;
 use massline_shared::layout::{Dof, HostLayout, RigLayout, TestProfile};
 
+pub use budget::Uncertainty;
 pub use error::{Fault, LayoutFileError, Place};
-pub use known::Uncertainty;
 pub use suspicion::size_suspicions;
 pub use template::{schema, template};
 
@@ -203,8 +204,7 @@ impl LayoutFile {
         profile: Option<TestProfile>,
     ) -> Result<Self, LayoutFileError> {
         let (mut raw, source) = (raw(text, file)?, Source { file, text });
-        let test = raw.test.get_or_insert_default();
-        let set_aside = profile.map_or_else(Vec::new, |profile| test.change_profile(profile));
+        let set_aside = profile.map_or_else(Vec::new, |profile| raw.test.change_profile(profile));
         resolve::is_complete(&raw, &source)?;
         Ok(Self { set_aside, ..resolve::resolve(raw, &source)? })
     }

@@ -41,9 +41,9 @@ pub use hits::{
     ColumnLeftOut, Decided, GradedHit, HitFinding, Hits, RecordedChannel, RecordingSummary,
 };
 pub use layout::{
-    Advice, AssumedBody, Band, CandidateCounts, Forecast, ForecastAnswer, HitTotal, JudgedLayout,
-    JudgedMethod, LayoutCheck, LayoutSuggestion, Prediction, SensorTotal, ShownHit, ShownLayout,
-    ShownSensor, ShownSettings,
+    Advice, AssumedBody, CandidateCounts, Forecast, ForecastAnswer, HitTotal, JudgedLayout,
+    JudgedMethod, LayoutCheck, LayoutSuggestion, Prediction, SensorTotal, SettingValue, ShownHit,
+    ShownLayout, ShownSensor,
 };
 pub use list::{
     DeletedResults, History, KeptResult, ListedArchive, ResultsList, Summary, Unreadable,

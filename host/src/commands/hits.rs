@@ -76,7 +76,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = positive, default_value_t = test_defaults().trigger_n)]
     trigger_n: f64,
     /// Minimum peak force, N; a hit with a smaller peak is too weak.
-    #[arg(long, value_name = "N", value_parser = positive, default_value_t = test_defaults().min_peak_force_n)]
+    #[arg(long, value_name = "N", value_parser = not_negative, default_value_t = test_defaults().min_peak_force_n)]
     min_peak_force_n: f64,
     /// Quiet time before a hit of a continuous recording, s.
     #[arg(long, value_name = "S", value_parser = positive, default_value_t = 0.02)]

@@ -5,7 +5,7 @@ mod suggest;
 
 use std::path::PathBuf;
 
-use massline_shared::layout::{Hit, HitPolicy, HostLayout, Sensor, TestProfile};
+use massline_shared::layout::{Hit, HitPolicy, HostLayout, Sensor, TEST_KEYS, TestProfile};
 
 use super::files;
 use super::measure::profile;
@@ -14,8 +14,8 @@ use crate::commands::files::ReplaceArgs;
 use crate::output::{self, Output};
 use massline_files::file;
 use massline_files::layout_file::{LayoutFile, schema, template};
-use massline_report::document::{Band, ShownHit, ShownLayout, ShownSensor, ShownSettings};
 use massline_report::document::{LayoutTemplate, WrittenFile};
+use massline_report::document::{ShownHit, ShownLayout, ShownSensor};
 use massline_report::words::hash_text;
 
 /// Arguments of `massline layout`.
@@ -115,18 +115,7 @@ fn show_json(file: &LayoutFile) -> ShownLayout {
         characteristic_length_m: layout.characteristic_length(),
         sensors: layout.sensors.iter().map(sensor).collect(),
         hits: layout.hits.iter().map(hit).collect(),
-        test: ShownSettings {
-            profile: test.profile.name().into(),
-            hits_per_dof: test.hits_per_dof,
-            band_hz: test.band_hz.map_or(Band::Automatic("auto".into()), Band::Fixed),
-            frf_estimator: test.frf_estimator.name().into(),
-            terms: test.terms.name().into(),
-            exponential_decay_per_s: test.exponential_decay,
-            force_window_s: test.force_window_s,
-            trigger_n: test.trigger_n,
-            min_peak_force_n: test.min_peak_force_n,
-            impulse_ns: test.impulse_ns,
-        },
+        test: TEST_KEYS.iter().map(|key| (key.name.to_owned(), test.value(key).into())).collect(),
         uncertainty: file
             .uncertainty
             .sigmas()

@@ -16,8 +16,11 @@ impl TestProfile {
     /// Every profile.
     pub const ALL: [Self; 2] = [Self::MassLine, Self::Suspension];
 
+    /// Their names in files, reports and options.
+    pub const NAMES: [&'static str; 2] = [Self::MassLine.name(), Self::Suspension.name()];
+
     /// The name in files, reports and options.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::MassLine => "mass-line",
             Self::Suspension => "suspension",

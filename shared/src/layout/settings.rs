@@ -1,11 +1,313 @@
-//! Checks the `[test]` table against the capabilities of a rig.
+//! The `[test]` table: its keys with their defaults, and whether a rig can measure with them.
 
-use super::TestSettings;
+use super::{HitPolicy, TestProfile};
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Setting, Severity, Subject};
+use crate::mass_line::Terms;
 
-/// Largest number of hits at a DOF.
-pub const MAX_HITS_PER_DOF: u8 = 50;
+/// How the test is run: the `[test]` table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct TestSettings<R> {
+    /// What is measured.
+    pub profile: TestProfile,
+    /// Accepted hits wanted at each DOF.
+    pub hits_per_dof: u8,
+    /// Lower and upper end of the band of the mass line fit or of the suspension modes, Hz, inclusive; `None` to find
+    /// that of the mass line from the data.
+    pub band_hz: Option<[R; 2]>,
+    /// Decay rate σ of the exponential window, 1/s.
+    pub exponential_decay: R,
+    /// Half width of the force window about the peak of the force, s.
+    pub force_window_s: R,
+    /// Force at which a record starts, N.
+    pub trigger_n: R,
+    /// A hit whose peak force is below this is too weak, N. Not used by [`TestProfile::Suspension`].
+    pub min_peak_force_n: R,
+    /// Smallest and largest impulse of a hit, N s. Used by [`TestProfile::Suspension`] only, whose modes answer to the
+    /// impulse and not to the peak.
+    pub impulse_ns: [R; 2],
+    /// How frequency responses are computed from the averaged spectra.
+    pub frf_estimator: FrfEstimator,
+    /// Terms of the mass line.
+    pub terms: Terms,
+    /// Treatment of hits with a fault.
+    pub policy: HitPolicy,
+}
+
+impl<R: Real> Default for TestSettings<R> {
+    /// The measured defaults of theory, section 9.
+    fn default() -> Self {
+        Self {
+            profile: TestProfile::MassLine,
+            hits_per_dof: 5,
+            band_hz: Some(Self::default_band()),
+            exponential_decay: R::of(10.0),
+            force_window_s: R::of(0.012),
+            trigger_n: R::of(3.0),
+            min_peak_force_n: R::of(8.0),
+            impulse_ns: [R::of(0.8), R::of(1.3)],
+            frf_estimator: FrfEstimator::default(),
+            terms: Terms::default(),
+            policy: HitPolicy::default(),
+        }
+    }
+}
+
+impl<R: Real> TestSettings<R> {
+    /// The defaults of a profile.
+    ///
+    /// Those of [`TestProfile::Suspension`]: impulses of a soft mallet excite modes up to 12.4 Hz; the exponential window
+    /// leaves 2 % of what does not decay by itself at the end of a record of 40 s.
+    pub fn of_profile(profile: TestProfile) -> Self {
+        match profile {
+            TestProfile::MassLine => Self::default(),
+            TestProfile::Suspension => Self {
+                profile,
+                band_hz: Some(Self::suspension_band()),
+                exponential_decay: R::of(0.1),
+                force_window_s: R::of(0.05),
+                ..Self::default()
+            },
+        }
+    }
+
+    /// The same settings under another profile: its own defaults for what [depends on it](Self::depends_on_profile), band and
+    /// windows; the rest stays, also the impulse, which means something under one profile alone.
+    pub fn under(&self, profile: TestProfile) -> Self {
+        if profile == self.profile {
+            return *self;
+        }
+        let Self { band_hz, exponential_decay, force_window_s, .. } = Self::of_profile(profile);
+        Self { profile, band_hz, exponential_decay, force_window_s, ..*self }
+    }
+
+    /// True for a setting whose default depends on the profile.
+    pub fn depends_on_profile(setting: Setting) -> bool {
+        let [one, other] = TestProfile::ALL.map(Self::of_profile);
+        one.number(setting) != other.number(setting)
+    }
+
+    /// The default band of the suspension modes: 0.5 to 12.4 Hz.
+    pub fn suspension_band() -> [R; 2] {
+        [R::of(0.5), R::of(12.4)]
+    }
+
+    /// The default band, used where none is given and the data show none: 10 to 120 Hz.
+    pub fn default_band() -> [R; 2] {
+        [R::of(10.0), R::of(120.0)]
+    }
+
+    /// The band before the data are known: the given one, otherwise the default of the profile.
+    pub fn expected_band(&self) -> [R; 2] {
+        self.band_hz.unwrap_or_else(|| match self.profile {
+            TestProfile::MassLine => Self::default_band(),
+            TestProfile::Suspension => Self::suspension_band(),
+        })
+    }
+
+    /// The number of a setting; an end of the expected band where the band is found from the data.
+    pub fn number(&self, setting: Setting) -> R {
+        let [lower, upper] = self.expected_band();
+        let [least, most] = self.impulse_ns;
+        match setting {
+            Setting::HitsPerDof => R::of(f64::from(self.hits_per_dof)),
+            Setting::BandLower => lower,
+            Setting::BandUpper => upper,
+            Setting::ExponentialDecay => self.exponential_decay,
+            Setting::ForceWindow => self.force_window_s,
+            Setting::Trigger => self.trigger_n,
+            Setting::MinPeakForce => self.min_peak_force_n,
+            Setting::ImpulseLower => least,
+            Setting::ImpulseUpper => most,
+        }
+    }
+
+    /// Changes the number of a setting; a band that is found from the data becomes a given one.
+    pub fn set_number(&mut self, setting: Setting, number: R) {
+        let band = self.expected_band();
+        let to = match setting {
+            Setting::HitsPerDof => return self.hits_per_dof = number.to_f64() as u8,
+            Setting::BandLower => &mut self.band_hz.get_or_insert(band)[0],
+            Setting::BandUpper => &mut self.band_hz.get_or_insert(band)[1],
+            Setting::ExponentialDecay => &mut self.exponential_decay,
+            Setting::ForceWindow => &mut self.force_window_s,
+            Setting::Trigger => &mut self.trigger_n,
+            Setting::MinPeakForce => &mut self.min_peak_force_n,
+            Setting::ImpulseLower => &mut self.impulse_ns[0],
+            Setting::ImpulseUpper => &mut self.impulse_ns[1],
+        };
+        *to = number;
+    }
+
+    /// The word of a choice.
+    pub fn word(&self, choice: Choice) -> &'static str {
+        match choice {
+            Choice::Profile => self.profile.name(),
+            Choice::FrfEstimator => self.frf_estimator.name(),
+            Choice::Terms => self.terms.name(),
+        }
+    }
+
+    /// Changes a choice; a word that it does not have changes nothing.
+    pub fn set_word(&mut self, choice: Choice, word: &str) {
+        match choice {
+            Choice::Profile => self.profile = TestProfile::from_name(word).unwrap_or(self.profile),
+            Choice::FrfEstimator => {
+                self.frf_estimator = FrfEstimator::from_name(word).unwrap_or(self.frf_estimator);
+            }
+            Choice::Terms => self.terms = Terms::from_name(word).unwrap_or(self.terms),
+        }
+    }
+
+    /// The same settings in another precision.
+    pub fn cast<Q: Real>(&self) -> TestSettings<Q> {
+        let to = |v: R| Q::of(v.to_f64());
+        TestSettings {
+            profile: self.profile,
+            hits_per_dof: self.hits_per_dof,
+            band_hz: self.band_hz.map(|band| band.map(to)),
+            exponential_decay: to(self.exponential_decay),
+            force_window_s: to(self.force_window_s),
+            trigger_n: to(self.trigger_n),
+            min_peak_force_n: to(self.min_peak_force_n),
+            impulse_ns: self.impulse_ns.map(to),
+            frf_estimator: self.frf_estimator,
+            terms: self.terms,
+            policy: self.policy,
+        }
+    }
+}
+
+/// A key of `[test]`.
+#[derive(Clone, Copy, Debug)]
+pub struct TestKey {
+    /// As a layout file writes it.
+    pub name: &'static str,
+    /// What it says, with its unit where the name has none.
+    pub meaning: &'static str,
+    /// What is written.
+    pub form: TestForm,
+}
+
+/// What stands behind a key of `[test]`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TestForm {
+    /// A number.
+    Number(Setting),
+    /// The smaller and the larger end of a range.
+    Range([Setting; 2]),
+    /// A word.
+    Word(Choice),
+}
+
+/// A setting that is one of a few words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// The profile.
+    Profile,
+    /// How frequency responses are computed.
+    FrfEstimator,
+    /// Terms of the mass line.
+    Terms,
+}
+
+impl Choice {
+    /// The words.
+    pub fn words(self) -> &'static [&'static str] {
+        match self {
+            Self::Profile => &TestProfile::NAMES,
+            Self::FrfEstimator => &FrfEstimator::NAMES,
+            Self::Terms => &Terms::NAMES,
+        }
+    }
+}
+
+/// What a key of `[test]` says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TestValue {
+    /// A whole number.
+    Count(u8),
+    /// A number, in the unit of its setting.
+    Number(f64),
+    /// Two of them.
+    Range([f64; 2]),
+    /// A word; `auto` for a band that is found from the data.
+    Word(&'static str),
+}
+
+impl TestSettings<f64> {
+    /// What a key says.
+    pub fn value(&self, key: &TestKey) -> TestValue {
+        match key.form {
+            TestForm::Number(Setting::HitsPerDof) => TestValue::Count(self.hits_per_dof),
+            TestForm::Number(setting) => TestValue::Number(self.number(setting)),
+            TestForm::Range([Setting::BandLower, _]) if self.band_hz.is_none() => {
+                TestValue::Word(AUTOMATIC)
+            }
+            TestForm::Range(ends) => TestValue::Range(ends.map(|end| self.number(end))),
+            TestForm::Word(choice) => TestValue::Word(self.word(choice)),
+        }
+    }
+}
+
+/// The word for a band that is found from the data.
+pub const AUTOMATIC: &str = "auto";
+
+/// Every key of `[test]`.
+pub const TEST_KEYS: [TestKey; 10] = [
+    TestKey {
+        name: "profile",
+        meaning: "mass lines above the suspension modes, or these modes; band and windows depend on it",
+        form: TestForm::Word(Choice::Profile),
+    },
+    TestKey {
+        name: "hits_per_dof",
+        meaning: "accepted hits at each DOF",
+        form: TestForm::Number(Setting::HitsPerDof),
+    },
+    TestKey {
+        name: "band_hz",
+        meaning: "of the fit: from 3 × the highest suspension mode to 0.4 × the first elastic, or \"auto\": found from the data; \
+                  in the suspension profile all six suspension modes, up to 12.4 Hz",
+        form: TestForm::Range([Setting::BandLower, Setting::BandUpper]),
+    },
+    TestKey {
+        name: "exponential_decay_per_s",
+        meaning: "decay rate of the exponential window; zero for no window",
+        form: TestForm::Number(Setting::ExponentialDecay),
+    },
+    TestKey {
+        name: "force_window_s",
+        meaning: "half width of the force window about the peak",
+        form: TestForm::Number(Setting::ForceWindow),
+    },
+    TestKey {
+        name: "trigger_n",
+        meaning: "force that starts a record",
+        form: TestForm::Number(Setting::Trigger),
+    },
+    TestKey {
+        name: "min_peak_force_n",
+        meaning: "a hit with a smaller peak is too weak",
+        form: TestForm::Number(Setting::MinPeakForce),
+    },
+    TestKey {
+        name: "impulse_ns",
+        meaning: "smallest and largest impulse of a hit in the suspension profile",
+        form: TestForm::Range([Setting::ImpulseLower, Setting::ImpulseUpper]),
+    },
+    TestKey {
+        name: "frf_estimator",
+        meaning: "estimator of the frequency responses: the noise is on the responses, on the force, or on both",
+        form: TestForm::Word(Choice::FrfEstimator),
+    },
+    TestKey {
+        name: "terms",
+        meaning: "terms of the mass line: A, suspension B/s², elastic residual C s²",
+        form: TestForm::Word(Choice::Terms),
+    },
+];
 
 /// How the averaged spectra of a DOF are turned into its frequency responses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,13 +327,21 @@ impl FrfEstimator {
     /// Every estimator.
     pub const ALL: [Self; 3] = [Self::H1, Self::H2, Self::Hv];
 
+    /// Their names in files and reports.
+    pub const NAMES: [&'static str; 3] = [Self::H1.name(), Self::H2.name(), Self::Hv.name()];
+
     /// The name in files and reports.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::H1 => "h1",
             Self::H2 => "h2",
             Self::Hv => "hv",
         }
+    }
+
+    /// The estimator of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|estimator| estimator.name() == name)
     }
 }
 
@@ -64,36 +374,31 @@ pub fn check_settings<R: Real>(
 ) -> Diagnostics {
     let mut found = Diagnostics::new();
     let resolution = rate / R::of(record.max(1) as f64);
-    // A band found from the data is always suitable.
-    let [lower, upper] = settings.band_hz.unwrap_or_else(|| [resolution, resolution + resolution]);
     let highest = highest_frequency(rate, record, bins);
     let duration = R::of(record as f64) / rate;
-    let hits = R::of(f64::from(settings.hits_per_dof));
-    let [least, most] = settings.impulse_ns;
-    let zero = R::zero();
-    let ranges = [
-        (Setting::HitsPerDof, hits, (1..=MAX_HITS_PER_DOF).contains(&settings.hits_per_dof)),
-        (Setting::BandLower, lower, lower > zero && (lower < upper || !upper.finite())),
-        (Setting::BandUpper, upper, upper > zero && upper <= highest),
-        (Setting::ExponentialDecay, settings.exponential_decay, settings.exponential_decay >= zero),
-        (
-            Setting::ForceWindow,
-            settings.force_window_s,
-            settings.force_window_s > zero && settings.force_window_s < duration,
-        ),
-        (Setting::Trigger, settings.trigger_n, settings.trigger_n > zero),
-        (Setting::MinPeakForce, settings.min_peak_force_n, settings.min_peak_force_n >= zero),
-        (Setting::ImpulseLower, least, least >= zero && (least < most || !most.finite())),
-        (Setting::ImpulseUpper, most, most > zero),
-    ];
-    for (setting, value, good) in ranges {
-        if !(good && value.finite()) {
+    for &setting in Setting::ALL {
+        let value = settings.number(setting);
+        let within = |upper: Setting| {
+            let upper = settings.number(upper);
+            value < upper || !upper.finite()
+        };
+        let measurable = match setting {
+            // A band found from the data is always suitable.
+            Setting::BandLower | Setting::BandUpper if settings.band_hz.is_none() => true,
+            Setting::BandLower => within(Setting::BandUpper),
+            Setting::BandUpper => value <= highest,
+            Setting::ForceWindow => value < duration,
+            Setting::ImpulseLower => within(Setting::ImpulseUpper),
+            _ => true,
+        };
+        if !(measurable && setting.allowed().contains(value)) {
             let (subject, value) = (Subject::Setting(setting), value.to_f32());
             let out = Diagnostic::about(Code::SettingOutOfRange, Severity::Error, subject, value);
             // There is room for nine settings and one band.
             let _ = found.push(out);
         }
     }
+    let [lower, upper] = settings.expected_band();
     if found.is_empty() && settings.band_hz.is_some() {
         let inside = (0..bins)
             .map(|bin| resolution * R::of(bin as f64))
@@ -121,6 +426,46 @@ mod tests {
                 setting
             })
             .collect()
+    }
+
+    #[test]
+    fn every_setting_is_behind_the_key_that_its_name_begins_with() {
+        for &setting in Setting::ALL {
+            let is_of = |key: &&TestKey| match key.form {
+                TestForm::Number(own) => own == setting && key.name == setting.name(),
+                TestForm::Range(ends) => ends.iter().zip(0..).any(|(&end, k)| {
+                    end == setting && std::format!("{}[{k}]", key.name) == setting.name()
+                }),
+                TestForm::Word(_) => false,
+            };
+            assert_eq!(TEST_KEYS.iter().filter(is_of).count(), 1, "{setting:?}");
+            assert!(setting.words().len() <= 14, "{setting:?}");
+        }
+    }
+
+    #[test]
+    fn under_another_profile_what_depends_on_it_changes_and_the_rest_stays() {
+        let mut own = TestSettings::<f64>::default();
+        for &setting in Setting::ALL {
+            own.set_number(setting, 7.0 + own.number(setting));
+        }
+        let other = own.under(TestProfile::Suspension);
+        let defaults = TestSettings::<f64>::of_profile(TestProfile::Suspension);
+        for &setting in Setting::ALL {
+            let from =
+                if TestSettings::<f64>::depends_on_profile(setting) { &defaults } else { &own };
+            assert_eq!(other.number(setting), from.number(setting), "{setting:?}");
+        }
+        assert_eq!(own.under(TestProfile::MassLine), own);
+    }
+
+    #[test]
+    fn a_number_of_hits_is_whole_and_not_more_than_fifty() {
+        let allowed = Setting::HitsPerDof.allowed();
+        assert!([1.0, 5.0, 50.0].iter().all(|&count| allowed.contains(count)));
+        for count in [0.0, -1.0, 0.5, 5.5, 51.0, 257.0, 1e300, f64::NAN, f64::INFINITY] {
+            assert!(!allowed.contains(count), "{count}");
+        }
     }
 
     #[test]

@@ -2,6 +2,37 @@
 
 use crate::Real;
 
+/// A key of `[target]`: the largest half width of a 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TargetKey {
+    /// As a layout file writes it.
+    pub name: &'static str,
+    /// What it says, with its unit where the name has none.
+    pub meaning: &'static str,
+    /// A value for a precise test.
+    pub example: f64,
+}
+
+/// The keys of `[target]`, in the order of [`Target::values`].
+pub const TARGET_KEYS: [TargetKey; 3] = [
+    TargetKey {
+        name: "mass",
+        meaning: "half width for the mass, relative: 0.01 is 1 %",
+        example: 0.01,
+    },
+    TargetKey {
+        name: "center_m",
+        meaning: "half width for each coordinate of the centre of mass",
+        example: 0.001,
+    },
+    TargetKey {
+        name: "inertia",
+        meaning: "half width for each element of the inertia tensor, relative to m L², L being the root mean square distance \
+                  of the sensors from their centre",
+        example: 0.02,
+    },
+];
+
 /// Largest half widths of the 95 % intervals, each where one is wanted. A campaign asks whether to finish as
 /// soon as all of them are reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,9 +54,14 @@ impl<R> Default for Target<R> {
 }
 
 impl<R: Real> Target<R> {
+    /// The half widths, each where one is wanted.
+    pub fn values(&self) -> [Option<R>; 3] {
+        [self.mass, self.center, self.inertia]
+    }
+
     /// The half widths that are wanted.
     pub fn wanted(&self) -> impl Iterator<Item = R> {
-        [self.mass, self.center, self.inertia].into_iter().flatten()
+        self.values().into_iter().flatten()
     }
 
     /// True when a half width is wanted.
@@ -35,11 +71,12 @@ impl<R: Real> Target<R> {
 
     /// The same target in another precision.
     pub fn cast<Q: Real>(&self) -> Target<Q> {
-        let to = |v: R| Q::of(v.to_f64());
-        Target {
-            mass: self.mass.map(to),
-            center: self.center.map(to),
-            inertia: self.inertia.map(to),
-        }
+        self.values().map(|width| width.map(|v| Q::of(v.to_f64()))).into()
+    }
+}
+
+impl<R> From<[Option<R>; 3]> for Target<R> {
+    fn from([mass, center, inertia]: [Option<R>; 3]) -> Self {
+        Self { mass, center, inertia }
     }
 }

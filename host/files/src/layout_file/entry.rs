@@ -8,7 +8,8 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
-use super::keyed::{HitKeys, KeyedTable, SensorKeys};
+use super::budget::{HitKeys, SensorKeys};
+use super::keyed::KeyedTable;
 use super::values::{DofText, NodeNumber, RawAxes, RawMass};
 
 /// An entry of `sensors`: a node number or a table.

@@ -1,18 +1,18 @@
-//! The tables `[uncertainty]`, `[prior]` and `[[attached]]`: the error budget, prior knowledge, and bodies
-//! that hang on the object.
+//! The tables `[prior]` and `[[attached]]`: prior knowledge, and bodies that hang on the object.
 
 use std::ops::Range;
+use std::sync::LazyLock;
 
 use massline_shared::body::RigidBody;
-use massline_shared::layout::{
-    ApparatusUncertainty, Attached, CalibratedGains, HitUncertainty, MAX_ATTACHED, Prior, Sensor,
-    SensorUncertainty, UncertaintyKey,
-};
+use massline_shared::layout::{Attached, MAX_ATTACHED, Prior, Sensor};
 use nalgebra::{Matrix3, Vector3};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::Deserialize;
+use serde::de::MapAccess;
 use toml::Spanned;
 
 use super::error::{Fault, LayoutFileError};
-use super::raw::{RawAttached, RawLayout, RawPrior};
+use super::keyed::{KeyedTable, TableKeys};
 use super::source::Source;
 use super::tensor::tensor_fault;
 use super::values::{RawKnown, RawMass};
@@ -23,86 +23,98 @@ const ATTACHED_SIGMA: f64 = 0.05;
 /// resolve beside the readings.
 const LEAST_SIGMA: f64 = 1e-6;
 
-/// The `[uncertainty]` table: default uncertainties of sensors and hits.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Uncertainty {
-    /// Uncertainty of a sensor.
-    pub sensor: SensorUncertainty<f64>,
-    /// Uncertainty of a hit.
-    pub hit: HitUncertainty<f64>,
-    /// Uncertainty of hammer, converter and gravity.
-    pub apparatus: ApparatusUncertainty<f64>,
-    /// Which standard deviations of the sensors a calibration supplies, because the table states none.
-    pub calibrated: CalibratedGains,
-    /// True when a calibration supplies that of the hammer's gain.
-    pub calibrated_hammer: bool,
-    /// True when the data may correct the budget.
-    pub learn: bool,
+/// A body that hangs on the object but does not belong to it.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, expecting = "a table [[attached]]")]
+#[schemars(rename = "attached")]
+pub(super) struct RawAttached {
+    /// Mass, kg.
+    #[schemars(with = "RawKnown")]
+    pub(super) mass_kg: Spanned<RawKnown>,
+    /// Centre of mass in the body frame, m.
+    #[schemars(with = "[f64; 3]")]
+    pub(super) center_of_mass_m: Spanned<[f64; 3]>,
+    /// Inertia tensor about its own centre of mass, kg m², J_xy = −∫xy dm. Default: a point mass.
+    #[schemars(with = "[[f64; 3]; 3]")]
+    #[serde(default)]
+    pub(super) inertia_kg_m2: Option<Spanned<[[f64; 3]; 3]>>,
 }
 
-impl Uncertainty {
-    pub(super) fn of(raw: &RawLayout, source: &Source<'_>) -> Result<Self, LayoutFileError> {
-        let mut all = Self {
-            sensor: SensorUncertainty::default(),
-            hit: HitUncertainty::default(),
-            apparatus: ApparatusUncertainty::default(),
-            calibrated: CalibratedGains { gain: true, cross_axis: true },
-            calibrated_hammer: true,
-            learn: true,
-        };
-        let Some(raw) = &raw.uncertainty else { return Ok(all) };
-        let is_stated = |name| raw.sigma(name).is_some();
-        all.calibrated =
-            CalibratedGains { gain: !is_stated("gain"), cross_axis: !is_stated("cross_axis") };
-        all.calibrated_hammer = !is_stated("hammer_gain");
-        all.learn = raw.learn().unwrap_or(all.learn);
-        let sensor = all.sensor.values_mut().zip(SensorUncertainty::<f64>::KEYS);
-        let hit = all.hit.values_mut().zip(HitUncertainty::<f64>::KEYS);
-        let apparatus = all.apparatus.values_mut().zip(ApparatusUncertainty::<f64>::KEYS);
-        for (to, key) in sensor.chain(hit).chain(apparatus) {
-            replace_stated(to, raw.sigma(key.name), "uncertainty", key, source)?;
-        }
-        Ok(all)
-    }
-
-    /// Every key with its standard deviation.
-    pub fn sigmas(&self) -> impl Iterator<Item = (&'static UncertaintyKey, f64)> {
-        let rows = self.sensor.rows().chain(self.hit.rows()).chain(self.apparatus.rows());
-        rows.map(|(key, sigma)| (key, *sigma))
-    }
+/// A key of `[prior]`.
+#[derive(Clone, Copy)]
+struct PriorKey {
+    name: &'static str,
+    /// What it says, with its unit.
+    meaning: &'static str,
+    /// True for what is more than zero.
+    is_positive: bool,
 }
 
-/// Replaces a standard deviation by the one that a table states.
-pub(super) fn replace_stated(
-    sigma: &mut f64,
-    stated: Option<&Spanned<f64>>,
-    table: &str,
-    key: &UncertaintyKey,
-    source: &Source<'_>,
-) -> Result<(), LayoutFileError> {
-    if let Some(stated) = stated {
-        let key = format!("{table}.{}", key.name);
-        *sigma = source.within(stated, &key, |v| v >= 0.0, "zero or a positive number")?;
+const fn prior_key(name: &'static str, meaning: &'static str, is_positive: bool) -> PriorKey {
+    PriorKey { name, meaning, is_positive }
+}
+
+/// Every key of `[prior]`, in the order of the ten properties.
+const PRIOR_KEYS: [PriorKey; 10] = [
+    prior_key("mass_kg", "Mass, kg.", true),
+    prior_key("cx_m", "Centre of mass, x, m.", false),
+    prior_key("cy_m", "Centre of mass, y, m.", false),
+    prior_key("cz_m", "Centre of mass, z, m.", false),
+    prior_key("Jxx_kg_m2", "Inertia about the centre of mass, xx, kg m².", true),
+    prior_key("Jyy_kg_m2", "Inertia about the centre of mass, yy, kg m².", true),
+    prior_key("Jzz_kg_m2", "Inertia about the centre of mass, zz, kg m².", true),
+    prior_key("Jxy_kg_m2", "Inertia about the centre of mass, xy, kg m².", false),
+    prior_key("Jxz_kg_m2", "Inertia about the centre of mass, xz, kg m².", false),
+    prior_key("Jyz_kg_m2", "Inertia about the centre of mass, yz, kg m².", false),
+];
+
+/// The keys of `[prior]`: the ten properties.
+pub(super) struct PriorKeys;
+
+impl TableKeys for PriorKeys {
+    type Value = Spanned<RawKnown>;
+    const WRITTEN: &'static str = "a table [prior]";
+    const NAME: &'static str = "prior";
+    const MEANING: &'static str =
+        "Prior knowledge about the object: a value with its standard deviation.";
+
+    fn names() -> &'static [&'static str] {
+        static NAMES: LazyLock<Vec<&str>> =
+            LazyLock::new(|| PRIOR_KEYS.map(|key| key.name).to_vec());
+        &NAMES
     }
-    Ok(())
+
+    fn read<'de, A: MapAccess<'de>>(
+        _: &'static str,
+        map: &mut A,
+    ) -> Result<Spanned<RawKnown>, A::Error> {
+        map.next_value()
+    }
+
+    fn schema(name: &str, generator: &mut SchemaGenerator) -> Schema {
+        let key = PRIOR_KEYS.iter().find(|key| key.name == name);
+        let mut schema = generator.subschema_for::<RawKnown>();
+        schema.insert("description".into(), key.map(|key| key.meaning).into());
+        schema
+    }
 }
 
 /// The `[prior]` table.
 pub(super) fn priors(
-    raw: &RawLayout,
+    raw: &KeyedTable<PriorKeys>,
     source: &Source<'_>,
 ) -> Result<heapless::Vec<Prior<f64>, 10>, LayoutFileError> {
     let mut priors = heapless::Vec::new();
-    let Some(raw) = &raw.prior else { return Ok(priors) };
-    for (property, (entry, key, positive)) in (0..).zip(prior_entries(raw)) {
-        let Some(entry) = entry else { continue };
+    for (property, PriorKey { name, is_positive: positive, .. }) in (0..).zip(PRIOR_KEYS) {
+        let Some(entry) = raw.get(name) else { continue };
+        let key = format!("prior.{name}");
         let RawKnown { value, sigma } = *entry.get_ref();
-        check_known(entry, key, positive, source)?;
+        check_known(entry, &key, positive, source)?;
         if positive && sigma < LEAST_SIGMA * value {
             let wanted = "a sigma of a millionth of the value at least: no scale is better";
             return Err(source.fault(
                 entry.span(),
-                key,
+                &key,
                 Fault::OutOfRange { value: sigma, wanted },
             ));
         }
@@ -110,22 +122,6 @@ pub(super) fn priors(
         let _ = priors.push(Prior { property, value, sigma });
     }
     Ok(priors)
-}
-
-/// The entries in the order of `theta`, their keys, and whether the value must be positive.
-fn prior_entries(raw: &RawPrior) -> [(&Option<Spanned<RawKnown>>, &'static str, bool); 10] {
-    [
-        (&raw.mass_kg, "prior.mass_kg", true),
-        (&raw.cx_m, "prior.cx_m", false),
-        (&raw.cy_m, "prior.cy_m", false),
-        (&raw.cz_m, "prior.cz_m", false),
-        (&raw.Jxx_kg_m2, "prior.Jxx_kg_m2", true),
-        (&raw.Jyy_kg_m2, "prior.Jyy_kg_m2", true),
-        (&raw.Jzz_kg_m2, "prior.Jzz_kg_m2", true),
-        (&raw.Jxy_kg_m2, "prior.Jxy_kg_m2", false),
-        (&raw.Jxz_kg_m2, "prior.Jxz_kg_m2", false),
-        (&raw.Jyz_kg_m2, "prior.Jyz_kg_m2", false),
-    ]
 }
 
 fn check_known(

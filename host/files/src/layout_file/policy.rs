@@ -1,9 +1,13 @@
 //! The `[policy]` table: how hits with a fault are treated.
 
-use massline_shared::diagnosis::Code;
-use massline_shared::layout::HitPolicy;
+use std::sync::LazyLock;
 
-use super::keyed::{KeyedTable, PolicyKeys};
+use massline_shared::diagnosis::Code;
+use massline_shared::layout::{HitPolicy, HitTreatment};
+use schemars::{Schema, SchemaGenerator, json_schema};
+use serde::de::{Error, MapAccess};
+
+use super::keyed::{KeyedTable, OneOf, TableKeys};
 
 /// The policy of the rig; entries that the table omits have their default.
 pub(super) fn policy(raw: &KeyedTable<PolicyKeys>) -> HitPolicy {
@@ -12,4 +16,38 @@ pub(super) fn policy(raw: &KeyedTable<PolicyKeys>) -> HitPolicy {
         .into_iter()
         .filter_map(stated)
         .fold(HitPolicy::default(), |policy, (code, treatment)| policy.with(code, treatment))
+}
+
+/// The keys of `[policy]`: the faults of a hit.
+pub(super) struct PolicyKeys;
+
+impl TableKeys for PolicyKeys {
+    type Value = HitTreatment;
+    const WRITTEN: &'static str = "a table [policy]";
+    const NAME: &'static str = "policy";
+    const MEANING: &'static str = "How hits with a fault are treated: keep the hit, keep it with a warning, or reject it \
+                                   so that it must be repeated.";
+
+    fn names() -> &'static [&'static str] {
+        static NAMES: LazyLock<Vec<&str>> =
+            LazyLock::new(|| HitPolicy::CODES.iter().map(|code| code.name()).collect());
+        &NAMES
+    }
+
+    fn read<'de, A: MapAccess<'de>>(
+        _: &'static str,
+        map: &mut A,
+    ) -> Result<HitTreatment, A::Error> {
+        let name = map.next_value_seed(OneOf(&HitTreatment::NAMES))?;
+        HitTreatment::from_name(name).ok_or_else(|| A::Error::custom("no treatment"))
+    }
+
+    fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
+        let code = HitPolicy::CODES.into_iter().find(|code| code.name() == name);
+        json_schema!({
+            "description": code.map(|code| code.meaning()),
+            "type": "string",
+            "enum": HitTreatment::NAMES,
+        })
+    }
 }

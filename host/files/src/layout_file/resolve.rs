@@ -10,9 +10,10 @@ use massline_shared::layout::{
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
 
+use super::budget::{Uncertainty, replace_stated};
 use super::entry::{RawHit, RawSensor};
 use super::error::{Fault, LayoutFileError, Place};
-use super::known::{Uncertainty, attached, priors, replace_stated, sensor_mass};
+use super::known::{attached, priors, sensor_mass};
 use super::policy::policy;
 use super::raw::{RawLayout, RawNode, RawReference, RawStatements};
 use super::source::Source;
@@ -39,18 +40,18 @@ pub(super) fn is_complete(raw: &RawLayout, source: &Source<'_>) -> Result<(), La
 /// Checks everything and resolves nodes and axes.
 pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile, LayoutFileError> {
     let nodes = nodes(&raw.node, source)?;
-    let uncertainty = Uncertainty::of(&raw, source)?;
+    let uncertainty = Uncertainty::of(&raw.uncertainty, source)?;
     let title = text(raw.title.as_ref(), "title", source)?;
     let statements = statements(raw.report.as_ref(), source)?;
     let mut layout = HostLayout {
         title: cut(&title),
         gravity: gravity(raw.gravity.as_ref(), source)?,
-        test: TestSettings { policy: policy(&raw.policy), ..test(raw.test.as_ref(), source)? },
+        test: TestSettings { policy: policy(&raw.policy), ..test(&raw.test, source)? },
         apparatus: uncertainty.apparatus,
         calibrated_hammer: uncertainty.calibrated_hammer,
         learn_budget: uncertainty.learn,
-        target: target(raw.target.as_ref(), source)?,
-        priors: priors(&raw, source)?,
+        target: target(&raw.target, source)?,
+        priors: priors(&raw.prior, source)?,
         ..HostLayout::default()
     };
     let sensor_entries = raw.sensors.as_deref().unwrap_or_default();
@@ -90,7 +91,7 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
     let weighed = layout.sensors.iter().zip(&masses).filter_map(|(s, mass)| Some((s, (*mass)?)));
     layout.attached = attached(&raw.attached, weighed, source)?;
     let reference = raw.reference.as_ref().map(|r| reference(r, source)).transpose()?;
-    let places = raw.test.as_ref().map_or_else(Vec::new, |test| places(test, source));
+    let places = places(&raw.test, source);
     let text = source.text.to_owned();
     Ok(LayoutFile {
         title,

@@ -1,62 +1,86 @@
 //! The output of `layout new` and `layout schema`.
 
 use massline_shared::layout::{
-    HitPolicy, TestProfile, UncertaintyKey, UncertaintyUnit, uncertainty_keys,
+    HitPolicy, TARGET_KEYS, TEST_KEYS, TestForm, TestProfile, TestSettings, TestValue,
+    UncertaintyKey, UncertaintyUnit, uncertainty_keys,
 };
 use schemars::Schema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::RecursiveTransform;
 
+use super::keyed::alternatives;
 use super::raw::RawLayout;
 
 /// The template without the keys that massline-shared lists.
 const FRAME: &str = include_str!("template.toml");
-/// The last line of the frame before the keys of `[policy]`, and before those of `[uncertainty]`.
+/// The lines of the frame behind which keys of tables stand.
+const TEST: &str = "\n[test]\n";
 const POLICY: &str = "\n[policy]\n";
 const BUDGET: &str = "\nlearn = true                      # correct this budget from the data; false uses it as it is\n";
-/// Where comments begin.
+const TARGET: &str = "\n# [target]\n";
+/// Where comments begin, and where their lines end.
 const COLUMN: usize = 34;
+const WIDTH: usize = 100;
 
-/// What differs in the template of the suspension profile: it has five hits, so that each of the six modes is moved by one,
-/// and the defaults of its own.
-const OF_SUSPENSION: [(&str, &str); 5] = [
-    (
-        "profile = \"mass-line\"             # or \"suspension\": other band and windows, as by `layout new --profile suspension`",
-        "profile = \"suspension\"            # or \"mass-line\": other band and windows, as by `layout new`",
-    ),
-    (
-        "band_hz = [10.0, 120.0]           # from 3 × the highest suspension mode to 0.4 × the first elastic;\n                                  \
-         # \"auto\" finds it from the data",
-        "band_hz = [0.5, 12.4]             # with all six suspension modes, 12.4 at most",
-    ),
-    ("exponential_decay_per_s = 10.0 ", "exponential_decay_per_s = 0.1  "),
-    ("force_window_s = 0.012 ", "force_window_s = 0.05  "),
-    (
-        "hits = [\"1:+Y\", \"2:+Z\", \"4:+X\"]",
-        "hits = [\"1:+Y\", \"2:+Z\", \"4:+X\", \"3:+Z\", \"4:-Y\"]",
-    ),
-];
+/// The hits of the frame, and more of them for the suspension profile, so that each of the six modes is moved by one.
+const HITS: &str = "hits = [\"1:+Y\", \"2:+Z\", \"4:+X\"]";
+const MORE_HITS: &str = "hits = [\"1:+Y\", \"2:+Z\", \"4:+X\", \"3:+Z\", \"4:-Y\"]";
 
 /// A commented layout file of this profile to start from; it is valid and can be used for a measurement.
 pub fn template(profile: TestProfile) -> String {
-    let policy: String = HitPolicy::CODES
-        .map(|code| {
-            format!("{} = \"{}\"\n", code.name(), HitPolicy::default_treatment(code).name())
-        })
-        .concat();
-    let budget: String = uncertainty_keys().map(budget_line).collect();
-    let text = FRAME.replacen(POLICY, &format!("{POLICY}{policy}"), 1).replacen(
-        BUDGET,
-        &format!("{BUDGET}{budget}"),
-        1,
-    );
-    match profile {
-        TestProfile::MassLine => text,
-        TestProfile::Suspension => {
-            let changed = |text: String, (from, to): (&str, &str)| text.replacen(from, to, 1);
-            OF_SUSPENSION.into_iter().fold(text, changed)
+    let defaults = TestSettings::of_profile(profile);
+    let test = TEST_KEYS.iter().map(|key| {
+        let stated = format!("{} = {}", key.name, value_text(defaults.value(key)));
+        match key.form {
+            TestForm::Word(choice) => {
+                comment_line(&stated, &format!("{}; {}", alternatives(choice.words()), key.meaning))
+            }
+            TestForm::Number(_) | TestForm::Range(_) => comment_line(&stated, key.meaning),
+        }
+    });
+    let policy = HitPolicy::CODES.iter().map(|&code| {
+        format!("{} = \"{}\"\n", code.name(), HitPolicy::default_treatment(code).name())
+    });
+    let target = TARGET_KEYS
+        .iter()
+        .map(|key| comment_line(&format!("# {} = {}", key.name, key.example), key.meaning));
+    let tables = [
+        (TEST, test.collect::<String>()),
+        (POLICY, policy.collect()),
+        (BUDGET, uncertainty_keys().map(budget_line).collect()),
+        (TARGET, target.collect()),
+    ];
+    let frame = match profile {
+        TestProfile::MassLine => FRAME.to_owned(),
+        TestProfile::Suspension => FRAME.replacen(HITS, MORE_HITS, 1),
+    };
+    let with = |text: String, (heading, keys): (&str, String)| {
+        text.replacen(heading, &format!("{heading}{keys}"), 1)
+    };
+    tables.into_iter().fold(frame, with)
+}
+
+/// A value as a layout file writes it.
+fn value_text(value: TestValue) -> String {
+    match value {
+        TestValue::Count(count) => count.to_string(),
+        TestValue::Number(number) => format!("{number:?}"),
+        TestValue::Range(ends) => format!("{ends:?}"),
+        TestValue::Word(word) => format!("\"{word}\""),
+    }
+}
+
+/// A line with a comment, which goes on below where it is long.
+fn comment_line(stated: &str, comment: &str) -> String {
+    let mut lines = vec![format!("{stated:COLUMN$}#")];
+    for word in comment.split(' ') {
+        let last = lines.last_mut().expect("there is a first line");
+        match last.chars().count() + 1 + word.chars().count() <= WIDTH {
+            true => last.extend([" ", word]),
+            false => lines.push(format!("{:COLUMN$}# {word}", "")),
         }
     }
+    lines.join("\n") + "\n"
 }
 
 /// The line of a key of `[uncertainty]` with its default.
@@ -68,7 +92,7 @@ fn budget_line(key: &UncertaintyKey) -> String {
     };
     let only = if key.only_modes { "; for the suspension modes only" } else { "" };
     let stated = format!("{} = {}", key.name, key.default);
-    format!("{stated:COLUMN$}# {}{unit}{only}\n", key.meaning)
+    comment_line(&stated, &format!("{}{unit}{only}", key.meaning))
 }
 
 /// The JSON schema (draft 2020-12) of the layout file.

@@ -1,65 +1,260 @@
 //! The tables `[test]` and `[target]`.
 
 use std::ops::Range;
+use std::sync::LazyLock;
 
-use massline_shared::diagnosis::Setting;
-use massline_shared::layout::{MAX_HITS_PER_DOF, Target, TestProfile, TestSettings};
+use massline_shared::diagnosis::{AllowedValues, Setting};
+use massline_shared::layout::{
+    AUTOMATIC, Choice, TARGET_KEYS, TEST_KEYS, Target, TestForm, TestKey, TestProfile, TestSettings,
+};
+use schemars::{Schema, SchemaGenerator, json_schema};
+use serde::de::MapAccess;
 use toml::Spanned;
 
 use super::error::{Fault, LayoutFileError, Place};
-use super::raw::{RawTarget, RawTest};
+use super::keyed::{KeyedTable, OneOf, TableKeys, number_schema, sentence};
 use super::source::Source;
 use super::values::RawBand;
 
+/// The keys of `[test]`.
+pub(super) struct TestKeys;
+
+/// A value of `[test]`.
+#[derive(Debug)]
+pub(super) enum TestEntry {
+    /// A number.
+    Number(Spanned<f64>),
+    /// The ends of a range.
+    Range(Spanned<[f64; 2]>),
+    /// The ends of the band, or `auto`.
+    Band(Spanned<RawBand>),
+    /// A word.
+    Word(&'static str),
+}
+
+impl TestEntry {
+    /// Where it stands in the file.
+    pub(super) fn span(&self) -> Option<Range<usize>> {
+        match self {
+            Self::Number(number) => Some(number.span()),
+            Self::Range(range) => Some(range.span()),
+            Self::Band(band) => Some(band.span()),
+            Self::Word(_) => None,
+        }
+    }
+}
+
+impl KeyedTable<TestKeys> {
+    /// What is stated for a key of this form.
+    fn entry(&self, form: TestForm) -> Option<&TestEntry> {
+        TEST_KEYS.iter().find(|key| key.form == form).and_then(|key| self.get(key.name))
+    }
+
+    /// The number that is stated for a setting.
+    fn number(&self, setting: Setting) -> Option<&Spanned<f64>> {
+        match self.entry(TestForm::Number(setting)) {
+            Some(TestEntry::Number(number)) => Some(number),
+            _ => None,
+        }
+    }
+
+    /// The profile that is stated.
+    pub(super) fn profile(&self) -> Option<TestProfile> {
+        match self.entry(TestForm::Word(Choice::Profile)) {
+            Some(TestEntry::Word(word)) => TestProfile::from_name(word),
+            _ => None,
+        }
+    }
+
+    /// Puts these settings under another profile: those that were meant for the former have its own defaults. Returns their
+    /// keys.
+    pub(super) fn change_profile(&mut self, profile: TestProfile) -> Vec<&'static str> {
+        if self.profile().unwrap_or_default() == profile {
+            return Vec::new();
+        }
+        let depends = |key: &&TestKey| match key.form {
+            TestForm::Number(setting) | TestForm::Range([setting, _]) => {
+                TestSettings::<f64>::depends_on_profile(setting)
+            }
+            TestForm::Word(choice) => choice == Choice::Profile,
+        };
+        let mut set_aside = Vec::new();
+        for key in TEST_KEYS.iter().filter(depends) {
+            let was_stated = self.take(key.name).is_some();
+            if key.form == TestForm::Word(Choice::Profile) {
+                self.insert(key.name, TestEntry::Word(profile.name()));
+            } else if was_stated {
+                set_aside.push(key.name);
+            }
+        }
+        set_aside
+    }
+}
+
+impl TableKeys for TestKeys {
+    type Value = TestEntry;
+    const WRITTEN: &'static str = "a table [test]";
+    const NAME: &'static str = "test";
+    const MEANING: &'static str = "Settings of the test.";
+
+    fn names() -> &'static [&'static str] {
+        static NAMES: LazyLock<Vec<&str>> =
+            LazyLock::new(|| TEST_KEYS.map(|key| key.name).to_vec());
+        &NAMES
+    }
+
+    fn read<'de, A: MapAccess<'de>>(
+        name: &'static str,
+        map: &mut A,
+    ) -> Result<TestEntry, A::Error> {
+        match TEST_KEYS.iter().find(|key| key.name == name).map(|key| key.form) {
+            Some(TestForm::Word(choice)) => {
+                map.next_value_seed(OneOf(choice.words())).map(TestEntry::Word)
+            }
+            Some(TestForm::Range([Setting::BandLower, _])) => map.next_value().map(TestEntry::Band),
+            Some(TestForm::Range(_)) => map.next_value().map(TestEntry::Range),
+            Some(TestForm::Number(Setting::HitsPerDof)) => {
+                let count: Spanned<i64> = map.next_value()?;
+                Ok(TestEntry::Number(Spanned::new(count.span(), *count.get_ref() as f64)))
+            }
+            Some(TestForm::Number(_)) | None => map.next_value().map(TestEntry::Number),
+        }
+    }
+
+    fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
+        let Some(key) = TEST_KEYS.iter().find(|key| key.name == name) else {
+            return Schema::default();
+        };
+        let mut schema = match key.form {
+            TestForm::Word(choice) => json_schema!({ "type": "string", "enum": choice.words() }),
+            TestForm::Number(setting) => number_schema(setting.allowed()),
+            TestForm::Range([lower, _]) => {
+                let range = json_schema!({
+                    "type": "array",
+                    "items": number_schema(lower.allowed()),
+                    "minItems": 2,
+                    "maxItems": 2,
+                });
+                match lower {
+                    Setting::BandLower => {
+                        json_schema!({ "oneOf": [range, { "const": AUTOMATIC }] })
+                    }
+                    _ => range,
+                }
+            }
+        };
+        schema.insert("description".into(), described(key).into());
+        schema
+    }
+}
+
+/// What a key says, with its unit.
+fn described(key: &TestKey) -> String {
+    let unit = match key.form {
+        TestForm::Number(setting) | TestForm::Range([setting, _]) => setting.unit(),
+        TestForm::Word(_) => "",
+    };
+    let text = sentence(key.meaning);
+    if unit.is_empty() { text } else { format!("{text} Unit: {unit}.") }
+}
+
+/// The keys of `[target]`.
+pub(super) struct TargetKeys;
+
+impl TableKeys for TargetKeys {
+    type Value = Spanned<f64>;
+    const WRITTEN: &'static str = "a table [target]";
+    const NAME: &'static str = "target";
+    const MEANING: &'static str = "The precision that is wanted: half widths of the 95 % intervals. `massline measure` asks \
+                                   whether to finish as soon as all of them are reached.";
+
+    fn names() -> &'static [&'static str] {
+        static NAMES: LazyLock<Vec<&str>> =
+            LazyLock::new(|| TARGET_KEYS.map(|key| key.name).to_vec());
+        &NAMES
+    }
+
+    fn read<'de, A: MapAccess<'de>>(
+        _: &'static str,
+        map: &mut A,
+    ) -> Result<Spanned<f64>, A::Error> {
+        map.next_value()
+    }
+
+    fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
+        let key = TARGET_KEYS.iter().find(|key| key.name == name);
+        let mut schema = number_schema(AllowedValues::Positive);
+        schema.insert("description".into(), key.map(|key| sentence(key.meaning)).into());
+        schema
+    }
+}
+
 /// The settings of the test, with the defaults of those that are not given.
 pub(super) fn test(
-    raw: Option<&RawTest>,
+    raw: &KeyedTable<TestKeys>,
     source: &Source<'_>,
 ) -> Result<TestSettings<f64>, LayoutFileError> {
-    let Some(raw) = raw else { return Ok(TestSettings::default()) };
-    let mut test = TestSettings::of_profile(raw.profile.unwrap_or_default());
-    if let Some(hits) = &raw.hits_per_dof {
-        let allowed = |hits: &u8| (1..=MAX_HITS_PER_DOF).contains(hits);
-        test.hits_per_dof =
-            u8::try_from(*hits.get_ref()).ok().filter(allowed).ok_or_else(|| {
-                let value = *hits.get_ref() as f64;
-                let fault = Fault::OutOfRange { value, wanted: "a whole number from 1 to 50" };
-                source.fault(hits.span(), "test.hits_per_dof", fault)
-            })?;
-    }
-    if let Some(band) = &raw.band_hz {
-        test.band_hz = match *band.get_ref() {
-            RawBand::Auto if test.profile == TestProfile::Suspension => {
-                return Err(source.fault(band.span(), "test.band_hz", Fault::BandOfSuspension));
+    let mut test = TestSettings::of_profile(raw.profile().unwrap_or_default());
+    for key in TEST_KEYS {
+        let name = format!("test.{}", key.name);
+        match (raw.get(key.name), key.form) {
+            (Some(TestEntry::Number(number)), TestForm::Number(setting)) => {
+                let allowed = setting.allowed();
+                let wanted = match allowed {
+                    AllowedValues::HitCount => "a whole number from 1 to 50",
+                    AllowedValues::NotNegative => "zero or a positive number",
+                    AllowedValues::Positive => "a positive number",
+                };
+                let number = source.within(number, &name, |v| allowed.contains(v), wanted)?;
+                test.set_number(setting, number);
             }
-            RawBand::Auto => None,
-            RawBand::Ends(ends) => Some(band_ends(ends, band.span(), source)?),
-        };
-    }
-    let positive = "a positive number";
-    if let Some(v) = &raw.exponential_decay_per_s {
-        let wanted = "zero (no window) or a positive number, 1/s";
-        let key = "test.exponential_decay_per_s";
-        test.exponential_decay = source.within(v, key, |v| v >= 0.0, wanted)?;
-    }
-    if let Some(v) = &raw.force_window_s {
-        test.force_window_s = source.within(v, "test.force_window_s", |v| v > 0.0, positive)?;
-    }
-    if let Some(v) = &raw.trigger_n {
-        test.trigger_n = source.within(v, "test.trigger_n", |v| v > 0.0, positive)?;
-    }
-    if let Some(v) = &raw.min_peak_force_n {
-        test.min_peak_force_n = source.within(v, "test.min_peak_force_n", |v| v > 0.0, positive)?;
-    }
-    if let Some(impulse) = &raw.impulse_ns {
-        test.impulse_ns = impulse_ends(*impulse.get_ref(), impulse.span(), source)?;
+            (Some(TestEntry::Range(range)), TestForm::Range(ends)) => {
+                set_range(&mut test, ends, *range.get_ref(), range.span(), &name, source)?;
+            }
+            (Some(TestEntry::Band(band)), TestForm::Range(ends)) => match *band.get_ref() {
+                RawBand::Auto if test.profile == TestProfile::Suspension => {
+                    return Err(source.fault(band.span(), &name, Fault::BandOfSuspension));
+                }
+                RawBand::Auto => test.band_hz = None,
+                RawBand::Ends(range) => {
+                    set_range(&mut test, ends, range, band.span(), &name, source)?;
+                }
+            },
+            (Some(TestEntry::Word(word)), TestForm::Word(choice)) => test.set_word(choice, word),
+            // A value has the form of its key.
+            (None | Some(_), _) => {}
+        }
     }
     if test.profile == TestProfile::Suspension {
         go_with_modes(raw, source)?;
     }
-    test.frf_estimator = raw.frf_estimator.unwrap_or(test.frf_estimator);
-    test.terms = raw.terms.unwrap_or(test.terms);
     Ok(test)
+}
+
+fn set_range(
+    test: &mut TestSettings<f64>,
+    settings: [Setting; 2],
+    ends: [f64; 2],
+    span: Range<usize>,
+    key: &str,
+    source: &Source<'_>,
+) -> Result<(), LayoutFileError> {
+    source.finite(span.clone(), key, &ends)?;
+    let [low, high] = ends;
+    let [lower, upper] = settings;
+    if !lower.allowed().contains(low) || high <= low {
+        let value = if lower.allowed().contains(low) { high } else { low };
+        let wanted = match lower.allowed() {
+            AllowedValues::Positive | AllowedValues::HitCount => {
+                "[lowest, highest], 0 < lowest < highest"
+            }
+            AllowedValues::NotNegative => "[smallest, largest], 0 <= smallest < largest",
+        };
+        return Err(source.fault(span, key, Fault::OutOfRange { value, wanted }));
+    }
+    test.set_number(lower, low);
+    test.set_number(upper, high);
+    Ok(())
 }
 
 /// Largest decay of the exponential window in the suspension profile, 1/s: 2 1/s add 11 % of the critical damping to a mode of
@@ -69,12 +264,12 @@ const FASTEST_DECAY: f64 = 2.0;
 const NARROWEST_WINDOW: f64 = 0.015;
 
 /// Refuses windows in the suspension profile that leave nothing of its modes, such as those of the other profile.
-fn go_with_modes(raw: &RawTest, source: &Source<'_>) -> Result<(), LayoutFileError> {
-    if let Some(decay) = &raw.exponential_decay_per_s {
+fn go_with_modes(raw: &KeyedTable<TestKeys>, source: &Source<'_>) -> Result<(), LayoutFileError> {
+    if let Some(decay) = raw.number(Setting::ExponentialDecay) {
         let wanted = "2 1/s at most in the suspension profile, or the window hides the modes; without the line it is 0.1 1/s";
         source.within(decay, "test.exponential_decay_per_s", |v| v <= FASTEST_DECAY, wanted)?;
     }
-    if let Some(window) = &raw.force_window_s {
+    if let Some(window) = raw.number(Setting::ForceWindow) {
         let wanted = "0.015 s at least in the suspension profile, or the window cuts the push of a soft mallet; without the line \
                       it is 0.05 s";
         source.within(window, "test.force_window_s", |v| v >= NARROWEST_WINDOW, wanted)?;
@@ -84,72 +279,30 @@ fn go_with_modes(raw: &RawTest, source: &Source<'_>) -> Result<(), LayoutFileErr
 
 /// The precision at which a campaign may stop.
 pub(super) fn target(
-    raw: Option<&RawTarget>,
+    raw: &KeyedTable<TargetKeys>,
     source: &Source<'_>,
 ) -> Result<Target<f64>, LayoutFileError> {
-    let Some(raw) = raw else { return Ok(Target::default()) };
     let wanted = "a positive half width: 0.01 is 1 %, or 10 mm for center_m";
-    let of = |value: &Option<Spanned<f64>>, key| {
-        let check = |v| source.within(v, key, |v| v > 0.0, wanted);
-        value.as_ref().map(check).transpose()
-    };
-    Ok(Target {
-        mass: of(&raw.mass, "target.mass")?,
-        center: of(&raw.center_m, "target.center_m")?,
-        inertia: of(&raw.inertia, "target.inertia")?,
-    })
-}
-
-fn impulse_ends(
-    [least, most]: [f64; 2],
-    span: Range<usize>,
-    source: &Source<'_>,
-) -> Result<[f64; 2], LayoutFileError> {
-    source.finite(span.clone(), "test.impulse_ns", &[least, most])?;
-    if least < 0.0 || most <= least {
-        let value = if least < 0.0 { least } else { most };
-        let wanted = "[smallest, largest] impulse in N s, 0 <= smallest < largest";
-        return Err(source.fault(span, "test.impulse_ns", Fault::OutOfRange { value, wanted }));
+    let mut widths = Target::default().values();
+    for (width, key) in widths.iter_mut().zip(TARGET_KEYS) {
+        let Some(stated) = raw.get(key.name) else { continue };
+        let key = format!("target.{}", key.name);
+        *width = Some(source.within(stated, &key, |v| v > 0.0, wanted)?);
     }
-    Ok([least, most])
-}
-
-fn band_ends(
-    [low, high]: [f64; 2],
-    span: Range<usize>,
-    source: &Source<'_>,
-) -> Result<[f64; 2], LayoutFileError> {
-    source.finite(span.clone(), "test.band_hz", &[low, high])?;
-    if low <= 0.0 || high <= low {
-        let value = if low <= 0.0 { low } else { high };
-        let wanted = "[lowest, highest] frequency in Hz, 0 < lowest < highest";
-        return Err(source.fault(span, "test.band_hz", Fault::OutOfRange { value, wanted }));
-    }
-    Ok([low, high])
+    Ok(widths.into())
 }
 
 /// Where the settings of the test stand.
-pub(super) fn places(test: &RawTest, source: &Source<'_>) -> Vec<(Setting, Place)> {
-    let span = |of: &Option<Spanned<f64>>| of.as_ref().map(Spanned::span);
-    let band = test.band_hz.as_ref().map(Spanned::span);
-    let impulse = test.impulse_ns.as_ref().map(Spanned::span);
-    let all = [
-        (Setting::HitsPerDof, "test.hits_per_dof", test.hits_per_dof.as_ref().map(Spanned::span)),
-        (Setting::BandLower, "test.band_hz", band.clone()),
-        (Setting::BandUpper, "test.band_hz", band),
-        (
-            Setting::ExponentialDecay,
-            "test.exponential_decay_per_s",
-            span(&test.exponential_decay_per_s),
-        ),
-        (Setting::ForceWindow, "test.force_window_s", span(&test.force_window_s)),
-        (Setting::Trigger, "test.trigger_n", span(&test.trigger_n)),
-        (Setting::MinPeakForce, "test.min_peak_force_n", span(&test.min_peak_force_n)),
-        (Setting::ImpulseLower, "test.impulse_ns", impulse.clone()),
-        (Setting::ImpulseUpper, "test.impulse_ns", impulse),
-    ];
-    let place = |(setting, key, span)| {
-        Some((setting, Place::of(source.file, source.text, Some(span?), key)))
-    };
-    all.into_iter().filter_map(place).collect()
+pub(super) fn places(raw: &KeyedTable<TestKeys>, source: &Source<'_>) -> Vec<(Setting, Place)> {
+    let mut places = Vec::new();
+    for key in TEST_KEYS {
+        let Some(span) = raw.get(key.name).and_then(TestEntry::span) else { continue };
+        let place = Place::of(source.file, source.text, Some(span), &format!("test.{}", key.name));
+        match key.form {
+            TestForm::Number(setting) => places.push((setting, place)),
+            TestForm::Range(ends) => places.extend(ends.map(|end| (end, place.clone()))),
+            TestForm::Word(_) => {}
+        }
+    }
+    places
 }

@@ -4,7 +4,9 @@ use massline_shared::layout::{
 };
 
 use super::*;
-use massline_shared::layout::{FrfEstimator, Target, TestProfile, TestSettings};
+use massline_shared::layout::{
+    FrfEstimator, TARGET_KEYS, TEST_KEYS, Target, TestProfile, TestSettings,
+};
 use massline_shared::mass_line::Terms;
 
 const GOOD: &str = include_str!("../../../examples/three-bar-test-1.toml");
@@ -91,7 +93,21 @@ fn the_template_is_a_valid_layout() {
     for key in uncertainty_keys() {
         assert!(template.contains(&format!("\n{} = {} ", key.name, key.default)), "{}", key.name);
     }
+    for key in TEST_KEYS {
+        assert!(template.contains(&format!("\n{} = ", key.name)), "{}", key.name);
+    }
     assert_eq!(file.layout.test, massline_shared::layout::TestSettings::default());
+}
+
+#[test]
+fn a_number_of_hits_is_written_without_a_decimal_point() {
+    let with =
+        |count: &str| commented().replace("hits_per_dof = 5 ", &format!("hits_per_dof = {count} "));
+    assert_eq!(parse(&with("50")).unwrap().layout.test.hits_per_dof, 50);
+    for wrong in ["5.0", "5.5", "1e300", "nan", "\"five\"", "0", "51", "-1"] {
+        let error = parse(&with(wrong)).unwrap_err().to_string();
+        assert!(error.contains("whole number"), "{wrong}: {error}");
+    }
 }
 
 #[test]
@@ -100,10 +116,10 @@ fn the_template_of_the_suspension_profile_has_its_defaults() {
     let file = parse(&text).unwrap();
     assert_eq!(file.layout.test, TestSettings::of_profile(TestProfile::Suspension));
     let commented = commented();
-    // Profile, band and its comment, decay, window, hits: five lines of the template differ, one is left out.
+    // Profile, band, decay, window, hits.
     let (old, new): (Vec<_>, Vec<_>) = (commented.lines().collect(), text.lines().collect());
     assert_eq!(new.iter().filter(|line| !old.contains(line)).count(), 5);
-    assert_eq!(new.len(), old.len() - 1);
+    assert_eq!(new.len(), old.len());
 }
 
 #[test]
@@ -141,14 +157,26 @@ fn the_template_s_comments_are_valid_too() {
     let mut text = String::new();
     for line in commented().lines() {
         let bare = line.strip_prefix("# ").unwrap_or(line);
-        let is_table = ["[prior]", "[[attached]]", "[reference]", "[report]"].contains(&bare);
-        let is_entry = ["mass_kg =", "center_of_mass_m =", "inertia_kg_m2 =", "    [", "]", "axes"];
+        let is_table =
+            ["[target]", "[prior]", "[[attached]]", "[reference]", "[report]"].contains(&bare);
+        let is_entry = [
+            "mass =",
+            "center_m =",
+            "inertia =",
+            "mass_kg =",
+            "center_of_mass_m =",
+            "inertia_kg_m2 =",
+            "    [",
+            "]",
+            "axes",
+        ];
         let is_value = line.starts_with("# ") && is_entry.iter().any(|e| bare.starts_with(e));
         text += if is_table || is_value && !bare.contains("the sensor's") { bare } else { line };
         text.push('\n');
     }
     let file = parse(&text).unwrap();
     assert_eq!(*file.layout.priors, [Prior { property: 0, value: 1.23, sigma: 0.001 }]);
+    assert_eq!(file.layout.target.values(), TARGET_KEYS.map(|key| Some(key.example)));
     assert_eq!(file.layout.attached.len(), 1);
     assert!(file.reference.unwrap().complete().is_some());
 }

@@ -89,27 +89,6 @@ impl<'de> Deserialize<'de> for RawMass {
     }
 }
 
-impl JsonSchema for RawBand {
-    fn schema_name() -> Cow<'static, str> {
-        "band".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({
-            "description": "Lower and upper end in Hz, or \"auto\": from the data.",
-            "oneOf": [
-                {
-                    "type": "array",
-                    "items": { "type": "number", "exclusiveMinimum": 0 },
-                    "minItems": 2,
-                    "maxItems": 2,
-                },
-                { "const": "auto" },
-            ],
-        })
-    }
-}
-
 /// The schema of a node number.
 pub(super) enum NodeNumber {}
 

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 use massline_result::{ErrorSource, FilePath, Finding, Mode, Properties, Refusal};
+use massline_shared::layout::TestValue;
 
 /// A layout with resolved positions and directions in the body frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -22,8 +23,8 @@ pub struct ShownLayout {
     pub sensors: Vec<ShownSensor>,
     /// The hits.
     pub hits: Vec<ShownHit>,
-    /// The settings of the test.
-    pub test: ShownSettings,
+    /// The settings of the test by key of the layout file.
+    pub test: BTreeMap<String, SettingValue>,
     /// The standard deviations of the error budget by key of the layout file. Sensors and hits that state their own differ.
     pub uncertainty: BTreeMap<String, f64>,
     /// What becomes of a hit with a fault, by the code of the fault: `keep`, `warn` or `reject`.
@@ -56,41 +57,30 @@ pub struct ShownHit {
     pub direction: [f64; 3],
 }
 
-/// The settings of a test.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "shown_settings")]
-pub struct ShownSettings {
-    /// What is measured: `mass-line` or `suspension`.
-    pub profile: String,
-    /// Accepted hits wanted at each DOF.
-    pub hits_per_dof: u8,
-    /// The band of the mass lines.
-    pub band_hz: Band,
-    /// Estimator of the frequency responses.
-    pub frf_estimator: String,
-    /// Terms of the mass lines.
-    pub terms: String,
-    /// Decay rate of the exponential window.
-    pub exponential_decay_per_s: f64,
-    /// Half width of the force window.
-    pub force_window_s: f64,
-    /// Force at which a record starts.
-    pub trigger_n: f64,
-    /// A hit with a smaller peak force is too weak.
-    pub min_peak_force_n: f64,
-    /// Smallest and largest impulse of a hit in the suspension profile, N s.
-    pub impulse_ns: [f64; 2],
-}
-
-/// The band of mass lines.
+/// What a key of the settings of a test says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
-#[schemars(rename = "band")]
-pub enum Band {
-    /// Its ends.
-    Fixed([f64; 2]),
-    /// `auto`: it is found from the data.
-    Automatic(String),
+#[schemars(rename = "setting_value")]
+pub enum SettingValue {
+    /// A whole number.
+    Count(u8),
+    /// A number; the key has its unit.
+    Number(f64),
+    /// The ends of a range.
+    Range([f64; 2]),
+    /// A word; `auto` for a band that is found from the data.
+    Word(String),
+}
+
+impl From<TestValue> for SettingValue {
+    fn from(value: TestValue) -> Self {
+        match value {
+            TestValue::Count(count) => Self::Count(count),
+            TestValue::Number(number) => Self::Number(number),
+            TestValue::Range(ends) => Self::Range(ends),
+            TestValue::Word(word) => Self::Word(word.to_owned()),
+        }
+    }
 }
 
 /// How accurate a layout will be, and what limits it.
