@@ -40,6 +40,7 @@ pub mod simulate;
 pub mod simulated;
 pub mod solve;
 pub mod sources;
+mod version;
 pub mod virtual_rig;
 
 use std::ffi::OsString;
@@ -53,15 +54,11 @@ use crate::output::{ColorChoice, Output};
 use crate::{Error, Result};
 use massline_client::interrupt::Interrupt;
 
-/// The version of the package, and the commit that it was built from.
-const VERSION: &str =
-    concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("MASSLINE_GIT_HASH"), ")");
-
 /// Mass, centre of mass and inertia tensor of an object from a few hammer taps.
 #[derive(Debug, Parser)]
 #[command(
     name = "massline",
-    version = VERSION,
+    version = version::VERSION,
     subcommand_required = true,
     arg_required_else_help = true,
     after_help = "\
@@ -212,5 +209,23 @@ pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
         Command::Schema(args) => schema::run(&args, output),
         Command::Completions(args) => shell::completions(&args, command(), output),
         Command::Man(args) => shell::man(&args, command(), output),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A broken line would leave a single word on the next.
+    #[test]
+    fn examples_and_lists_fit_a_terminal_of_eighty_columns() {
+        fn check(command: &clap::Command) {
+            let notes = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            for line in notes.lines().filter(|line| line.starts_with(' ')) {
+                assert!(line.chars().count() <= 80, "{}: {line}", command.get_name());
+            }
+            command.get_subcommands().for_each(check);
+        }
+        check(&command());
     }
 }

@@ -6,7 +6,6 @@
 //! | [`output`] | where a command writes: text or JSON, colour, progress |
 //! | [`archive_part`] | what an interrupted campaign has read for its archive |
 //! | `hit_records` | records of single hits, read during a campaign |
-//! | [`calibration`] | dates of calibrations, and the RC cutoffs from the spectra of a block test |
 //! | [`solve`] | the offline solver |
 //! | [`rig_solution`] | a rig's test, solved on the host |
 //! | [`measured`] | results that a rig has measured, for exports and pictures |
@@ -14,14 +13,12 @@
 //! | [`hit_log`] | what became of every hit of a campaign |
 //! | [`spectra`] | collects the spectra of a campaign, DOF by DOF |
 //! | [`tape_player`] | recorded scans, played to a rig |
-//! | [`self_test`] | what a rig finds about itself |
 //! | `screen`, `terminal` | the full screen of a campaign and of a tumble test |
 //! | [`rig`] | simulated rigs, virtual or emulated |
 //! | `qemu` | the emulated rig, where the system has ptys |
 #![deny(unsafe_code)]
 
 pub mod archive_part;
-pub mod calibration;
 pub mod commands;
 pub mod hit_log;
 mod hit_records;
@@ -34,7 +31,6 @@ pub mod rig_lines;
 mod rig_settings;
 pub mod rig_solution;
 mod screen;
-pub mod self_test;
 pub mod solve;
 pub mod spectra;
 pub mod tape_player;

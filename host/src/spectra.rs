@@ -14,7 +14,8 @@ use crate::hit_log::HitLog;
 use crate::hit_records::RecordCollection;
 use massline_client::campaign::{Observer, open_dof};
 use massline_client::followed::Followed;
-use massline_client::{Client, ClientError, DofSpectra};
+use massline_client::{Client, ClientError};
+use massline_files::dof_spectra::DofSpectra;
 
 /// Spectra that have been read so far.
 #[derive(Clone, Debug, Default)]

@@ -13,6 +13,8 @@
 //! | [`hits`] | grades the hits of a recording: each on its own, then against the others |
 //! | [`judgement`] | whether a result can be used, and why not |
 //! | [`limits`] | what limits an answer |
+//! | [`calibration`] | what calibration tests say of sensors, hammer and electronics |
+//! | [`self_test`] | what a rig reads at rest, and the faults that this shows |
 //! | [`design`] | the predicted uncertainty of a layout, and better layouts |
 //! | [`monte_carlo`] | many simulated tests, compared with the truth and the Cramér-Rao bound |
 //! | [`rig_findings`] | which findings of a rig stand beside the program's own answer |
@@ -21,6 +23,7 @@
 #![forbid(unsafe_code)]
 
 pub mod bench_error;
+pub mod calibration;
 pub mod design;
 pub mod hits;
 pub mod identification;
@@ -32,6 +35,7 @@ pub mod parallel;
 pub mod plausibility;
 pub mod precision;
 pub mod rig_findings;
+pub mod self_test;
 pub mod single_fault;
 pub mod suspension;
 pub mod where_to_hit;

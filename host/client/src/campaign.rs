@@ -11,8 +11,9 @@ use massline_protocol::message::{Reason, StartRequest, Status};
 use massline_shared::diagnosis::{Code, Diagnostic, Subject};
 use massline_shared::measurement::campaign::{Command, Object, Phase, Start};
 
+use crate::error::ClientError;
+use crate::exchange::{Client, Event};
 use crate::interrupt::Interrupt;
-use crate::{Client, ClientError, Event};
 use massline_files::day::age_in_days;
 use massline_result::{Error, Result};
 

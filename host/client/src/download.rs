@@ -13,7 +13,10 @@ use massline_shared::layout::RigLayout;
 use massline_shared::signal::{Scan, expand_response};
 use nalgebra::Complex;
 
-use super::{Client, ClientError, DofSpectra, SpectraError, scans_of};
+use crate::error::ClientError;
+use crate::exchange::Client;
+use crate::scans::scans_of;
+use massline_files::dof_spectra::{DofSpectra, SpectraError};
 
 /// How often an object is read again when its checksum is wrong or it changes during the download.
 const ATTEMPTS: u32 = 3;

@@ -5,8 +5,8 @@ use std::time::Duration;
 use massline_protocol::message::Reason;
 use massline_protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR};
 
-use super::SpectraError;
 use super::purpose::START;
+use massline_files::dof_spectra::SpectraError;
 use massline_result::Error;
 
 /// Why a request to a rig failed.

@@ -12,8 +12,9 @@ use massline_protocol::{Deframer, Endpoint, Frame, MAX_FRAME, Refusal, encode_fr
 use super::error::seconds;
 use super::peer::Peer;
 use super::purpose::purpose;
-use super::{ClientError, Transport};
+use crate::error::ClientError;
 use crate::interrupt::Interrupt;
+use crate::transport::Transport;
 
 /// Capacity of the event queue; when it is full the oldest event is dropped.
 const EVENT_QUEUE: usize = 8192;

@@ -11,7 +11,8 @@ use massline_shared::measurement::campaign::Phase;
 use serde::{Deserialize, Serialize};
 
 use crate::campaign::open_dof;
-use crate::{Client, ClientError};
+use crate::error::ClientError;
+use crate::exchange::Client;
 use massline_files::limited::at_most;
 
 /// How far a campaign was followed.

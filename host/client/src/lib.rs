@@ -20,7 +20,6 @@ mod purpose;
 mod request;
 mod scans;
 mod serial;
-mod spectra;
 mod tcp;
 mod transport;
 pub mod udev;
@@ -31,7 +30,6 @@ pub use exchange::{Client, Event, Timing};
 
 pub use scans::scans_of;
 pub use serial::{PORT_VARIABLE, PortFacts, SerialTransport, choose_port, list_ports};
-pub use spectra::{DofSpectra, SpectraError};
 pub use tcp::{TcpAddress, TcpTransport};
 pub use transport::Transport;
 

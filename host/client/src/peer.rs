@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::ClientError;
+use crate::error::ClientError;
 
 /// How much of what it sends is looked at.
 const LOOKED_AT: usize = 1024;

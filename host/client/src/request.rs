@@ -13,7 +13,8 @@ use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::{Command, Start};
 use massline_shared::signal::RestStatistics;
 
-use super::{Client, ClientError};
+use crate::error::ClientError;
+use crate::exchange::Client;
 
 impl Client {
     /// Reads the identity of the rig and checks that both sides use compatible protocols.

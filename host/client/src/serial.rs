@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use serialport::{ErrorKind, SerialPort, SerialPortType};
 
-use super::{ClientError, Transport};
+use crate::error::ClientError;
+use crate::transport::Transport;
 
 /// Baud rate, used where the port is a UART; USB and ptys ignore it.
 const BAUD: u32 = 921_600;

@@ -7,7 +7,8 @@ use std::sync::mpsc::channel;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::{ClientError, Transport};
+use crate::error::ClientError;
+use crate::transport::Transport;
 use massline_result::Error;
 
 /// Time to find a host and connect to it, with all its addresses.

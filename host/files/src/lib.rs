@@ -11,6 +11,8 @@
 //! | [`recording`] | hammer data of other systems: LVM, CSV, UFF, NumPy |
 //! | [`layout_file`] | the layout TOML |
 //! | [`calibration_file`] | the calibration TOML |
+//! | [`tumble_file`] | the readings of a tumble test so far |
+//! | [`dof_spectra`] | averaged spectra of a DOF, as a rig sends them |
 //! | [`tape`] | recorded scans of a rig |
 //! | [`archive`] | one file with everything that a test has measured |
 //! | [`embedded`] | results inside an HTML report |
@@ -23,6 +25,7 @@ pub mod archive;
 pub mod calibration_file;
 pub mod clock;
 pub mod day;
+pub mod dof_spectra;
 pub mod embedded;
 pub mod encoding;
 pub mod file;
@@ -33,5 +36,6 @@ pub mod recording;
 mod single;
 pub mod tape;
 pub mod toml_file;
+pub mod tumble_file;
 pub mod uff;
 pub mod units;

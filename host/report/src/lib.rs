@@ -6,6 +6,8 @@
 //! | [`solution`] | what the program finds from the data of a test, and the result that it makes of it |
 //! | [`words`] | diagnostics, verdicts and results in words |
 //! | [`document`] | the JSON documents of all commands, and their schemas |
+//! | [`self_test`] | what a rig reads at rest |
+//! | [`calibration`] | calibrations, and what calibration tests find |
 //! | [`recorded_hits`] | the graded hits of a recording |
 //! | [`result_file`] | one result with its test: what pictures and pages are made of |
 //! | [`picture`] | pictures |
@@ -16,6 +18,7 @@
 //! | [`projection`], [`readings`] | where a picture looks from; records in physical units |
 #![forbid(unsafe_code)]
 
+pub mod calibration;
 pub mod document;
 pub mod export;
 pub mod page;
@@ -24,6 +27,7 @@ pub mod projection;
 pub mod readings;
 pub mod recorded_hits;
 pub mod result_file;
+pub mod self_test;
 pub mod solution;
 pub mod table;
 pub mod tone;

@@ -4,13 +4,17 @@ pub mod block;
 pub mod demo;
 pub mod helper;
 pub mod keep;
-mod report;
+mod origin;
 pub mod rig;
 pub mod tumble;
 
+use massline_analysis::calibration::electronics::ConversionOrder;
+use massline_client::flash::board;
+use massline_protocol::message::Identity;
 use massline_shared::calibration::CalibrationRecord;
 
-use crate::calibration::Origin;
+use origin::Origin;
+
 use crate::output::{Output, counted};
 use crate::{Error, Result};
 use massline_files::calibration_file::short;
@@ -160,5 +164,35 @@ impl Warnings {
             count => format!("Use with care: {}, above", counted(count, "warning")),
         };
         output.verdict_line(self.verdict(), &line)
+    }
+}
+
+/// The order in which the converters of a rig convert the channels; by their numbers where the board states none.
+pub fn conversion_order(identity: &Identity) -> ConversionOrder {
+    let by_number = || vec![(0..identity.adc.channels).collect()];
+    ConversionOrder(board::conversion_order(&identity.board).unwrap_or_else(by_number))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn order(name: &str) -> ConversionOrder {
+        ConversionOrder(board::conversion_order(name).unwrap())
+    }
+
+    #[test]
+    fn who_follows_whom_depends_on_the_board() {
+        // Constant reference before the hammer; sensor 1 x after it.
+        let black_pill = order("blackpill-f411");
+        assert_eq!((black_pill.before(0), black_pill.after(0)), (None, Some(1)));
+        // Even and odd channels have a converter each, and each comes past an input of constant voltage.
+        let nucleo = order("nucleo-g474re");
+        assert_eq!((nucleo.before(0), nucleo.after(0)), (None, Some(2)));
+        assert_eq!((nucleo.before(1), nucleo.before(3)), (None, Some(1)));
+        // Round and round.
+        let pico = order("pico2");
+        assert_eq!((pico.before(0), pico.after(0), pico.after(9)), (Some(9), Some(1), Some(0)));
+        assert_eq!(board::conversion_order("virtual"), None);
     }
 }

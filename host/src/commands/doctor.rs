@@ -4,7 +4,7 @@ use std::process::{Command, Stdio};
 
 use massline_boards::BootLoader;
 
-use super::VERSION;
+use super::version::VERSION;
 use crate::Result;
 use crate::output::{Output, Tone};
 use massline_client::firmware::EMULATOR;

@@ -33,19 +33,6 @@ fn joined(text: &str) -> String {
 mod tests {
     use super::*;
 
-    /// A broken line would leave a single word on the next.
-    #[test]
-    fn examples_and_lists_fit_a_terminal_of_eighty_columns() {
-        fn check(command: &Command) {
-            let notes = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-            for line in notes.lines().filter(|line| line.starts_with(' ')) {
-                assert!(line.chars().count() <= 80, "{}: {line}", command.get_name());
-            }
-            command.get_subcommands().for_each(check);
-        }
-        check(&super::super::command());
-    }
-
     #[test]
     fn paragraphs_are_joined_and_examples_are_not() {
         let text = "One sentence\nin two lines.\n\nNext.\n\nExamples:\n  massline demo\n  massline solve\n\nExit codes:\n  0 done";

@@ -13,7 +13,7 @@ use super::pace::Pace;
 pub use super::pages::AnswerSoFar;
 use super::pages::Pages;
 use massline_analysis::precision::PrecisionReport;
-use massline_client::DofSpectra;
+use massline_files::dof_spectra::DofSpectra;
 use massline_report::readings::Readings;
 use massline_report::words::HitSaid;
 use massline_result::ModesSoFar;

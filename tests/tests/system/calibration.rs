@@ -5,13 +5,9 @@ use std::f64::consts::TAU;
 use std::io;
 use std::time::Duration;
 
-use massline::calibration::capacitor::{extra_capacitors, refusal};
-use massline::calibration::cutoffs::{CutoffError, RcCutoff};
-use massline::calibration::electronics::ConversionOrder;
-use massline::calibration::tumble::TumbleFile;
-use massline::calibration::verify::{DriftVerdict, drifts};
 use massline::commands::bench_test::nominal_calibration;
 use massline::commands::calibrate::block::{BlockTest, LAYOUT};
+use massline::commands::calibrate::conversion_order;
 use massline::commands::calibrate::demo::{calibrate, error_of_scale, sensitivity_errors};
 use massline::commands::calibrate::helper::Lines;
 use massline::commands::calibrate::rig::{BlockRig, TumbleRig};
@@ -19,9 +15,16 @@ use massline::commands::calibrate::tumble::{PositionHum, take};
 use massline::commands::demo::LAYOUTS;
 use massline::commands::measure::ScreenArgs;
 use massline::output::Output;
+use massline_analysis::calibration::capacitor::extra_capacitors;
+use massline_analysis::calibration::cutoffs::{CutoffError, RcCutoff};
+use massline_analysis::calibration::electronics::{ConversionOrder, Memory};
+use massline_analysis::calibration::verify::{DriftVerdict, drifts};
 use massline_files::layout_file::LayoutFile;
+use massline_files::tumble_file::TumbleFile;
 use massline_physics::{Bench, TumbleSource};
 use massline_protocol::message::StartRequest;
+use massline_report::calibration::capacitor::refusal;
+use massline_report::calibration::electronics;
 use massline_shared::Estimated;
 use massline_shared::calibration::block::BlockMass;
 use massline_shared::calibration::tumble::TumbleLimits;
@@ -395,7 +398,7 @@ fn cutoffs_of_the_rigs_own_capacitors_are_not_accused() {
     let record = rig.client.calibration().unwrap();
     let found = test.run(&mut rig, &record, &mut output()).unwrap();
     assert_eq!(extra_capacitors(&found.cutoffs), []);
-    assert_eq!(found.electronics.warnings(), [""; 0]);
+    assert_eq!(electronics::warnings(&found.electronics), [""; 0]);
 }
 
 /// The readings of a tumble test on a bench, and the hum in them.
@@ -406,7 +409,7 @@ fn tumbled(bench: &Bench, seed: u64) -> (TumbleFile, Vec<PositionHum>, Conversio
     let hum =
         take(&mut rig, &mut readings, &TumbleLimits::default(), &mut Lines::new(&mut output()))
             .unwrap();
-    (readings, hum, ConversionOrder::of(&rig.identity))
+    (readings, hum, conversion_order(&rig.identity))
 }
 
 /// Both tests must find the memory within four of their standard deviations, which are to resolve the 0.2 % that
@@ -424,7 +427,7 @@ fn the_memory_of_the_multiplexer_is_found_by_both_tests() {
         record.take_tumble(&tumble.sensors, tumble.hammer_zero);
         rig.client.put_calibration(&record).unwrap();
         let block = test.run(&mut rig, &record, &mut output()).unwrap();
-        let by_tumble = readings.memory(&order).unwrap();
+        let by_tumble = Memory::of_readings(readings.readings(), &order).unwrap();
         let by_block = block.electronics.memory.unwrap();
         assert_eq!((by_tumble.channel, by_tumble.before), (0, 9));
         assert_eq!((by_block.channel, by_block.before), (1, 0));

@@ -6,7 +6,8 @@ mod sound;
 
 use std::sync::Arc;
 
-use massline::self_test::Check;
+use massline_analysis::self_test::RigAtRest;
+use massline_client::flash::board::circuit_of;
 use massline_firmware::board::{Clock, Supply};
 use massline_physics::source::ScanSource;
 use massline_physics::{Bench, BenchSource};
@@ -88,8 +89,9 @@ impl Rig {
         client.rest_statistics().unwrap();
         let record = client.rest_record().unwrap().expect("the rig gives its record");
         let hardware = client.hardware().unwrap().unwrap();
-        let check = Check::of(&record, &adc, board.name, &self.calibration, hardware);
-        check.findings.iter().map(massline::self_test::name).collect()
+        let check =
+            RigAtRest::of(&record, &adc, circuit_of(board.name), &self.calibration, hardware);
+        check.findings.iter().map(massline_report::self_test::name).collect()
     }
 }
 

@@ -12,23 +12,24 @@ use massline_shared::signal::HAMMER;
 use serde_json::json;
 
 use super::rig::{BlockRig, BlockShown, RigArgs};
-use super::{OriginArgs, Warnings, report, store};
-use crate::calibration::block::{Block, Conditions};
-use crate::calibration::capacitor::{self, extra_capacitors};
-use crate::calibration::cutoffs::cutoffs;
-use crate::calibration::electronics::ConversionOrder;
-use crate::calibration::plausible;
-use crate::calibration::verify::{DriftVerdict, drifts};
+use super::{OriginArgs, Warnings, conversion_order, store};
 use crate::commands::measure::{ScreenArgs, fits, make_room, paused};
 use crate::commands::{files, show};
 use crate::output::Output;
 use crate::spectra::SpectraCollection;
 use crate::{Error, Result};
+use massline_analysis::calibration::block::{Block, Conditions};
+use massline_analysis::calibration::capacitor::extra_capacitors;
+use massline_analysis::calibration::cutoffs::cutoffs;
+use massline_analysis::calibration::plausible::{find_implausibility, find_wrong_mass};
+use massline_analysis::calibration::verify::{DriftVerdict, drifts};
 use massline_client::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, restarted};
 use massline_files::clock;
 use massline_files::layout_file::LayoutFile;
+use massline_report::calibration::{self as report, capacitor, electronics, plausible};
 use massline_report::document::BlockCalibration;
 use massline_report::words::message_in;
+use massline_result::Verdict;
 
 /// The default layout of the block.
 pub const LAYOUT: &str = include_str!("../../../examples/block.toml");
@@ -122,7 +123,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let before = rig.client.calibration()?;
     let found = test.run(&mut rig, &before, output)?;
     let mut warnings = judge(&found, &before, &test.layout, output)?;
-    plausible::check(&found, &before, args.block.mass, args.new_hammer)?;
+    if let Some(why) = find_implausibility(&found, &before, args.block.mass, args.new_hammer) {
+        return Err(plausible::refusal(&why));
+    }
     let mut record = before;
     found.write(&mut record);
     origin.write(&mut record);
@@ -171,7 +174,9 @@ fn judge(
     let grave = found.warnings.iter().filter(|warning| warning.severity > Severity::Note);
     let mut warnings = Warnings { count: grave.count() };
     capacitor::sentence(&low).into_iter().for_each(|text| warnings.add(text, output));
-    found.electronics.warnings().into_iter().for_each(|text| warnings.add(text, output));
+    electronics::warnings(&found.electronics)
+        .into_iter()
+        .for_each(|text| warnings.add(text, output));
     Ok(warnings)
 }
 
@@ -195,18 +200,23 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
     }
     let found = test.run(&mut rig, &record, output)?;
     let warnings = judge(&found, &record, &test.layout, output)?;
-    plausible::check_mass(&found, &record, args.block.mass, false)?;
+    if let Some(why) = find_wrong_mass(&found, &record, args.block.mass, false) {
+        return Err(plausible::refusal(&why));
+    }
     let all = drifts(&found.sensors, args.tolerance);
-    let worst = all.iter().map(|drift| drift.verdict).max();
-    let check =
-        report::Check { worst: worst.unwrap_or(DriftVerdict::Good), warnings, from_data_sheets };
-    let value = report::drifts_json(&all, args.tolerance, check.verdict(), &record, &found);
+    let worst = all.iter().map(|drift| drift.verdict).max().unwrap_or(DriftVerdict::Good);
+    let verdict = worst.on_calibration().max(warnings.verdict());
+    let value = report::drifts_json(&all, args.tolerance, verdict, &record, &found);
     let text = |output: &Output| {
-        format!("{}\n{}", check.first_line(output), report::drifts_text(&all, args.tolerance))
+        let first = match worst {
+            DriftVerdict::Good if warnings.verdict() > Verdict::Good => warnings.first_line(output),
+            _ => output.verdict_line(verdict, report::check_line(worst, from_data_sheets)),
+        };
+        format!("{first}\n{}", report::drifts_text(&all, args.tolerance))
     };
     let error = match worst {
-        None | Some(DriftVerdict::Good) => return output.answer(&value, text),
-        Some(DriftVerdict::Drifted) => Error::undetermined(
+        DriftVerdict::Good => return output.answer(&value, text),
+        DriftVerdict::Drifted => Error::undetermined(
             "calibration_drifted",
             if from_data_sheets {
                 "the channels are not what their data sheets say: calibrate"
@@ -214,7 +224,7 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
                 "the calibration no longer holds: calibrate again"
             },
         ),
-        Some(DriftVerdict::Unclear) => Error::undetermined(
+        DriftVerdict::Unclear => Error::undetermined(
             "drift_unclear",
             "these hits scatter too much to say whether it holds: use more --hits, or a larger \
              --tolerance",
@@ -313,7 +323,7 @@ impl BlockTest {
         let status = rig.client.status()?;
         collection.collect(&mut rig.client, &status)?;
         let cutoffs = cutoffs(&collection.into_spectra(), &result, &self.layout, record);
-        let order = ConversionOrder::of(&rig.identity);
+        let order = conversion_order(&rig.identity);
         let (layout, mass) = (&self.layout, self.mass);
         Block::of(&result, Conditions { layout, record, mass, order: &order }, cutoffs)
     }

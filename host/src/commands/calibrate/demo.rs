@@ -9,8 +9,7 @@ use massline_shared::signal::HAMMER;
 use super::block::{BlockTest, LAYOUT};
 use super::helper::Lines;
 use super::rig::{BlockRig, TumbleRig};
-use super::{report, store, tumble};
-use crate::calibration::tumble::TumbleFile;
+use super::{store, tumble};
 use crate::commands::bench_test::{BenchTest, nominal_calibration};
 use crate::commands::compare::Comparison;
 use crate::commands::demo::LAYOUTS;
@@ -24,6 +23,8 @@ use massline_analysis::bench_error::bench_error;
 use massline_analysis::identification::Selection;
 use massline_analysis::single_fault::NominalTest;
 use massline_files::layout_file::LayoutFile;
+use massline_files::tumble_file::TumbleFile;
+use massline_report::calibration as report;
 use massline_report::document::{
     BeforeAndAfter, CalibratedTest, CalibrationDemo, CalibrationErrors,
 };

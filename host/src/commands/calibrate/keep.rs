@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use massline_shared::calibration::CalibrationRecord;
 
-use super::{report, rig::RigArgs, store};
+use super::{rig::RigArgs, store};
 use crate::Result;
 use crate::commands::files::ReplaceArgs;
 use crate::output::Output;
 use massline_files::calibration_file::{CalibrationFile, to_toml};
 use massline_files::file;
+use massline_report::calibration as report;
 use massline_report::document::WrittenFile;
 
 /// Arguments of `massline calibrate show`.

@@ -7,14 +7,15 @@ use massline_shared::layout::RIG_SENSORS;
 
 use super::helper::{Helper, Lines, OnScreen};
 use super::rig::{RigArgs, TumbleRig};
-use super::{OriginArgs, Warnings, report, store};
-use crate::calibration::electronics::{ConversionOrder, Memory};
-use crate::calibration::orientation::check_position;
-use crate::calibration::tumble::{TumbleFile, check_rest};
+use super::{OriginArgs, Warnings, conversion_order, store};
 use crate::commands::rest::without_campaign;
 use crate::output::Output;
 use crate::{Error, ErrorKind, Result};
+use massline_analysis::calibration::electronics::Memory;
+use massline_analysis::calibration::orientation::find_misplaced_sensor;
+use massline_files::tumble_file::{TumbleFile, check_rest};
 use massline_files::units::GRAVITY_ON_EARTH;
+use massline_report::calibration::{self as report, electronics};
 use massline_report::document::{Hum, TumbleCalibration};
 use massline_report::words::channel_name;
 
@@ -85,9 +86,12 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let found = readings.solve(&limits)?;
     judge_level(&found, &limits)?;
-    let order = ConversionOrder::of(&rig.identity);
-    let memory = readings.memory(&order);
-    memory.iter().filter_map(Memory::warning).for_each(|text| warnings.add(text, output));
+    let order = conversion_order(&rig.identity);
+    let memory = Memory::of_readings(readings.readings(), &order);
+    memory
+        .iter()
+        .filter_map(electronics::memory_warning)
+        .for_each(|text| warnings.add(text, output));
     let mut record = rig.client.calibration()?;
     record.take_tumble(&found.sensors, found.hammer_zero);
     origin.write(&mut record);
@@ -103,7 +107,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         stored: !args.dry_run,
     };
     output.answer(&value, |output| {
-        let text = report::tumble_text(&found, &record, &memory_text(memory.as_ref()));
+        let text =
+            report::tumble_text(&found, &record, &report::tumble_memory_text(memory.as_ref()));
         format!("{}\n{text}", warnings.first_line(output))
     })
 }
@@ -132,18 +137,6 @@ impl Args {
         }
         Ok(TumbleLimits { gravity: self.gravity, tilt: self.tilt, ..TumbleLimits::default() })
     }
-}
-
-/// What the hammer's channel keeps of the one before it, or why the readings do not show it.
-fn memory_text(memory: Option<&Memory>) -> String {
-    memory.map_or_else(
-        || {
-            "memory of the multiplexer: not seen here, because no sensor axis is converted before the hammer; see \
-             `massline calibrate block`"
-                .into()
-        },
-        Memory::text,
-    )
 }
 
 /// Mains hum in the reading of a position.
@@ -212,7 +205,12 @@ pub fn take(
             let (reading, hum) = read(rig)?;
             let good = check_rest(&reading, position, limits)
                 .and_then(|()| readings.check_turned(&reading, limits))
-                .and_then(|()| check_position(&reading, position, &record, &rig.identity));
+                .and_then(|()| {
+                    match find_misplaced_sensor(&reading, position, &record, &rig.identity) {
+                        None => Ok(()),
+                        Some(lies) => Err(report::misplaced_error(position, lies)),
+                    }
+                });
             match good {
                 Err(wrong) if rig.can_repeat() => helper.again(&wrong),
                 other => break other.map(|()| (reading, hum))?,

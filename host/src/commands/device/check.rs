@@ -4,9 +4,11 @@ use massline_protocol::message::{Identity, Reason};
 
 use crate::commands::connect::PortArgs;
 use crate::output::{Output, counted};
-use crate::self_test::Check;
 use crate::{Error, Result};
+use massline_analysis::self_test::RigAtRest;
 use massline_client::Client;
+use massline_client::flash::board::circuit_of;
+use massline_report::self_test::{json, text};
 
 /// Arguments of `massline device check`.
 #[derive(Debug, clap::Args)]
@@ -32,13 +34,12 @@ pub struct Args {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let (mut client, identity) = args.port.connect(output)?;
     let check = examine(&mut client, &identity)?;
-    let document = check.json();
+    let document = json(&check);
     if check.findings.is_empty() {
-        return output.answer(&document, |_| check.text());
+        return output.answer(&document, |_| text(&check));
     }
     if !output.json() {
-        let text = check.text();
-        output.text(text)?;
+        output.text(text(&check))?;
     }
     output.explain(&document);
     let first = check.findings[0].code.to_string();
@@ -47,19 +48,19 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 }
 
 /// Has the rig read its channels at rest, and examines what it has read.
-fn examine(client: &mut Client, identity: &Identity) -> Result<Check> {
+fn examine(client: &mut Client, identity: &Identity) -> Result<RigAtRest> {
     let calibration = client.calibration()?;
     let read = client.rest_statistics();
     // Asked afterwards, because the converter was started for it.
     let hardware = client.hardware()?.unwrap_or_default();
     match read {
         Err(error) if error.refusal() == Some(Reason::SamplerStopped) => {
-            return Ok(Check::of_stopped(hardware));
+            return Ok(RigAtRest::of_stopped(hardware));
         }
         read => read?,
     };
     let record = client.rest_record()?.ok_or_else(|| {
         Error::device("no_record", "the rig gives no record at rest; update its firmware")
     })?;
-    Ok(Check::of(&record, &identity.adc, &identity.board, &calibration, hardware))
+    Ok(RigAtRest::of(&record, &identity.adc, circuit_of(&identity.board), &calibration, hardware))
 }

@@ -11,9 +11,9 @@ use massline_shared::layout::AXIS_LETTERS;
 
 use super::small::SmallView;
 use super::{framed, keys, large};
-use crate::calibration::orientation::lies_as;
 use crate::screen::Theme;
 use crate::screen::positions::{Lying, Positions, briefly, in_words};
+use massline_analysis::calibration::orientation::lies_as;
 
 /// From this size on, everything is shown.
 const FULL: [u16; 2] = [64, 23];

@@ -9,7 +9,7 @@ use super::framed;
 use super::hit::SLOW;
 use crate::screen::Theme;
 use crate::screen::guide::Guide;
-use massline_client::DofSpectra;
+use massline_files::dof_spectra::DofSpectra;
 
 /// Decades of an accelerance that are shown.
 const DECADES: f64 = 3.0;

@@ -2,17 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use massline_shared::calibration::memory::kept_by_hammer;
 use massline_shared::calibration::tumble::{
     Position, RestVoltages, SensorProblem, Tumble, TumbleLimits, TumbleProblem, TumbleTest,
 };
 use massline_shared::signal::HAMMER;
 use serde::{Deserialize, Serialize};
 
-use super::electronics::{ConversionOrder, Memory};
-use crate::{Error, Result};
-use massline_files::file::{self, Existing};
-use massline_files::toml_file;
+use crate::file::{self, Existing};
+use crate::toml_file;
+use massline_result::{Error, Result};
 
 /// Of two positions, one axis of each sensor differs by 1 g or more; a sensor that has not been turned differs by far less
 /// than this, g.
@@ -139,12 +137,9 @@ impl TumbleFile {
         let _ = std::fs::remove_file(&self.path);
     }
 
-    /// What the hammer's channel keeps of the channel that is converted before it; `None` where that is no sensor
-    /// axis, or the readings do not show it.
-    pub fn memory(&self, order: &ConversionOrder) -> Option<Memory> {
-        let before = order.before(HAMMER)?;
-        let share = kept_by_hammer(self.test.readings(), before)?;
-        Some(Memory { channel: HAMMER, before, share })
+    /// The readings, in the order in which they were taken.
+    pub fn readings(&self) -> &[(Position, RestVoltages<f64>)] {
+        self.test.readings()
     }
 
     /// Zero and sensitivity of each sensor.

@@ -7,7 +7,6 @@
 //! what a measurement needs: with it response and force are filtered alike.
 
 use std::f64::consts::TAU;
-use std::fmt;
 use std::ops::RangeInclusive;
 
 use massline_protocol::object::{DofResult, MeasurementResult};
@@ -20,7 +19,7 @@ use massline_shared::signal::{Calibration, HAMMER};
 use massline_shared::units::Hertz;
 use nalgebra::Vector3;
 
-use massline_client::DofSpectra;
+use massline_files::dof_spectra::DofSpectra;
 
 /// Least cosine between the hit direction and an axis whose time constant is determined. For three orthogonal
 /// axes and three orthogonal hit directions every axis has a cosine of at least 1/√3.
@@ -106,27 +105,6 @@ impl CutoffError {
             Self::Undetermined => "undetermined",
             Self::NoLowPass => "no_low_pass",
         }
-    }
-}
-
-impl fmt::Display for CutoffError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::HammerUnknown => {
-                "the calibration has no RC cutoff for the hammer, relative to which this one would \
-                 be determined"
-            }
-            Self::NotPushed => "no hit of the layout pushes along it",
-            Self::SpectraGone => {
-                "hit before this command started, so the rig no longer has its spectra; use --restart \
-                 to hit it again"
-            }
-            Self::Undetermined => "the spectra show no steady response along it",
-            Self::NoLowPass => {
-                "no low-pass makes this difference; is the sensor glued on firmly, and is the breakout's \
-                 own capacitor off?"
-            }
-        })
     }
 }
 
@@ -291,13 +269,13 @@ fn judge(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::commands::calibrate::block::LAYOUT;
     use massline_files::layout_file::LayoutFile;
     use massline_protocol::LayoutHash;
     use massline_protocol::object::{ResultHead, StoredTrend};
     use massline_shared::layout::FrfEstimator;
     use massline_shared::mass_line::Terms;
 
+    const LAYOUT: &str = include_str!("../../../examples/block.toml");
     const NOMINAL: f64 = 320e-6;
     const REACH: f64 = 320e-6;
 
@@ -340,28 +318,28 @@ mod tests {
             band_hz: [10.0, 120.0],
             accelerance: [0.0; 9],
             noise: [0.0; 9],
-            scatter: heapless::Vec::new(),
+            scatter: Default::default(),
             coherence: None,
             trend: StoredTrend::default(),
             band_shift: [0.0; 9],
         };
         MeasurementResult {
             head: ResultHead {
-                title: heapless::String::new(),
+                title: Default::default(),
                 started_unix_s: 0,
                 number: 1,
                 layout_hash: layout.hash(),
                 calibration: 0,
                 gains: None,
-                firmware: heapless::String::new(),
+                firmware: Default::default(),
                 frf_estimator: FrfEstimator::H1,
                 terms: Terms::A,
                 band_automatic: false,
             },
             dofs: dofs.iter().map(of).collect(),
             lines: Default::default(),
-            estimates: heapless::Vec::new(),
-            diagnostics: heapless::Vec::new(),
+            estimates: Default::default(),
+            diagnostics: Default::default(),
         }
     }
 

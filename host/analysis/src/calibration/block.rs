@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 
 use super::cutoffs::{self, RcCutoff};
 use super::electronics::{ConversionOrder, Electronics};
-use crate::{Error, Result};
+use massline_result::{Error, Result};
 
 /// The hits of a block test.
 pub type Hits = Vec<BlockHit<f64, Rig>>;

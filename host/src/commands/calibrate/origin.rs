@@ -1,25 +1,4 @@
-//! From a rig's static readings and hits to its calibration.
-//!
-//! | module | subject |
-//! | --- | --- |
-//! | [`tumble`] | six static readings of all channels, stored in a file until the set is complete |
-//! | [`block`] | the result of a block test |
-//! | [`cutoffs`] | the low-passes of the sensors, from the spectra of a block test |
-//! | [`capacitor`] | low-passes that are too slow: the breakout's own capacitor |
-//! | [`electronics`] | what both tests show of multiplexer and converter |
-//! | [`plausible`] | the result of a block test against data sheet and tumble test |
-//! | [`verify`] | a block test that checks the calibration in force |
-//!
-//! The file format is in [`massline_files::calibration_file`], the mathematics in [`massline_shared::calibration`].
-
-pub mod block;
-pub mod capacitor;
-pub mod cutoffs;
-pub mod electronics;
-pub mod orientation;
-pub mod plausible;
-pub mod tumble;
-pub mod verify;
+//! Where a calibration comes from.
 
 use massline_shared::calibration::CalibrationRecord;
 

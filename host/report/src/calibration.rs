@@ -1,4 +1,8 @@
-//! Calibrations as text and JSON.
+//! Calibrations and what calibration tests find, as text and JSON.
+
+pub mod capacitor;
+pub mod electronics;
+pub mod plausible;
 
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::block::SensorRatio;
@@ -8,29 +12,29 @@ use massline_shared::signal::HAMMER;
 use massline_shared::units::Hertz;
 use nalgebra::Matrix3;
 
-use crate::calibration::block::Block;
-use crate::calibration::cutoffs::{CutoffError, FoundCutoff, RcCutoff};
-use crate::calibration::electronics::Memory;
-use crate::calibration::verify::{Drift, DriftVerdict, by_sensor};
-use crate::output::{self, Tone};
-use massline_report::document::{
+use massline_analysis::calibration::block::Block;
+use massline_analysis::calibration::cutoffs::{CutoffError, FoundCutoff, RcCutoff};
+use massline_analysis::calibration::electronics::Memory;
+use massline_analysis::calibration::verify::{Drift, DriftVerdict, by_sensor};
+use massline_result::{Error, Finding, Verdict};
+use massline_shared::calibration::tumble::Position;
+
+use crate::document::{
     self, AxisDrift, Calibration, CalibrationCheck, HammerCalibration, HammerRatio,
     SensorCalibration, SensorCheck, TumbledSensor,
 };
-use massline_report::words::{findings, message, with_sigma};
-use massline_result::Finding;
-use massline_result::Verdict;
-
-use super::Warnings;
+use crate::table;
+use crate::tone::Tone;
+use crate::words::{findings, message, with_sigma};
 
 /// A calibration as JSON.
-pub(super) fn record_json(record: &CalibrationRecord) -> Calibration {
+pub fn record_json(record: &CalibrationRecord) -> Calibration {
     let calibration = &record.calibration;
     let hammer = &calibration.channels[HAMMER];
-    let sensor = |(k, id): (usize, &heapless::String<12>)| {
+    let sensor = |k: usize, id: &str| {
         let axes = [0, 1, 2].map(|axis| calibration.channels[1 + 3 * k + axis]);
         SensorCalibration {
-            id: id.as_str().to_owned(),
+            id: id.to_owned(),
             zero_v: axes.map(|axis| axis.zero.0.into()),
             sensitivity_v_per_m_per_s2: rows(&calibration.sensor_sensitivity(k)),
             rc_cutoff_hz: axes.map(|axis| axis.cutoff.0.into()),
@@ -47,14 +51,14 @@ pub(super) fn record_json(record: &CalibrationRecord) -> Calibration {
             sensitivity_v_per_n: hammer.sensitivity.into(),
             rc_cutoff_hz: hammer.cutoff.0.into(),
         },
-        sensors: record.sensors.iter().enumerate().map(sensor).collect(),
+        sensors: record.sensors.iter().enumerate().map(|(k, id)| sensor(k, id)).collect(),
     }
 }
 
 /// A calibration as a table.
-pub(super) fn record_text(record: &CalibrationRecord) -> String {
+pub fn record_text(record: &CalibrationRecord) -> String {
     let calibration = &record.calibration;
-    let mut table = output::table();
+    let mut table = table::table();
     table.set_header(["", "", "zero, V", "sensitivity", "cross-axis, %", "RC, Hz"]);
     let hammer = calibration.channels[0];
     table.add_row([
@@ -99,7 +103,7 @@ fn rc(cutoff: Hertz<f32>) -> String {
 }
 
 /// The result of a tumble test, with the hum in its readings and what they show of the multiplexer.
-pub(super) fn tumble_json(
+pub fn tumble_json(
     found: &Tumble<f64>,
     hum: Vec<document::Hum>,
     memory: Option<Memory>,
@@ -111,10 +115,15 @@ pub(super) fn tumble_json(
         sensitivity_sigma_v_per_m_per_s2: rows(&sensor.sensitivity_sigma),
         tilt_rad: sensor.tilt,
     });
-    document::Tumble { sensors: sensors.collect(), hum, memory: memory.map(Memory::to_json) }
+    document::Tumble {
+        sensors: sensors.collect(),
+        hum,
+        memory: memory.as_ref().map(electronics::memory_json),
+    }
 }
 
-pub(super) fn tumble_text(found: &Tumble<f64>, record: &CalibrationRecord, memory: &str) -> String {
+/// The same for people; `memory` is what the readings show of the multiplexer.
+pub fn tumble_text(found: &Tumble<f64>, record: &CalibrationRecord, memory: &str) -> String {
     let tilts = found.sensors.iter().map(|s| format!("{:.1}", 1e3 * s.tilt)).collect::<Vec<_>>();
     format!(
         "{}\npositions tilted by {} mrad rms\n{memory}\nnext, calibrate the hammer: massline calibrate block",
@@ -124,7 +133,7 @@ pub(super) fn tumble_text(found: &Tumble<f64>, record: &CalibrationRecord, memor
 }
 
 /// The result of a block test, relative to the calibration before it.
-pub(super) fn block_json(found: &Block) -> document::Block {
+pub fn block_json(found: &Block) -> document::Block {
     let sensor = |SensorRatio { ratio, sigma }: &SensorRatio<f64>| document::SensorRatio {
         ratio: rows(ratio),
         sigma: rows(sigma),
@@ -138,7 +147,7 @@ pub(super) fn block_json(found: &Block) -> document::Block {
             consistent: hammer.is_consistent(),
         }),
         rc_cutoffs: found.cutoffs.iter().map(cutoff_json).collect(),
-        electronics: found.electronics.to_json(),
+        electronics: electronics::json(&found.electronics),
         diagnostics: warnings_json(found),
     }
 }
@@ -162,8 +171,8 @@ fn cutoff_json(cutoff: &RcCutoff) -> document::RcCutoff {
 }
 
 /// The cutoffs as a table, with the reasons why some are not known.
-pub(super) fn cutoffs_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
-    let mut table = output::table();
+pub fn cutoffs_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
+    let mut table = table::table();
     table.set_header(["sensor", "axis", "RC before, Hz", "measured, Hz", "± sd", "verdict"]);
     let mut reasons: Vec<(CutoffError, String)> = Vec::new();
     for cutoff in cutoffs {
@@ -187,8 +196,10 @@ pub(super) fn cutoffs_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
             cutoff.verdict().into(),
         ]);
     }
-    let reasons: String =
-        reasons.iter().map(|(reason, names)| format!("\n{names}:\n  {reason}")).collect();
+    let reasons: String = reasons
+        .iter()
+        .map(|(reason, names)| format!("\n{names}:\n  {}", cutoff_reason(*reason)))
+        .collect();
     let against = match hammer.0 > 0.0 {
         true => format!("against the hammer's, taken as {} Hz", rc(hammer)),
         false => "the hammer's is not known".into(),
@@ -196,7 +207,8 @@ pub(super) fn cutoffs_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
     format!("RC cutoffs {against}; kept means within 3 sd of the stored value\n{table}{reasons}")
 }
 
-pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {
+/// The same for people.
+pub fn block_text(found: &Block, record: &CalibrationRecord) -> String {
     let said = match &found.hammer {
         Some(hammer) => {
             format!("true force over the force before: {}", with_sigma(hammer.ratio, hammer.sigma))
@@ -206,11 +218,15 @@ pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {
             .into(),
     };
     let cutoffs = cutoffs_text(&found.cutoffs, record.calibration.channels[HAMMER].cutoff);
-    format!("{}\n{said}\n\n{cutoffs}\n\n{}", record_text(record), found.electronics.text())
+    format!(
+        "{}\n{said}\n\n{cutoffs}\n\n{}",
+        record_text(record),
+        electronics::text(&found.electronics)
+    )
 }
 
 /// The verdict on every channel, and what else the hits show.
-pub(super) fn drifts_json(
+pub fn drifts_json(
     all: &[Drift],
     tolerance: f64,
     verdict: Verdict,
@@ -235,7 +251,7 @@ pub(super) fn drifts_json(
         sensors: sensors.collect(),
         channels: channels.collect(),
         calibrated: record.date.as_str().to_owned(),
-        electronics: found.electronics.to_json(),
+        electronics: electronics::json(&found.electronics),
         diagnostics: warnings_json(found),
     }
 }
@@ -248,49 +264,29 @@ fn tone_of(verdict: DriftVerdict) -> Tone {
     }
 }
 
-/// What a check has found.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Check {
-    /// The verdict on the worst channel.
-    pub(super) worst: DriftVerdict,
-    /// What else the hits show.
-    pub(super) warnings: Warnings,
-    /// Whether the channels are compared with their data sheets, because the rig keeps no calibration.
-    pub(super) from_data_sheets: bool,
-}
-
-impl Check {
-    pub(super) fn verdict(self) -> Verdict {
-        self.worst.on_calibration().max(self.warnings.verdict())
-    }
-
-    /// The first line of the text, which states the verdict.
-    pub(super) fn first_line(self, output: &output::Output) -> String {
-        let line = match (self.worst, self.from_data_sheets) {
-            (DriftVerdict::Good, _) if self.warnings.verdict() > Verdict::Good => {
-                return self.warnings.first_line(output);
-            }
-            (DriftVerdict::Good, false) => "Good: the calibration holds",
-            (DriftVerdict::Good, true) => {
-                "Good: the channels are what their data sheets say; no calibration is stored"
-            }
-            (DriftVerdict::Unclear, false) => {
-                "Use with care: these hits do not show whether the calibration holds"
-            }
-            (DriftVerdict::Unclear, true) => {
-                "Use with care: these hits do not show whether the channels are what their data sheets say"
-            }
-            (DriftVerdict::Drifted, false) => "Do not use this calibration: it no longer holds",
-            (DriftVerdict::Drifted, true) => {
-                "Do not use this rig without a calibration: its channels are not what their data sheets say"
-            }
-        };
-        output.verdict_line(self.verdict(), line)
+/// What a check of the calibration says, after its verdict; `from_data_sheets` where no calibration is stored.
+pub fn check_line(worst: DriftVerdict, from_data_sheets: bool) -> &'static str {
+    match (worst, from_data_sheets) {
+        (DriftVerdict::Good, false) => "Good: the calibration holds",
+        (DriftVerdict::Good, true) => {
+            "Good: the channels are what their data sheets say; no calibration is stored"
+        }
+        (DriftVerdict::Unclear, false) => {
+            "Use with care: these hits do not show whether the calibration holds"
+        }
+        (DriftVerdict::Unclear, true) => {
+            "Use with care: these hits do not show whether the channels are what their data sheets say"
+        }
+        (DriftVerdict::Drifted, false) => "Do not use this calibration: it no longer holds",
+        (DriftVerdict::Drifted, true) => {
+            "Do not use this rig without a calibration: its channels are not what their data sheets say"
+        }
     }
 }
 
-pub(super) fn drifts_text(all: &[Drift], tolerance: f64) -> String {
-    let mut table = output::table();
+/// The drift of every channel as a table, and the outcome for each sensor.
+pub fn drifts_text(all: &[Drift], tolerance: f64) -> String {
+    let mut table = table::table();
     table.set_header(["sensor", "axis", "drift, %", "± sd", "verdict"]);
     for d in all {
         table.add_row([
@@ -316,4 +312,44 @@ pub(super) fn drifts_text(all: &[Drift], tolerance: f64) -> String {
 
 fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
     [0, 1, 2].map(|row| [0, 1, 2].map(|column| matrix[(row, column)]))
+}
+
+/// Why a block test does not determine a cutoff.
+fn cutoff_reason(error: CutoffError) -> &'static str {
+    match error {
+        CutoffError::HammerUnknown => {
+            "the calibration has no RC cutoff for the hammer, relative to which this one would be determined"
+        }
+        CutoffError::NotPushed => "no hit of the layout pushes along it",
+        CutoffError::SpectraGone => {
+            "hit before this command started, so the rig no longer has its spectra; use --restart to hit it again"
+        }
+        CutoffError::Undetermined => "the spectra show no steady response along it",
+        CutoffError::NoLowPass => {
+            "no low-pass makes this difference; is the sensor glued on firmly, and is the breakout's own capacitor off?"
+        }
+    }
+}
+
+/// What the hammer's channel keeps of the one before it, or why the readings of a tumble test do not show it.
+pub fn tumble_memory_text(memory: Option<&Memory>) -> String {
+    memory.map_or_else(
+        || {
+            "memory of the multiplexer: not seen here, because no sensor axis is converted before the hammer; see \
+             `massline calibrate block`"
+                .into()
+        },
+        electronics::memory_text,
+    )
+}
+
+/// The error for a sensor, counted from 1, that lies in another position.
+pub fn misplaced_error(position: Position, (sensor, lies): (usize, Position)) -> Error {
+    Error::undetermined(
+        "tumble_position",
+        format!(
+            "position {position} is not stored: by the calibration on the rig, sensor {sensor} lies as {lies}; turn it. If that \
+             calibration is of other sensors, replace it first: massline calibrate push"
+        ),
+    )
 }

@@ -8,8 +8,6 @@ use massline_shared::layout::Axis;
 use massline_shared::signal::{HAMMER, RESPONSES};
 use nalgebra::Vector3;
 
-use crate::{Error, Result};
-
 /// What the axes that are level may read at most, and by how much the upright one may differ from 1 g.
 const OTHERS_G: f64 = 0.3;
 
@@ -52,32 +50,21 @@ pub fn lies_as(reads: &Vector3<f64>) -> Option<Position> {
     Position::ALL.into_iter().find(points).filter(|_| is_one)
 }
 
-/// Refuses a reading in which a sensor lies in another position, where the calibration on the rig can tell.
-///
-/// # Errors
-/// Exit 3 with the first such sensor.
-pub fn check_position(
+/// The first sensor, counted from 1, that lies in another position than it should, and how it lies, where the calibration on
+/// the rig can tell.
+pub fn find_misplaced_sensor(
     reading: &RestVoltages<f64>,
     position: Position,
     record: &CalibrationRecord,
     identity: &Identity,
-) -> Result<()> {
+) -> Option<(usize, Position)> {
     if !is_known(record) {
-        return Ok(());
+        return None;
     }
-    let sensors = readings(reading.mean(), record, identity);
+    let lies = readings(reading.mean(), record, identity);
     let mut lies =
-        sensors.iter().zip(1..).filter_map(|(reads, sensor)| Some((lies_as(reads)?, sensor)));
-    match lies.find(|(lies, _)| *lies != position) {
-        None => Ok(()),
-        Some((lies, sensor)) => Err(Error::undetermined(
-            "tumble_position",
-            format!(
-                "position {position} is not stored: by the calibration on the rig, sensor {sensor} lies as {lies}; turn it. If \
-                 that calibration is of other sensors, replace it first: massline calibrate push"
-            ),
-        )),
-    }
+        lies.iter().zip(1..).filter_map(|(reads, sensor)| Some((sensor, lies_as(reads)?)));
+    lies.find(|(_, lies)| *lies != position)
 }
 
 #[cfg(test)]
