@@ -39,9 +39,10 @@ impl ConversionOrder {
     }
 
     fn neighbor(&self, channel: usize, step: fn(usize, usize) -> usize) -> Option<usize> {
-        let of = self.0.iter().find(|of| of.iter().any(|&c| usize::from(c) == channel))?;
-        let at = of.iter().position(|&c| usize::from(c) == channel)?;
-        let other = usize::from(*of.get(step(at, of.len()))?);
+        let has_channel = |&converted: &u8| usize::from(converted) == channel;
+        let converter = self.0.iter().find(|channels| channels.iter().any(has_channel))?;
+        let at = converter.iter().position(has_channel)?;
+        let other = usize::from(*converter.get(step(at, converter.len()))?);
         let is_channel = other < CHANNELS && other != channel;
         is_channel.then_some(other)
     }
@@ -64,7 +65,8 @@ impl Memory {
         is_large(&self.share, LARGE_MEMORY)
     }
 
-    /// What the hammer's channel keeps in these readings of a tumble test; `None` where no channel is converted before it.
+    /// What the hammer's channel keeps in these readings of a tumble test; `None` where no channel is converted
+    /// before it.
     pub fn of_readings(
         readings: &[(Position, RestVoltages<f64>)],
         order: &ConversionOrder,
@@ -104,11 +106,11 @@ impl Electronics {
     /// The findings of a block test on a rig with this order; nothing where the hits do not show it.
     pub fn of(found: Option<&OppositeHits<f64>>, order: &ConversionOrder) -> Self {
         let Some(found) = found else { return Self::default() };
-        let of = |&(direction, difference): &(_, _)| Asymmetry { direction, difference };
+        let asymmetry = |&(direction, difference): &(_, _)| Asymmetry { direction, difference };
         let memory = found.memory.zip(order.after(HAMMER));
         Self {
             memory: memory.map(|(share, channel)| Memory { channel, before: HAMMER, share }),
-            asymmetry: found.asymmetry.iter().map(of).collect(),
+            asymmetry: found.asymmetry.iter().map(asymmetry).collect(),
         }
     }
 }

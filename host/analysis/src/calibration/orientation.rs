@@ -50,8 +50,8 @@ pub fn lies_as(reads: &Vector3<f64>) -> Option<Position> {
     Position::ALL.into_iter().find(points).filter(|_| is_one)
 }
 
-/// The first sensor, counted from 1, that lies in another position than it should, and how it lies, where the calibration on
-/// the rig can tell.
+/// The first sensor, counted from 1, that lies in another position than it should, and how it lies, where the
+/// calibration on the rig can tell.
 pub fn find_misplaced_sensor(
     reading: &RestVoltages<f64>,
     position: Position,

@@ -48,7 +48,8 @@ pub enum Implausibility {
     },
 }
 
-/// Why a block test cannot be right, if so. With `new_hammer` the hammer is another than the one of the calibration in force.
+/// Why a block test cannot be right, if so. With `new_hammer` the hammer is another than the one of the
+/// calibration in force.
 pub fn find_implausibility(
     found: &Block,
     before: &CalibrationRecord,
@@ -105,9 +106,9 @@ fn is_near(ratio: f64) -> bool {
 /// Sensitivity of each axis as the block test finds it over that of the data sheet.
 fn against_data_sheet(found: &Block, before: &CalibrationRecord) -> Vec<[f64; 3]> {
     let nominal = Calibration::ADXL326_VOLT_PER_G / STANDARD_GRAVITY;
-    let of = |(k, sensor): (usize, &SensorRatio<f64>)| {
+    let axis_ratios = |(k, sensor): (usize, &SensorRatio<f64>)| {
         let sensitivity = before.calibration.sensor_sensitivity(k) * sensor.ratio;
         [0, 1, 2].map(|axis| sensitivity[(axis, axis)] / nominal)
     };
-    found.sensors.iter().enumerate().map(of).collect()
+    found.sensors.iter().enumerate().map(axis_ratios).collect()
 }

@@ -65,13 +65,13 @@ mod tests {
     use nalgebra::Matrix3;
 
     fn block(ratios: [f64; 3], hammer: Option<f64>) -> Block {
-        let of = |ratio: f64| SensorRatio {
+        let sensor = |ratio: f64| SensorRatio {
             ratio: Matrix3::identity() * ratio,
             sigma: Matrix3::repeat(0.001),
         };
         let hammer = hammer.map(|ratio| ForceRatio { ratio, sigma: 0.001, departure: (0.0, 1.0) });
         Block {
-            sensors: ratios.map(of).to_vec(),
+            sensors: ratios.map(sensor).to_vec(),
             hammer,
             cutoffs: Vec::new(),
             electronics: Electronics::default(),
@@ -81,8 +81,8 @@ mod tests {
 
     fn said(ratios: [f64; 3], hammer: Option<f64>, mass: f64, new_hammer: bool) -> String {
         let record = CalibrationRecord::default();
-        let found = find_implausibility(&block(ratios, hammer), &record, mass, new_hammer);
-        found.as_ref().map_or(String::new(), |why| refusal(why).to_string())
+        let implausibility = find_implausibility(&block(ratios, hammer), &record, mass, new_hammer);
+        implausibility.as_ref().map_or(String::new(), |why| refusal(why).to_string())
     }
 
     #[test]
