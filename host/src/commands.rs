@@ -1,46 +1,25 @@
 //! The subcommands: arguments, help, dispatch.
 
-mod archive;
-pub mod bench_test;
-mod beside_truth;
 pub mod calibrate;
-mod collected;
-mod color;
-pub mod compare;
-pub mod config;
-mod connect;
 pub mod demo;
 pub mod device;
 mod doctor;
 pub mod export;
-pub mod files;
 pub mod flash;
-mod help;
 pub mod history;
 pub mod hits;
-pub mod keyboard;
 pub mod layout;
 pub mod measure;
-mod method;
 pub mod modes;
-mod monte_carlo;
-pub mod number;
 pub mod plot;
-pub mod progress;
 pub mod record;
 pub mod replay;
 pub mod report;
-pub mod responses;
-mod rest;
 mod results;
 pub mod schema;
 pub mod shell;
-pub mod show;
 pub mod simulate;
-pub mod simulated;
 pub mod solve;
-pub mod sources;
-mod version;
 pub mod virtual_rig;
 
 use std::ffi::OsString;
@@ -48,9 +27,9 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use config::Config;
-
 use crate::output::{ColorChoice, Output};
+use crate::support::config::Config;
+use crate::support::{color, help, number, version};
 use crate::{Error, Result};
 use massline_client::interrupt::Interrupt;
 

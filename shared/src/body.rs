@@ -19,8 +19,8 @@ pub use principal::Principal;
 
 use nalgebra::{Matrix3, Matrix4, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
-use crate::Real;
 use crate::linalg::skew;
+use crate::real::Real;
 
 /// Row and column of the six inertia elements: xx, yy, zz, xy, xz, yz.
 pub const INERTIA_ELEMENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];

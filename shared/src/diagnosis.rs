@@ -14,7 +14,7 @@ use core::fmt;
 
 use num_enum::{IntoPrimitive, TryFromPrimitive};
 
-use crate::Real;
+use crate::real::Real;
 
 pub use setting::{AllowedValues, MAX_HITS_PER_DOF, Setting};
 pub use subject::{Subject, SubjectKind};

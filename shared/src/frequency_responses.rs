@@ -2,10 +2,10 @@
 
 use nalgebra::Complex;
 
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::layout::{Layout, is_finite};
+use crate::real::Real;
 
 /// Frequency responses of a whole test.
 #[derive(Clone, Copy, Debug)]

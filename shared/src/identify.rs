@@ -32,7 +32,7 @@ mod rigidity;
 mod verdict;
 mod weighting;
 
-pub use crate::Progress;
+pub use crate::progress::Progress;
 pub use applicability::{Applicability, information_spectrum};
 pub use estimate::{Consistency, Estimate, HALF_WIDTH_95, REJECTION_Z};
 pub use identification::{Identification, MASS_LINE_METHODS, Methods, identify, workspace};
@@ -49,11 +49,11 @@ pub use rigidity::{RIGIDITY_LIMIT, rigid_residuals};
 pub use verdict::{Verdict, is_of_data};
 pub use weighting::{PlacementErrors, Weighting};
 
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::listed::listed;
+use crate::real::Real;
 use method::Solver;
 
 listed! {

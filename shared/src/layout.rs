@@ -43,10 +43,10 @@ pub use uncertainty::{
 
 use heapless::{String, Vec};
 
-use crate::Real;
 #[cfg(any(test, feature = "alloc"))]
 use crate::capacity::Unbounded;
 use crate::capacity::{Capacity, List, Rig};
+use crate::real::Real;
 
 /// Largest number of triaxial sensors that the host accepts: its memory has room for any, its time not.
 pub const HOST_SENSORS: usize = 8;

@@ -18,7 +18,7 @@ pub use responses::{Fitting, PLATEAU_LIMIT, ResponseFits};
 
 use nalgebra::Complex;
 
-use crate::Real;
+use crate::real::Real;
 
 /// Largest number of terms.
 pub const MAX_TERMS: usize = 3;

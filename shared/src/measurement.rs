@@ -61,11 +61,11 @@ pub use view::{Counts, GradedHit, Recorded, Streamed};
 
 use heapless::Deque;
 
-use crate::Real;
 use crate::calibration::CalibrationSigma;
 use crate::capacity::Rig;
 use crate::diagnosis::{Diagnostic, Diagnostics};
 use crate::layout::Layout;
+use crate::real::Real;
 use crate::signal::{AdcProperties, Calibration, RealFft};
 use crate::units::ScanIndex;
 use campaign::{Campaign, Phase, Step};

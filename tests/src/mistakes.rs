@@ -9,7 +9,7 @@
 pub mod set_up;
 pub mod written;
 
-use massline::commands::bench_test::nominal_calibration;
+use massline::support::bench_test::nominal_calibration;
 use massline_analysis::identification::{Identification, Selection, identify};
 use massline_analysis::judgement::{Concern, Evidence, Judgement};
 use massline_analysis::monte_carlo::MonteCarlo;

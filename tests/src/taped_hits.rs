@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use massline::commands::bench_test::nominal_calibration;
+use massline::support::bench_test::nominal_calibration;
 use massline_physics::source::ScanSource;
 use massline_physics::{Bench, BenchSource};
 use massline_shared::layout::RigLayout;

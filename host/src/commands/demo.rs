@@ -6,15 +6,15 @@ use std::num::NonZeroU8;
 
 use massline_result::{FilePath, TestResult};
 
-use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
-use super::compare::{Comparison, side_by_side};
-use super::files::ReplaceArgs;
-use super::show::{self, DetailsArgs, Next};
-use super::simulated::{ReportArgs, RigArgs, results_of};
 use crate::Result;
 use crate::output::{Output, Tone};
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::rig_solution::solve_test;
+use crate::support::bench_test::{BenchArgs, BenchTest, nominal_calibration};
+use crate::support::compare::{Comparison, side_by_side};
+use crate::support::files::ReplaceArgs;
+use crate::support::show::{self, DetailsArgs, Next};
+use crate::support::simulated::{ReportArgs, RigArgs, results_of};
 use massline_analysis::identification::Selection;
 use massline_analysis::single_fault::NominalTest;
 use massline_files::layout_file::LayoutFile;

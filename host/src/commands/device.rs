@@ -12,10 +12,10 @@ use massline_protocol::BootReason;
 use massline_protocol::message::{Identity, Status};
 use massline_shared::measurement::campaign;
 
-use super::connect::PortArgs;
-use super::rest::has_campaign;
 use crate::Result;
 use crate::output::{Output, counted};
+use crate::support::connect::PortArgs;
+use crate::support::rest::has_campaign;
 use massline_client::campaign::phase_name;
 use massline_client::{Client, PortFacts, list_ports};
 use massline_report::document::{DeviceAbort, DeviceIdentity, DeviceList, Port};

@@ -4,9 +4,9 @@ use std::process::{Command, Stdio};
 
 use massline_boards::BootLoader;
 
-use super::version::VERSION;
 use crate::Result;
 use crate::output::{Output, Tone};
+use crate::support::version::VERSION;
 use massline_client::firmware::EMULATOR;
 use massline_client::flash::board::{BOARDS, Board};
 use massline_client::flash::drive::{self, Kind};

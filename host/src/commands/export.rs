@@ -6,12 +6,12 @@ use clap::ValueEnum;
 use massline_shared::identify::Method;
 use massline_shared::layout::HostLayout;
 
-use super::connect::PortArgs;
-use super::files::{self, ReplaceArgs};
-use super::method;
-use crate::measured::{of_archive, of_measurement, result_of_archive, test_of_archive};
 use crate::output::Output;
 use crate::rig_lines::{RigLines, StoredTest};
+use crate::support::connect::PortArgs;
+use crate::support::files::{self, ReplaceArgs};
+use crate::support::measured::{of_archive, of_measurement, result_of_archive, test_of_archive};
+use crate::support::method;
 use crate::{Error, Result};
 use massline_files::archive::{self, Archive};
 use massline_files::file;
@@ -218,7 +218,7 @@ fn on_rig(number: u32, args: &Args, output: &mut Output) -> Result<Exported> {
     let layout = client.stored_layout(result.head.layout_hash)?;
     let layout: Option<HostLayout> = layout.and_then(|kept| kept.cast());
     if layout.is_none() {
-        super::show::require_answer(&result)?;
+        crate::support::show::require_answer(&result)?;
     }
     let source = format!("result {number} of the rig");
     let test = StoredTest { result: &result, lines: &lines };

@@ -7,8 +7,8 @@ use massline_shared::diagnosis::Code;
 use massline_shared::layout::{HitPolicy, HitTreatment, TestSettings};
 use serde_json::json;
 
-use super::number::{not_negative, positive};
 use crate::output::Output;
+use crate::support::number::{not_negative, positive};
 use crate::{Error, Result};
 use massline_analysis::hits::{Options, PreparedRecording};
 use massline_files::recording::{

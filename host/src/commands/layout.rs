@@ -7,11 +7,11 @@ use std::path::PathBuf;
 
 use massline_shared::layout::{Hit, HitPolicy, HostLayout, Sensor, TEST_KEYS, TestProfile};
 
-use super::files;
 use super::measure::profile;
 use crate::Result;
-use crate::commands::files::ReplaceArgs;
 use crate::output::{self, Output};
+use crate::support::files;
+use crate::support::files::ReplaceArgs;
 use massline_files::file;
 use massline_files::layout_file::{LayoutFile, schema, template};
 use massline_report::document::{LayoutTemplate, WrittenFile};

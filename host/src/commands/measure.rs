@@ -9,27 +9,26 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use massline_protocol::LayoutHash;
-use massline_protocol::message::{Identity, LayoutAnswer, Reason, Status};
+use massline_protocol::message::{Reason, Status};
 use massline_protocol::object::MeasurementResult;
 use massline_result::{FilePath, TestResult};
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::{HostLayout, RigLayout, TestProfile};
 use massline_shared::measurement::campaign::{Command, Phase};
 use massline_shared::signal::{AdcProperties, COMPACT_RESPONSE, ringing_s};
 
-use super::archive::ArchiveArgs;
-use super::collected::Collected;
-use super::connect::PortArgs;
-use super::files;
-use super::rest::begun;
-use super::show::{self, DetailsArgs, Next};
-use crate::archive_part::Part;
 use crate::output::{Output, counted};
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::rig_solution::solve_test;
+use crate::support::archive::ArchiveArgs;
+use crate::support::collected::Collected;
+use crate::support::collected::archive_part::Part;
+use crate::support::connect::PortArgs;
+use crate::support::files;
+use crate::support::rest::begun;
+use crate::support::rig_layout::{fits, judge_layout};
+use crate::support::show::{self, DetailsArgs, Next};
 use crate::{Error, Result};
-use massline_analysis::design::gravity_to_be_stated;
 use massline_analysis::identification::Selection;
 use massline_analysis::modes_so_far::ModesMonitor;
 use massline_analysis::precision::PrecisionMonitor;
@@ -371,21 +370,6 @@ fn with_gains(layout: &HostLayout, record: &CalibrationRecord, age: u16) -> Host
     layout
 }
 
-/// Rejects a layout that the rig has no inputs or memory for, before anything is sent.
-pub fn fits(layout: &RigLayout, identity: &Identity) -> Result<()> {
-    let (sensors, hits) = (layout.sensors.len(), layout.hits.len());
-    if sensors <= usize::from(identity.max_sensors) && hits <= usize::from(identity.max_hits) {
-        return Ok(());
-    }
-    Err(Error::input(
-        "layout_too_large",
-        format!(
-            "the layout has {sensors} sensors and {hits} hits; this rig takes {} and {}",
-            identity.max_sensors, identity.max_hits,
-        ),
-    ))
-}
-
 /// Ensures that the rig can accept the layout: aborts a campaign with another layout if `restart` is set.
 pub(super) fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) -> Result<()> {
     let status = client.status()?;
@@ -406,25 +390,6 @@ pub(super) fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) 
         ));
     }
     client.command(Command::Abort)?;
-    Ok(())
-}
-
-/// Reports the rig's diagnostics of the layout; an error among them ends the command unless `force` is set.
-pub fn judge_layout(
-    answer: &LayoutAnswer,
-    layout: &RigLayout,
-    force: bool,
-    output: &mut Output,
-) -> Result<()> {
-    let message_of = |d: &Diagnostic| words::message_in(d, layout);
-    if let Some(error) = show::first_error(&answer.diagnostics, message_of)
-        && !force
-    {
-        return Err(error);
-    }
-    show::warn(&answer.diagnostics, message_of, output);
-    // What a rig finds after the last hit only.
-    show::warn(gravity_to_be_stated(layout).as_slice(), message_of, output);
     Ok(())
 }
 

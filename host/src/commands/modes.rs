@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use massline_result::Modes;
 use massline_shared::layout::{Dof, HostLayout};
 
-use super::responses::{PERTURBATIONS, ResponseArgs};
 use super::solve::{archive::with_layout, swapped};
 use crate::Result;
 use crate::output::Output;
 use crate::solve::{FoundModes, Problem, modes_of_archive, modes_of_problem};
+use crate::support::responses::{PERTURBATIONS, ResponseArgs};
 use massline_files::archive::{Archive, is_archive};
 use massline_report::words::{
     assurance_text, findings, message_in, modes_text, orders_text, sentences, shapes_text,

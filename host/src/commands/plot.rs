@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::files::ReplaceArgs;
-use super::sources::SourceArgs;
 use crate::output::Output;
+use crate::support::files::ReplaceArgs;
+use crate::support::sources::SourceArgs;
 use crate::{Error, Result};
 use massline_files::file;
 use massline_report::document::DrawnPictures;

@@ -14,12 +14,12 @@ use massline_protocol::message::Identity;
 use massline_shared::layout::{RigLayout, TestProfile};
 use massline_shared::signal::{Calibration, PRE_TRIGGER_SCANS};
 
-use super::connect::PortArgs;
-use super::files;
-use super::measure::{fits, judge_layout};
-use super::rest::without_campaign;
-use crate::commands::files::ReplaceArgs;
 use crate::output::Output;
+use crate::support::connect::PortArgs;
+use crate::support::files;
+use crate::support::files::ReplaceArgs;
+use crate::support::rest::without_campaign;
+use crate::support::rig_layout::{fits, judge_layout};
 use crate::{Error, Result};
 use massline_files::file::Existing;
 use massline_files::tape::{Sidecar, TapeWriter};

@@ -1,24 +1,26 @@
 //! `massline replay`: runs the whole rig on a tape.
 
+mod tape_player;
+
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use massline_protocol::message::Status;
 use massline_shared::measurement::campaign::{Command, Phase};
 
-use super::files;
-use super::method::MethodArgs;
-use super::progress::Progress;
-use super::show::{self, DetailsArgs, Next};
-use super::simulated::{RigArgs, SimulatedCampaign};
 use crate::output::Output;
 use crate::rig::SimulatedRig;
 use crate::rig_solution::solve_test;
-use crate::tape_player::{TapeProgress, TapeSource};
+use crate::support::files;
+use crate::support::method::MethodArgs;
+use crate::support::progress::Progress;
+use crate::support::show::{self, DetailsArgs, Next};
+use crate::support::simulated::{RigArgs, SimulatedCampaign};
 use crate::{Error, Result};
 use massline_analysis::single_fault::NominalTest;
 use massline_client::Client;
 use massline_files::tape::Tape;
+use tape_player::{TapeProgress, TapeSource};
 
 /// A rig that is still armed this long after the end of a segment has found no hit in it, and one that still records has not seen the
 /// end of the hit.

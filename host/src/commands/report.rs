@@ -1,12 +1,12 @@
 //! `massline report`: results as one HTML page.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use super::files::ReplaceArgs;
-use super::sources::SourceArgs;
 use crate::output::Output;
+use crate::support::files::ReplaceArgs;
+use crate::support::show::page_called;
+use crate::support::sources::SourceArgs;
 use crate::{Error, Result};
-use massline_files::embedded;
 use massline_files::file;
 use massline_report::document::WrittenFile;
 use massline_report::page::html;
@@ -55,15 +55,6 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     output.answer(&value, |_| {
         format!("{}: open it in a browser; it needs no network", value.written.display())
     })
-}
-
-/// The page of an archive that is given no other name.
-pub fn page_of(archive: &Path) -> PathBuf {
-    page_called(&embedded::stem(archive))
-}
-
-fn page_called(stem: &str) -> PathBuf {
-    format!("{stem}.html").into()
 }
 
 impl Args {

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Command;
 use clap_complete::Shell;
 
-use crate::commands::files::ReplaceArgs;
 use crate::output::Output;
+use crate::support::files::ReplaceArgs;
 use crate::{Error, Result};
 use massline_files::file;
 use massline_report::document::{Completions, ManualPage, WrittenPages};

@@ -1,5 +1,6 @@
 //! `massline simulate`: simulates a measurement with a layout on the bench.
 
+mod monte_carlo;
 pub(super) mod object;
 
 use std::path::{Path, PathBuf};
@@ -10,17 +11,17 @@ use massline_protocol::LayoutHash;
 use massline_shared::layout::{Dof, RigLayout};
 use massline_shared::signal::{AdcProperties, Calibration, PRE_TRIGGER_SCANS, RECORD_SCANS, Scan};
 
-use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
-use super::beside_truth::ShownTest;
-use super::files;
-use super::monte_carlo::{self, MonteCarloArgs, StudyObject};
-use super::show::DetailsArgs;
-use super::simulated::{ReportArgs, RigArgs};
 use crate::Result;
-use crate::commands::files::ReplaceArgs;
 use crate::output::Output;
+use crate::support::bench_test::{BenchArgs, BenchTest, nominal_calibration};
+use crate::support::beside_truth::ShownTest;
+use crate::support::files;
+use crate::support::files::ReplaceArgs;
+use crate::support::show::DetailsArgs;
+use crate::support::simulated::{ReportArgs, RigArgs};
 use massline_files::file::Existing;
 use massline_files::tape::{Segment, Sidecar, TapeWriter};
+use monte_carlo::{MonteCarloArgs, StudyObject};
 use object::SimulatedObject;
 
 /// Arguments of `massline simulate`.

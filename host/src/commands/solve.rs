@@ -10,11 +10,11 @@ use clap::ValueEnum;
 use massline_shared::layout::Dof;
 use massline_shared::modes::{LINES_OF_A_SIDE, LinesPerSide};
 
-use super::method;
-use super::responses::{PERTURBATIONS, ResponseArgs};
-use super::show::{self, DetailsArgs, Next};
 use crate::output::Output;
 use crate::solve::{Options, Problem, ReferencePoint, solve_problem};
+use crate::support::method;
+use crate::support::responses::{PERTURBATIONS, ResponseArgs};
+use crate::support::show::{self, DetailsArgs, Next};
 use crate::{Error, Result};
 use massline_analysis::identification::Selection;
 use massline_analysis::suspension::ModeChoice;

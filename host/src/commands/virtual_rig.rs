@@ -13,10 +13,10 @@ use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::sampler::Timing;
 use massline_virtual::tcp::TcpServer;
 
-use super::bench_test::{BenchArgs, source_on};
 use super::demo::LAYOUTS;
-use super::files;
 use crate::output::Output;
+use crate::support::bench_test::{BenchArgs, source_on};
+use crate::support::files;
 use crate::{Error, Result};
 use massline_analysis::bench_error::bench_error;
 use massline_files::file;

@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use massline::archive_part::Part;
+use massline::support::collected::archive_part::Part;
 use massline_client::{self, Client};
 use massline_files::archive::Archive;
 use massline_result::HitVerdict;

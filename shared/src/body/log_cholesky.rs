@@ -4,7 +4,7 @@
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3};
 
 use super::{INERTIA_ELEMENTS, RigidBody, second_moments};
-use crate::Real;
+use crate::real::Real;
 
 /// [a, d1, d2, d3, s12, s23, s13, t1, t2, t3] with the pseudo-inertia `P = U Uᵀ` of
 ///

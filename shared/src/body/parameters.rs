@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use crate::Real;
+use crate::real::Real;
 
 /// One of the ten inertial parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]

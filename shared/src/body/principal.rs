@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 
 use super::{RigidBody, second_moments};
-use crate::Real;
 use crate::linalg::{cholesky, symmetric_eigen3};
+use crate::real::Real;
 
 /// Principal moments of inertia about the centre of mass, and their axes.
 ///

@@ -19,9 +19,9 @@ use core::fmt;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::identify::MassLines;
+use crate::real::Real;
 use crate::responses::Responses;
 
 /// The block of known mass.

@@ -8,8 +8,9 @@
 //! stored as. Within a sensor that takes it out of measurements too.
 
 use super::tumble::{Position, RestVoltages};
+use crate::estimated::Estimated;
+use crate::real::Real;
 use crate::signal::HAMMER;
-use crate::{Estimated, Real};
 
 /// Memory above this matters: it moves the answer by half a standard deviation where one per cent moves it by two.
 pub const LARGE_MEMORY: f64 = 0.002;

@@ -21,10 +21,11 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::block::BlockHit;
 use crate::capacity::Capacity;
+use crate::estimated::Estimated;
 use crate::layout::Sensor;
+use crate::real::Real;
 use crate::responses::Responses;
 use crate::signal::{Calibration, HAMMER};
-use crate::{Estimated, Real};
 
 /// Unknowns of one direction: two accelerations across it, three angular accelerations, the asymmetry.
 const UNKNOWNS: usize = 6;

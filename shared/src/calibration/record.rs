@@ -5,9 +5,9 @@ use num_enum::{FromPrimitive, IntoPrimitive};
 
 use super::block::ForceRatio;
 use super::tumble::SensorSensitivity;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::layout::{DEFAULT_HAMMER_GAIN, Layout, RIG_SENSORS, SensorUncertainty};
+use crate::real::Real;
 use crate::signal::{Calibration, HAMMER};
 use crate::units::Volts;
 

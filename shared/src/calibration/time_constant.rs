@@ -14,8 +14,9 @@
 
 use nalgebra::{Complex, SMatrix, SVector};
 
+use crate::estimated::Estimated;
 use crate::mass_line::{Bin, MassLineError, window_correlation};
-use crate::{Estimated, Real};
+use crate::real::Real;
 
 /// How the spectra were measured.
 #[derive(Clone, Copy, Debug, PartialEq)]

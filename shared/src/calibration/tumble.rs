@@ -23,8 +23,8 @@ use core::str::FromStr;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::Real;
 use crate::layout::{Axis, Sign};
+use crate::real::Real;
 use crate::signal::Calibration;
 
 pub use readings::{RestVoltages, SensorProblem, Tumble, TumbleTest};
@@ -151,7 +151,7 @@ impl<R: Real> Default for TumbleLimits<R> {
     /// Values for an ADXL326 under standard gravity: its noise is 0.08 m/s², a level table and a square block
     /// are level to 5 mrad, and sensitivities are within 10 %.
     fn default() -> Self {
-        let g = crate::STANDARD_GRAVITY;
+        let g = crate::units::STANDARD_GRAVITY;
         Self {
             gravity: R::of(g),
             sensitivity: R::of(crate::signal::Calibration::ADXL326_VOLT_PER_G / g),

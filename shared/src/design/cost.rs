@@ -6,8 +6,8 @@
 
 use nalgebra::SVector;
 
-use crate::Real;
 use crate::identify::maximum_likelihood::Bound;
+use crate::real::Real;
 
 /// `−ln det` of the information about `phi / [1, L, L, L, L² × 6]`, for a length L in m that is the same for
 /// all layouts compared. The bound itself is scaled by the characteristic length of its own sensors.

@@ -3,11 +3,11 @@
 use nalgebra::SVector;
 
 use super::Predict;
-use crate::Real;
 use crate::body::{RigidBody, scale};
 use crate::capacity::Capacity;
 use crate::identify::maximum_likelihood::{Bound, bound};
 use crate::layout::Layout;
+use crate::real::Real;
 use crate::responses::Responses;
 
 /// Noise of the accelerance of a single hit, relative to the accelerance 1/m of the mass: 0.5 %. On the

@@ -9,9 +9,9 @@ use nalgebra::SVector;
 
 use super::Predict;
 use super::cost::relative_variance;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::layout::{ApparatusUncertainty, ErrorSource, HitUncertainty, Layout, SensorUncertainty};
+use crate::real::Real;
 
 /// Fraction by which variances are raised to see the effect on the bound: rounding divided by it and itself are both below a
 /// thousandth.

@@ -4,8 +4,8 @@
 
 use core::fmt;
 
-use crate::Real;
 use crate::capacity::{Capacity, List};
+use crate::real::Real;
 
 /// Number of sensors and number of hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

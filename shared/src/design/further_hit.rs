@@ -5,11 +5,11 @@
 //! with other work in between; each step evaluates one bound.
 
 use super::{Criterion, Precision, Predict};
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::identify::maximum_likelihood::BudgetScales;
 use crate::identify::{DofMassLines, Estimate, Progress};
 use crate::layout::{Hit, Layout};
+use crate::real::Real;
 
 /// A hit that narrows the interval by a smaller share than this does not help: what limits the interval is then
 /// the same in all hits, such as the hammer's gain.

@@ -2,11 +2,11 @@
 
 use nalgebra::SVector;
 
-use crate::Real;
 use crate::body::scale;
 use crate::diagnosis::Code;
 use crate::identify::{Estimate, Method};
 use crate::layout::Target;
+use crate::real::Real;
 
 /// Half widths of the 95 % intervals of an estimate, and the limits that they are compared with.
 ///

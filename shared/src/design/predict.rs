@@ -3,9 +3,9 @@
 use nalgebra::SVector;
 
 use super::cost::{relative_variance, total};
-use crate::Real;
 use crate::capacity::{Capacity, List};
 use crate::layout::{Hit, Layout, Sensor};
+use crate::real::Real;
 
 /// A standard deviation of this many times the scale comes from rounding in a singular information matrix:
 /// the layout does not determine the inertial parameters.

@@ -8,12 +8,12 @@
 use nalgebra::SVector;
 
 use super::Method;
-use crate::Real;
 use crate::body::{RigidBody, regressor, scale};
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::layout::{Hit, Layout, LayoutReport, Prior, TestProfile};
 use crate::linalg::{LeastSquares, Spectrum};
+use crate::real::Real;
 
 /// Applicability of each method under a layout.
 ///

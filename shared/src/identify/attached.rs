@@ -3,10 +3,10 @@
 use nalgebra::SVector;
 
 use super::Estimate;
-use crate::Real;
 use crate::body::RigidBody;
 use crate::layout::Attached;
 use crate::linalg::congruence;
+use crate::real::Real;
 
 /// Subtracts the attached bodies from an estimate of the object with them. Their uncertainty is added to the
 /// covariance.

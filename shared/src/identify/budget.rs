@@ -1,8 +1,8 @@
 //! The error budget that a fit uses: the stated one, or what the data have taught about it.
 
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::layout::{HitUncertainty, Layout, SensorUncertainty};
+use crate::real::Real;
 
 /// Factors on the standard deviations of the stated error budget. There is none on the hammer's gain, which
 /// the residuals cannot show.

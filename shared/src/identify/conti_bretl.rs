@@ -8,12 +8,12 @@ use nalgebra::{Matrix3, Matrix6, SVector, Vector3};
 
 use super::method::{Entry, Observable};
 use super::suspension::{Answer, DOUBTS_OF_SHAPES, Suspension, is_blocked, refuse_mixed_modes};
-use crate::Real;
 use crate::body::{RigidBody, elements};
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::layout::balanced_motion;
 use crate::linalg::spectrum;
 use crate::modes::SUSPENSION_MODES;
+use crate::real::Real;
 
 /// Description of the method for the registry.
 pub const ENTRY: Entry = Entry {

@@ -12,10 +12,10 @@ pub mod structural;
 use super::Method;
 use super::method::{Entry, Observable};
 use super::suspension::{Answer, Suspension, is_blocked};
-use crate::Real;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::layout::balanced_motion;
 use crate::linalg::ComplexLeastSquares;
+use crate::real::Real;
 
 use equations::solve_spanning;
 pub use equations::{Excitation, Excitations, Solution, solve_structural, solve_viscous, span};

@@ -5,12 +5,12 @@
 
 use nalgebra::{Complex, Vector3, Vector6};
 
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject, fatal};
 use crate::frequency_responses::FrequencyResponses;
 use crate::layout::Layout;
 use crate::modes::reduce_line;
+use crate::real::Real;
 
 /// Part of the lines at which a point moves against its force from which it is reversed. Noise looks like that at half of
 /// them, and an elastic mode turns a point for a part of the band.

@@ -4,9 +4,9 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::Method;
 use super::budget::LearnedBudget;
-use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::Diagnostics;
+use crate::real::Real;
 
 /// The data contradict the error budget when chance alone would exceed their χ² in only one of a thousand
 /// tests: when the equivalent z is above this value.

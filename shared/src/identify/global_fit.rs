@@ -54,7 +54,8 @@ use crate::estimated::Estimated;
 use crate::frequency_responses::FrequencyResponses;
 use crate::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES, Layout};
 use crate::mass_line::Terms;
-use crate::{Progress, Real};
+use crate::progress::Progress;
+use crate::real::Real;
 
 pub use memory::workspace;
 pub use unknowns::MOST_EXTRA_TERMS;

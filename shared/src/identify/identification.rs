@@ -46,7 +46,8 @@ use super::observations::{Observations, SpectrumBins};
 use super::{Estimate, IdentifySettings, METHODS, Method, Running};
 use crate::capacity::Capacity;
 use crate::diagnosis::Diagnostics;
-use crate::{Progress, Real};
+use crate::progress::Progress;
+use crate::real::Real;
 
 /// Methods, best first.
 pub type Methods = Vec<Method, METHODS>;

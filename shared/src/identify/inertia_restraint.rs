@@ -18,8 +18,9 @@ use crate::capacity::{Capacity, List};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
 use crate::layout::{Hit, Layout, balanced_force, balanced_motion, check_hits, is_finite};
 use crate::linalg::{LeastSquares, Spectrum, all_finite, congruence};
+use crate::progress::Progress;
+use crate::real::Real;
 use crate::responses::Responses;
-use crate::{Progress, Real};
 
 /// A condition of the balanced regression matrix above this gives a warning: errors of 1 % in the mass lines
 /// can then be as large as the properties themselves.

@@ -7,9 +7,9 @@ use nalgebra::SVector;
 
 use super::maximum_likelihood::{ErrorBudget, MaximumLikelihoodSolution, Start, solve};
 use super::{Consistency, DofMassLines, ForceTrend, MassLines};
-use crate::Real;
 use crate::capacity::{Capacity, List};
 use crate::layout::Layout;
+use crate::real::Real;
 use crate::responses::{ResponseSquare, Responses};
 
 /// A hit DOF or sensor that is left out.

@@ -4,11 +4,11 @@ use core::ops::Index;
 
 use nalgebra::SMatrix;
 
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::layout::Layout;
 use crate::linalg::{lower_places, triangle};
+use crate::real::Real;
 use crate::responses::{ResponseSquare, Responses};
 
 /// Mass line accelerances of one hit DOF, response by response.

@@ -3,7 +3,8 @@
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics};
-use crate::{Progress, Real};
+use crate::progress::Progress;
+use crate::real::Real;
 
 use super::observations::{Observations, SpectrumBins};
 use super::{Estimate, IdentifySettings};

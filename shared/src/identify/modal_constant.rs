@@ -7,9 +7,9 @@
 use super::inertia_restraint::Regression;
 use super::method::{Entry, Observable};
 use super::suspension::{Answer, Suspension};
-use crate::Real;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::modes::SUSPENSION_MODES;
+use crate::real::Real;
 
 /// Description of the method for the registry.
 pub const ENTRY: Entry = Entry {

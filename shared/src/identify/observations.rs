@@ -1,10 +1,10 @@
 //! The observations of a test, input of every method.
 
 use super::mass_lines::DofMassLines;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::frequency_responses::FrequencyResponses;
 use crate::layout::Layout;
+use crate::real::Real;
 
 /// The observations of a test under a layout.
 #[derive(Debug)]

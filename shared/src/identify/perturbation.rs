@@ -1,8 +1,8 @@
 //! A small change of the data or of the layout, the same for every method.
 
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::layout::Layout;
+use crate::real::Real;
 
 /// A small change of the data or of the layout.
 #[derive(Clone, Copy, Debug)]

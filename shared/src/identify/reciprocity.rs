@@ -6,8 +6,8 @@
 
 use nalgebra::{Complex, Vector6};
 
-use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
+use crate::real::Real;
 
 /// Difference over the geometric mean of the driving points from which two hits are not reciprocal. Hits that scatter by
 /// the default error budget differ by 0.05.

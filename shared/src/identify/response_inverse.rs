@@ -2,9 +2,9 @@
 
 use nalgebra::{SVector, Vector6};
 
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::linalg::{Spectrum, spectrum};
+use crate::real::Real;
 use crate::responses::{ResponseRows, Responses};
 
 /// `G⁺` of `xm = G [a; α]` (theory, section 3), by QR in balanced variables.

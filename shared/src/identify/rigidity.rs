@@ -8,9 +8,9 @@
 use nalgebra::Vector3;
 
 use super::ResponseInverse;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::layout::Layout;
+use crate::real::Real;
 use crate::responses::Responses;
 
 /// With a residual above this, a sensor does not move with the others.

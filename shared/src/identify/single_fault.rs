@@ -10,10 +10,10 @@ use nalgebra::SVector;
 
 use super::maximum_likelihood::{self, ErrorBudget, Start};
 use super::{Consistency, DofMassLines, MassLines};
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::{Capacity, List};
 use crate::layout::{Axis, Layout, Sign};
+use crate::real::Real;
 
 /// χ² must fall by this much for a mistake to be accepted, and to exclude another one: the value that chance
 /// exceeds for one unknown in one of a thousand tests.

@@ -9,10 +9,10 @@ use super::method::{Entry, Observable};
 use super::suspension::{
     Answer, DOUBTS_OF_SHAPES, KnownProperty, Suspension, is_blocked, refuse_mixed_modes,
 };
-use crate::Real;
 use crate::body::{RigidBody, regressor, scale};
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::linalg::{LeastSquares, Spectrum};
+use crate::real::Real;
 
 /// Description of the method for the registry.
 pub const ENTRY: Entry = Entry {

@@ -3,8 +3,8 @@
 //! The program knows more, because it compares methods and searches for single mistakes. Its verdict takes precedence.
 
 use super::{Consistency, Estimate, Method};
-use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Severity};
+use crate::real::Real;
 
 /// χ² of the stated budget over its degrees of freedom from which an answer is not to be used: errors of three times their
 /// stated standard deviations. A bench that is twice as rough as stated has 4, on which the learning of the budget is

@@ -8,8 +8,8 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use crate::Real;
 use crate::linalg::{cholesky, lower_places, skew};
+use crate::real::Real;
 
 /// The weights of the equations of the inertia restraint method.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

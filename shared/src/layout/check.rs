@@ -5,11 +5,11 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Hit, Layout, Sensor};
-use crate::Real;
 use crate::body::{RigidBody, regressor};
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::linalg::{LeastSquares, Spectrum, symmetric_eigen3};
+use crate::real::Real;
 
 /// Below this fraction of its scale a quantity counts as nearly zero: collinear, parallel, concurrent,
 /// through the centre of mass. 2 %.

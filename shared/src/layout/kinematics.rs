@@ -6,10 +6,10 @@
 use nalgebra::{Complex, ComplexField, Matrix3, SMatrix, Vector3, Vector6};
 
 use super::{Hit, Layout, Sensor};
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::linalg::skew;
+use crate::real::Real;
 use crate::responses::{ResponseRows, Responses};
 
 impl<R: Real> Sensor<R> {

@@ -1,9 +1,9 @@
 //! The `[test]` table: its keys with their defaults, and whether a rig can measure with them.
 
 use super::{HitPolicy, TestProfile};
-use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Setting, Severity, Subject};
 use crate::mass_line::Terms;
+use crate::real::Real;
 
 /// How the test is run: the `[test]` table.
 #[derive(Clone, Copy, Debug, PartialEq)]

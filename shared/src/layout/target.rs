@@ -1,6 +1,6 @@
 //! The precision that the user wants: the `[target]` table.
 
-use crate::Real;
+use crate::real::Real;
 
 /// A key of `[target]`: the largest half width of a 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Layout, MAX_ATTACHED, TestProfile};
-use crate::Real;
 use crate::capacity::Capacity;
+use crate::real::Real;
 
 /// Uncertain quantities of one sensor: nine sensitivities row by row, three rotations, three displacements.
 pub const SENSOR_QUANTITIES: usize = 15;

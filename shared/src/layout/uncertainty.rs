@@ -2,8 +2,8 @@
 //! the object.
 
 use super::{ErrorSource, Layout};
-use crate::Real;
 use crate::capacity::Capacity;
+use crate::real::Real;
 
 /// Largest number of attached bodies.
 pub const MAX_ATTACHED: usize = 3;

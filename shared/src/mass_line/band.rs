@@ -1,6 +1,6 @@
 //! Finds the band of the mass line from the data: above the suspension modes, below the elastic ones.
 
-use crate::Real;
+use crate::real::Real;
 
 /// Ratio of the lower end to the highest suspension mode (theory, section 5).
 pub const ABOVE_SUSPENSION: f64 = 3.0;

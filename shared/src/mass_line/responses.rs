@@ -8,8 +8,8 @@
 use nalgebra::Complex;
 
 use super::{ABOVE_SUSPENSION, BasisRow, Bin, MassLineBasis, MassLineError, Terms};
-use crate::Real;
 use crate::capacity::Capacity;
+use crate::real::Real;
 use crate::responses::Responses;
 
 /// Fraction of the band, on a logarithmic scale, that is left out at either end for the comparison.

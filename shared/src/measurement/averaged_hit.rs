@@ -2,7 +2,7 @@
 
 use super::averaging::{DofSpectra, HitAverager, HitMemory};
 use super::long_hit::LongHitAverager;
-use crate::Real;
+use crate::real::Real;
 use crate::signal::{FftError, RealFft, Record};
 
 /// A hit that is being averaged.

@@ -6,7 +6,6 @@
 
 use nalgebra::Complex;
 
-use crate::Real;
 use crate::capacity::Rig;
 use crate::identify::{DofMassLines, ScatterAccumulator};
 use crate::layout::{HitPolicy, HitTreatment, RIG_SENSORS, TestSettings};
@@ -14,6 +13,7 @@ use crate::mass_line::{
     BasisRow, Bin, Fitting, MassLineBasis, MassLineDesign, MassLineError, ResponseFits, find_band,
     window_correlation,
 };
+use crate::real::Real;
 use crate::responses::Responses;
 use crate::signal::{
     AdcProperties, CHANNELS, Calibration, FftError, HAMMER, HitAgreement, HitAnalysis, Hum,

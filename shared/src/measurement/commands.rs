@@ -6,10 +6,10 @@ use super::campaign::{
 use super::hits::Task;
 use super::stored_lines::StoredLines;
 use super::{Activity, MeasuredDof, Measurement, Memory, NextAction, Recorded, Streamed, note};
-use crate::Real;
 use crate::capacity::Rig;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::DofMassLines;
+use crate::real::Real;
 use crate::signal::RealFft;
 use crate::signal::self_test::SelfTest;
 

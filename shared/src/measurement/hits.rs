@@ -10,11 +10,11 @@ use super::{
     Activity, GradedHit, LOSSES_TO_STOP, Measurement, NextAction, Recorded, ScanIndex, Streamed,
     note,
 };
-use crate::Real;
 use crate::design::FurtherHitSearch;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::identify::ScatterAccumulator;
 use crate::layout::{HitPolicy, HitTreatment, RIG_SENSORS, TestProfile};
+use crate::real::Real;
 use crate::signal::{
     CaptureState, FftError, FullRateExtremes, HitAgreement, HitReport, RECORD_SCANS, RealFft, Scan,
     grade, grade_long,

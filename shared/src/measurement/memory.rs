@@ -6,13 +6,13 @@ use nalgebra::Complex;
 use super::averaging::{DofSpectra, HitMemory};
 use super::result::MeasuredDof;
 use super::stored_lines::StoredLines;
-use crate::Real;
 use crate::capacity::Rig;
 use crate::identify::{
     DofMassLines, Identification, MASS_LINE_METHODS, ScatterAccumulator, maximum_likelihood,
 };
 use crate::layout::RIG_HITS;
 use crate::mass_line::BasisRow;
+use crate::real::Real;
 use crate::signal::{KnownScatter, RECORD_SCANS, RealFft, Record, SPECTRUM_BINS};
 
 // The scratch memory is also the workspace of the methods.

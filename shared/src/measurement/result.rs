@@ -1,13 +1,13 @@
 //! Result of a campaign.
 
 use super::stored_lines::StoredLines;
-use crate::Real;
 use crate::calibration::CalibrationSigma;
 use crate::calibration::block::{BlockError, ForceRatio};
 use crate::capacity::Rig;
 use crate::diagnosis::Diagnostics;
 use crate::identify::{DofMassLines, Estimate, Method};
 use crate::layout::Dof;
+use crate::real::Real;
 use crate::signal::RESPONSES;
 
 /// Data of a measured DOF besides its mass lines.

@@ -8,10 +8,10 @@ use heapless::Vec;
 use nalgebra::{Vector3, Vector6};
 
 use super::MOST_FORCES;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::layout::{Hit, Layout};
 use crate::linalg::dot;
+use crate::real::Real;
 
 /// A row whose part across the others is a smaller share of its size than this adds nothing.
 const DEPENDENT: f64 = 1e-6;

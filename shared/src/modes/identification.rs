@@ -8,8 +8,8 @@ use super::origin_responses::OriginResponses;
 use super::residues::{Residues, fit_residues};
 use super::shapes::{best_force, norm_indicator_of_shape, shape_of_force, shape_of_forces};
 use super::vector_fitting::{FIT_MEMORY, MOST_PAIRS, Poles, find_poles};
-use crate::Real;
 use crate::layout::balanced_motion;
+use crate::real::Real;
 
 /// A mode of a body on its suspension.
 #[derive(Clone, Debug, PartialEq)]

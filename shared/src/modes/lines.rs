@@ -6,7 +6,7 @@
 use heapless::Vec;
 
 use super::vector_fitting::MOST_PAIRS;
-use crate::Real;
+use crate::real::Real;
 use crate::sorting::sort_short;
 
 /// Most lines on each side of a mode.

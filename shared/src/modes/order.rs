@@ -5,7 +5,7 @@ use heapless::Vec;
 use super::origin_responses::OriginResponses;
 use super::residues::fit_residues;
 use super::vector_fitting::{FIT_MEMORY, MOST_PAIRS, Poles, VectorFit, find_poles};
-use crate::Real;
+use crate::real::Real;
 
 /// A pole is stable when the next smaller order has one within these distances: relative in frequency, and in damping
 /// ratio. Half of what is usual in modal analysis, since the poles are shared by all responses.

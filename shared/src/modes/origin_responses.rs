@@ -5,11 +5,11 @@ use nalgebra::{Complex, Vector3, Vector6};
 
 use super::force_mixing::ForceMixing;
 use super::{MOST_FORCES, MOST_LINES};
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::frequency_responses::FrequencyResponses;
 use crate::layout::{Layout, balanced_force};
 use crate::linalg::ComplexLeastSquares;
+use crate::real::Real;
 
 /// Accelerances of a reference point: its motion `[a; α]` per newton of every force, at every line.
 ///

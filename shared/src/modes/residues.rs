@@ -5,8 +5,8 @@ use nalgebra::{Complex, Vector6};
 use super::MOST_FORCES;
 use super::origin_responses::OriginResponses;
 use super::vector_fitting::{Basis, FIT_MEMORY, MOST_OWN, Poles, top};
-use crate::Real;
 use crate::linalg::Elimination;
+use crate::real::Real;
 
 /// What the fit of the accelerances `[a; α]` says, in its memory.
 #[derive(Clone, Copy, Debug)]

@@ -2,9 +2,9 @@
 
 use nalgebra::Vector6;
 
-use crate::Real;
 use crate::layout::{balanced_force, balanced_motion};
 use crate::linalg::LeastSquares;
+use crate::real::Real;
 
 /// Largest number of steps of Gauss and Newton; three or four are usual.
 const MOST_STEPS: usize = 30;

@@ -12,8 +12,8 @@ use nalgebra::Complex;
 
 use super::MOST_FORCES;
 use super::origin_responses::OriginResponses;
-use crate::Real;
 use crate::linalg::{Elimination, eigenvalues};
+use crate::real::Real;
 use crate::sorting::sort_short;
 
 /// Most pairs of poles.

@@ -3,9 +3,9 @@
 use nalgebra::{Vector3, Vector6};
 
 use super::norm_indicator_of_shape;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::layout::{Axis, Dof, Layout, Sign, balanced_motion, unit_force};
+use crate::real::Real;
 
 /// Share of the largest possible Norm Indicator below which the hits hardly show a mode.
 const HARDLY: f64 = 0.2;

@@ -12,8 +12,8 @@ use super::{
     AdcProperties, CHANNELS, Calibration, FftError, HitNoise, Hum, HumSearch, RealFft, Samples,
     Signal, window,
 };
-use crate::Real;
 use crate::layout::TestSettings;
+use crate::real::Real;
 
 /// Analysis of the records of one test.
 ///

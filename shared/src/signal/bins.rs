@@ -1,8 +1,8 @@
 //! Where the bins of a profile lie.
 
 use super::{AdcProperties, DECIMATION, LONG_POINTS, PRE_TRIGGER_SCANS, RECORD_SCANS};
-use crate::Real;
 use crate::layout::TestProfile;
+use crate::real::Real;
 
 /// Rate of the responses and number of points of their transform, for this many scans per second: those of a whole record, or
 /// of the long record's pieces.

@@ -3,7 +3,7 @@
 use nalgebra::{ComplexField, Matrix3};
 
 use super::{CHANNELS, DECIMATION, RESPONSES, ROW_BITS};
-use crate::Real;
+use crate::real::Real;
 use crate::units::{Hertz, Seconds, Volts};
 
 /// The hammer's channel; response `k` is channel `k + 1`.
@@ -139,7 +139,7 @@ impl Calibration {
         Hertz(1.0 / (core::f64::consts::TAU * Self::ADXL326_OUTPUT_OHM * 10e-9));
     /// Lower limit of [`Calibration::sensor_range`], m/s²: gravity takes one g of the range, and the hit
     /// needs some as well.
-    pub const SMALLEST_RANGE: f32 = (2.0 * crate::STANDARD_GRAVITY) as f32;
+    pub const SMALLEST_RANGE: f32 = (2.0 * crate::units::STANDARD_GRAVITY) as f32;
 
     /// N (hammer) or m/s² (accelerometer) per code of a channel. 0 for a channel that does not exist or whose
     /// sensitivity is zero or not finite, so that it reads its rest value.
@@ -240,7 +240,7 @@ impl Calibration {
 impl Default for Calibration {
     /// The data sheet's nominal values.
     fn default() -> Self {
-        let g = crate::STANDARD_GRAVITY as f32;
+        let g = crate::units::STANDARD_GRAVITY as f32;
         let mut channels = [ChannelCalibration {
             zero: Volts(Self::ADXL326_ZERO.0 as f32),
             sensitivity: Self::ADXL326_VOLT_PER_G as f32 / g,

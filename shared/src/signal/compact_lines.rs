@@ -17,7 +17,7 @@ use heapless::Vec;
 use nalgebra::Complex;
 
 use super::{RESPONSES, SPECTRUM_BINS};
-use crate::Real;
+use crate::real::Real;
 
 /// Bytes of one response: the exponent and two mantissas for each line.
 pub const COMPACT_RESPONSE: usize = 1 + 4 * SPECTRUM_BINS;

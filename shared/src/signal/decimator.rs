@@ -10,7 +10,7 @@
 use nalgebra::Complex;
 
 use super::{CHANNELS, DECIMATION, RESPONSES, ROW_BITS, Scan};
-use crate::Real;
+use crate::real::Real;
 use crate::units::ScanIndex;
 
 const _: () = assert!(FIRST * SECOND == DECIMATION, "the stages make a row");

@@ -7,7 +7,7 @@ use core::fmt;
 
 use nalgebra::Complex;
 
-use crate::Real;
+use crate::real::Real;
 
 /// Why samples cannot be transformed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -21,9 +21,9 @@ use plateau::{Push, flat_top};
 use super::chain::HAMMER;
 use super::record::rest_scans;
 use super::{AdcProperties, CHANNELS, Calibration, PRE_TRIGGER_SCANS, Record, Samples};
-use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Subject};
 use crate::layout::{HitPolicy, TestSettings};
+use crate::real::Real;
 use crate::units::{MetersPerSecondSquared, Newtons};
 
 /// What a hit in the suspension profile is judged by: how hard it was, how still the object hung, and whether the record is long
@@ -85,7 +85,7 @@ pub fn grade(
 /// A clipped signal stays within 2 % of the clipping level, despite noise and the filter after the sensor.
 const RANGE_MARGIN: f32 = 0.02;
 /// Largest noise of an ADXL326 with 10 nF, four standard deviations by specification, m/s²: 0.04 g.
-const SENSOR_NOISE: f32 = 0.04 * crate::STANDARD_GRAVITY as f32;
+const SENSOR_NOISE: f32 = 0.04 * crate::units::STANDARD_GRAVITY as f32;
 
 impl ChannelRange<f32> {
     const EMPTY: Self =
@@ -94,7 +94,7 @@ impl ChannelRange<f32> {
     /// Range of a channel of the rig.
     fn of_rig(adc: &AdcProperties, calibration: &Calibration, channel: usize) -> Self {
         let scale = calibration.per_code(adc, channel);
-        let sensor = calibration.sensor_range - crate::STANDARD_GRAVITY as f32;
+        let sensor = calibration.sensor_range - crate::units::STANDARD_GRAVITY as f32;
         let (range, noise) = match channel {
             HAMMER => (f32::INFINITY, 0.0),
             _ => (sensor * (1.0 - RANGE_MARGIN), SENSOR_NOISE),

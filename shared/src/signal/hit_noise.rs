@@ -2,7 +2,7 @@
 
 use super::chain::HAMMER;
 use super::{Samples, Signal};
-use crate::Real;
+use crate::real::Real;
 
 /// Noise and motion of one hit, summed over its responses.
 #[derive(Clone, Copy, Debug, PartialEq)]

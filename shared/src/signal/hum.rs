@@ -17,8 +17,8 @@ use core::ops::Range;
 use nalgebra::Complex;
 
 use super::{CHANNELS, PRE_TRIGGER_SCANS, Samples};
-use crate::Real;
 use crate::diagnosis::Code;
+use crate::real::Real;
 use windows::{Tone, Window};
 
 mod windows;

@@ -9,8 +9,8 @@ use super::{
     AdcProperties, CHANNELS, Calibration, DECIMATION, FftError, LONG_POINTS, PRE_TRIGGER_SCANS,
     RealFft, Samples, transfer, window,
 };
-use crate::Real;
 use crate::layout::TestSettings;
+use crate::real::Real;
 use crate::units::ScanIndex;
 
 /// Analysis of one long record ([`LongCapture`](super::LongCapture)).

@@ -2,7 +2,7 @@
 
 use super::samples::{extremes, reading_of};
 use super::{CHANNELS, HAMMER, PRE_TRIGGER_SCANS, RECORD_SCANS, Row, Samples, Scan};
-use crate::Real;
+use crate::real::Real;
 
 /// Number of pre-trigger readings that are averaged to the rest value of a channel.
 ///

@@ -11,9 +11,9 @@
 //! the scatter are over the DOFs measured so far: a person who hits roughly does so everywhere. `s₀` is the
 //! expectation before any hit.
 
-use crate::Real;
 use crate::diagnosis::Code;
 use crate::layout::{HitPolicy, HitTreatment};
+use crate::real::Real;
 
 /// Hits agree up to this relative distance, however little the others scatter.
 const AGREES: f64 = 0.15;

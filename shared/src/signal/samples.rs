@@ -1,7 +1,7 @@
 //! Input of the signal chain.
 
 use super::{CHANNELS, Scan};
-use crate::Real;
+use crate::real::Real;
 
 /// Scale and low-pass of the readings of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]

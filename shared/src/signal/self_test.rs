@@ -14,7 +14,7 @@ mod tones;
 pub use findings::{Circuit, KnownSensors, LEAST_CUTOFF_HZ, left_capacitors};
 
 use super::{AdcProperties, CHANNELS, Samples};
-use crate::Real;
+use crate::real::Real;
 use tones::Tones;
 
 /// Scans over which a slow motion is averaged: 32 ms at 4000 Hz.

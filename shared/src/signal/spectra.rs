@@ -4,8 +4,8 @@ use core::ops::RangeInclusive;
 
 use nalgebra::Complex;
 
-use crate::Real;
 use crate::layout::FrfEstimator;
+use crate::real::Real;
 
 /// Auto and cross spectra of force and responses, and the frequency responses computed from them.
 ///

@@ -5,7 +5,7 @@
 
 use super::chain::HAMMER;
 use super::{AdcProperties, Calibration, PRE_TRIGGER_SCANS, RECORD_SCANS, Record, Scan};
-use crate::Real;
+use crate::real::Real;
 use crate::units::{Newtons, ScanIndex};
 
 /// Finds the rising edge of a hit in a force signal of any unit.

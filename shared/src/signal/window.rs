@@ -1,6 +1,6 @@
 //! Windows for force and response.
 
-use crate::Real;
+use crate::real::Real;
 
 /// Number of samples in a block of the exponential.
 const BLOCK: usize = 32;

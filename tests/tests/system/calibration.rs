@@ -5,7 +5,6 @@ use std::f64::consts::TAU;
 use std::io;
 use std::time::Duration;
 
-use massline::commands::bench_test::nominal_calibration;
 use massline::commands::calibrate::block::{BlockTest, LAYOUT};
 use massline::commands::calibrate::conversion_order;
 use massline::commands::calibrate::demo::{calibrate, error_of_scale, sensitivity_errors};
@@ -15,6 +14,7 @@ use massline::commands::calibrate::tumble::{PositionHum, take};
 use massline::commands::demo::LAYOUTS;
 use massline::commands::measure::ScreenArgs;
 use massline::output::Output;
+use massline::support::bench_test::nominal_calibration;
 use massline_analysis::calibration::capacitor::extra_capacitors;
 use massline_analysis::calibration::cutoffs::{CutoffError, RcCutoff};
 use massline_analysis::calibration::electronics::{ConversionOrder, Memory};

@@ -1,6 +1,6 @@
 //! A measurement driven without the firmware equals that of the rig byte for byte.
 
-use massline::commands::bench_test::nominal_calibration;
+use massline::support::bench_test::nominal_calibration;
 use massline_physics::source::ScanSource;
 use massline_physics::{Bench, BenchSource};
 use massline_protocol::object::{DofResult, MeasurementResult, StoredEstimate};

@@ -6,7 +6,7 @@
 mod row;
 mod table;
 
-use massline::commands::bench_test::nominal_calibration;
+use massline::support::bench_test::nominal_calibration;
 use massline_analysis::monte_carlo::measurement::TestLayout;
 use massline_analysis::monte_carlo::{MonteCarlo, Run, seed_of_run};
 use massline_physics::{Bench, BenchSource};

@@ -4,7 +4,7 @@
 //! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- learning:: --nocapture` prints the table of
 //! tests/README.md.
 
-use massline::commands::bench_test::nominal_calibration;
+use massline::support::bench_test::nominal_calibration;
 use massline_analysis::monte_carlo::statistics::MethodStatistics;
 use massline_analysis::monte_carlo::{MonteCarlo, apply_bench_budget};
 use massline_physics::Bench;

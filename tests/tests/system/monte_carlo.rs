@@ -1,7 +1,7 @@
 //! Many simulated tests computed by the pipeline without a rig, compared with the rig, the truth and the
 //! bound.
 
-use massline::commands::bench_test::nominal_calibration;
+use massline::support::bench_test::nominal_calibration;
 use massline_analysis::monte_carlo::measurement::{SimulatedTest, TestLayout, measure};
 use massline_analysis::monte_carlo::statistics::MethodStatistics;
 use massline_analysis::monte_carlo::{MonteCarlo, Study, apply_bench_budget, seed_of_run};

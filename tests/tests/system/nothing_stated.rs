@@ -5,9 +5,9 @@
 
 use std::io;
 
-use massline::commands::bench_test::nominal_calibration;
 use massline::commands::calibrate::demo::{calibrate, sensitivity_errors};
 use massline::output::Output;
+use massline::support::bench_test::nominal_calibration;
 use massline_analysis::monte_carlo::measurement::TestLayout;
 use massline_analysis::monte_carlo::statistics::MethodStatistics;
 use massline_analysis::monte_carlo::{MonteCarlo, Run, apply_bench_budget, seed_of_run};

@@ -1,6 +1,6 @@
 //! Gross mistakes are made on the bench; the whole chain must identify them.
 
-use massline::commands::bench_test::nominal_calibration;
+use massline::support::bench_test::nominal_calibration;
 use massline_analysis::monte_carlo::measurement::measure;
 use massline_analysis::single_fault::{Examination, Outcome, examine};
 use massline_files::layout_file::LayoutFile;

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use std::thread;
 
 use embassy_futures::block_on;
-use massline::commands::bench_test::nominal_calibration;
+use massline::support::bench_test::nominal_calibration;
 use massline_client::Client;
 use massline_client::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, follow};
 use massline_client::interrupt::Interrupt;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use massline::commands::bench_test::nominal_calibration;
+use massline::support::bench_test::nominal_calibration;
 use massline_analysis::monte_carlo::MonteCarlo;
 use massline_analysis::suspension::{DofLines, TestLines};
 use massline_files::layout_file::LayoutFile;

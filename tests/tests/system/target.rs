@@ -4,7 +4,7 @@
 //! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- target:: --nocapture` prints the table of
 //! tests/README.md.
 
-use massline::commands::bench_test::nominal_calibration;
+use massline::support::bench_test::nominal_calibration;
 use massline_analysis::monte_carlo::measurement::TestLayout;
 use massline_analysis::monte_carlo::statistics::StoppingStatistics;
 use massline_analysis::monte_carlo::{MonteCarlo, Study};

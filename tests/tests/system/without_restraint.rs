@@ -1,7 +1,7 @@
 //! Layouts for which only maximum likelihood has an answer: what the check of a layout predicts before
 //! the test agrees with what the fit returns after it.
 
-use massline::commands::bench_test::nominal_calibration;
+use massline::support::bench_test::nominal_calibration;
 use massline_analysis::monte_carlo::measurement::measure;
 use massline_files::layout_file::LayoutFile;
 use massline_physics::Bench;

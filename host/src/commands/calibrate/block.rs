@@ -13,10 +13,12 @@ use serde_json::json;
 
 use super::rig::{BlockRig, BlockShown, RigArgs};
 use super::{OriginArgs, Warnings, conversion_order, store};
-use crate::commands::measure::{ScreenArgs, fits, make_room, paused};
-use crate::commands::{files, show};
+use crate::commands::measure::{ScreenArgs, make_room, paused};
 use crate::output::Output;
-use crate::spectra::SpectraCollection;
+use crate::support::collected::spectra::SpectraCollection;
+use crate::support::files;
+use crate::support::rig_layout::fits;
+use crate::support::show;
 use crate::{Error, Result};
 use massline_analysis::calibration::block::{Block, Conditions};
 use massline_analysis::calibration::capacitor::extra_capacitors;

@@ -10,10 +10,10 @@ use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::tumble::{Position, TumbleLimits};
 use massline_shared::signal::{HAMMER, RestStatistics};
 
-use crate::commands::keyboard::{Keyboard, no_terminal};
 use crate::output::Output;
 use crate::screen::positions::{Lying, Positions, in_words};
 use crate::screen::{Screen, View};
+use crate::support::keyboard::{Keyboard, no_terminal};
 use crate::{Error, Result};
 use massline_analysis::calibration::orientation;
 use massline_client::Client;

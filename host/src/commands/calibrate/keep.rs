@@ -6,8 +6,8 @@ use massline_shared::calibration::CalibrationRecord;
 
 use super::{rig::RigArgs, store};
 use crate::Result;
-use crate::commands::files::ReplaceArgs;
 use crate::output::Output;
+use crate::support::files::ReplaceArgs;
 use massline_files::calibration_file::{CalibrationFile, to_toml};
 use massline_files::file;
 use massline_report::calibration as report;

@@ -13,13 +13,13 @@ use massline_shared::layout::HostLayout;
 use massline_virtual::flash::FlashBacking;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 
-use crate::commands::bench_test::{bench_help, open_bench};
-use crate::commands::connect::PortArgs;
 use crate::commands::measure::{ScreenArgs, Shown, Watching, watch};
-use crate::commands::progress::{Progress, Prompts};
 use crate::output::Output;
 use crate::rig::PipeTransport;
-use crate::spectra::{Collecting, SpectraCollection};
+use crate::support::bench_test::{bench_help, open_bench};
+use crate::support::collected::spectra::{Collecting, SpectraCollection};
+use crate::support::connect::PortArgs;
+use crate::support::progress::{Progress, Prompts};
 use crate::{Error, Result};
 use massline_analysis::bench_error::bench_error;
 use massline_client::Client;

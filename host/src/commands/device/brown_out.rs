@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use crate::commands::connect::PortArgs;
 use crate::output::Output;
+use crate::support::connect::PortArgs;
 use crate::{Error, Result};
 use massline_client::{Client, ClientError};
 use massline_protocol::message::Reason;

@@ -2,8 +2,8 @@
 
 use massline_protocol::message::{Identity, Reason};
 
-use crate::commands::connect::PortArgs;
 use crate::output::{Output, counted};
+use crate::support::connect::PortArgs;
 use crate::{Error, Result};
 use massline_analysis::self_test::RigAtRest;
 use massline_client::Client;

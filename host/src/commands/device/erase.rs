@@ -1,8 +1,8 @@
 //! `massline device erase`.
 
 use super::is_in_safe_mode;
-use crate::commands::connect::PortArgs;
 use crate::output::Output;
+use crate::support::connect::PortArgs;
 use crate::{Error, Result};
 use massline_report::document::DeviceErase;
 

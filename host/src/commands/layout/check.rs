@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::{HostLayout, Sensor, TestProfile};
 
-use super::super::bench_test::open_bench;
-use super::super::number::positive;
-use super::super::{files, show};
 use crate::output::Output;
-use crate::rig_settings::not_for_a_rig;
+use crate::support::bench_test::open_bench;
+use crate::support::files;
+use crate::support::number::positive;
+use crate::support::rig_layout::not_for_a_rig;
+use crate::support::show;
 use crate::{Error, Result};
 use massline_analysis::design::{
     Assumptions, DesignReport, Forecast, LayoutCriterion, MassRange, forecast,

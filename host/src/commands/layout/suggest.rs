@@ -6,12 +6,12 @@ use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, RIG_HITS, RIG_SENSORS};
 use toml_edit::{Array, DocumentMut, Item, Table, Value};
 
-use super::super::number::seed;
-use super::super::show;
 use super::check::{AssumptionArgs, forecast_of};
-use crate::commands::files::{self, ReplaceArgs};
 use crate::output::Output;
-use crate::rig_settings::not_for_a_rig;
+use crate::support::files::{self, ReplaceArgs};
+use crate::support::number::seed;
+use crate::support::rig_layout::not_for_a_rig;
+use crate::support::show;
 use crate::{Error, Result};
 use massline_analysis::design::{Options, Wanted, suggest};
 use massline_files::file::{self, Existing};

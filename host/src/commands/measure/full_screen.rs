@@ -11,10 +11,10 @@ use massline_shared::measurement::campaign::Phase;
 
 use super::presenter::Presenter;
 use crate::Result;
-use crate::commands::keyboard::{Keyboard, no_terminal};
 use crate::output::{Output, harmless};
 use crate::screen::guide::{Guide, HitReadings, Wanted};
 use crate::screen::{Screen, View};
+use crate::support::keyboard::{Keyboard, no_terminal};
 use massline_analysis::precision::PrecisionReport;
 use massline_client::{Client, ClientError};
 use massline_report::readings::Chain;

@@ -5,7 +5,7 @@ use massline_protocol::event::HitEvent;
 use massline_protocol::message::{Reason, Status};
 use massline_shared::measurement::campaign::Command;
 
-use crate::commands::progress::Progress;
+use crate::support::progress::Progress;
 use massline_client::Client;
 use massline_client::campaign::explain_refusal;
 use massline_result::ModesSoFar;

@@ -116,7 +116,7 @@ mod tests {
     use massline_physics::{Bench, BenchSource};
 
     use super::*;
-    use crate::commands::bench_test::nominal_calibration;
+    use crate::support::bench_test::nominal_calibration;
     use massline_files::layout_file::LayoutFile;
 
     #[test]

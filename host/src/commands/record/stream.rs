@@ -9,8 +9,8 @@ use massline_shared::signal::{HitReport, ringing_s};
 
 use super::Recording;
 use super::finder::{Found, HitFinder, Settings};
-use crate::commands::keyboard::{Keyboard, Pressed};
 use crate::output::Output;
+use crate::support::keyboard::{Keyboard, Pressed};
 use crate::{Error, Result};
 use massline_client::campaign::is_out_of_reach;
 use massline_client::{Client, Event, scans_of};

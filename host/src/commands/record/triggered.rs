@@ -6,9 +6,9 @@ use massline_shared::measurement::campaign::{Command, Phase};
 use massline_shared::signal::Scan;
 
 use super::Recording;
-use crate::commands::progress::{Progress, Prompts};
-use crate::commands::show;
 use crate::output::Output;
+use crate::support::progress::{Progress, Prompts};
+use crate::support::show;
 use crate::{Error, Result};
 use massline_client::Client;
 use massline_client::campaign::{

@@ -1,8 +1,8 @@
 //! `massline results delete`.
 
 use super::numbers::Numbers;
-use crate::commands::connect::PortArgs;
 use crate::output::Output;
+use crate::support::connect::PortArgs;
 use crate::{Error, Result};
 use massline_report::document::DeletedResults;
 

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::layout::HostLayout;
 
-use crate::commands::archive::ArchiveArgs;
-use crate::commands::connect::PortArgs;
-use crate::commands::files;
-use crate::commands::show::{self, DetailsArgs, Next};
 use crate::output::{Output, shell_path};
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::rig_solution::solve_test;
+use crate::support::archive::ArchiveArgs;
+use crate::support::connect::PortArgs;
+use crate::support::files;
+use crate::support::show::{self, DetailsArgs, Next};
 use crate::{Error, Result};
 use massline_analysis::identification::Selection;
 use massline_analysis::single_fault::NominalTest;

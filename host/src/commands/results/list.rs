@@ -3,8 +3,8 @@
 use massline_protocol::object::MeasurementResult;
 
 use crate::Result;
-use crate::commands::connect::PortArgs;
 use crate::output::{self, Output, Table};
+use crate::support::connect::PortArgs;
 use massline_report::document::{KeptResult, ResultsList};
 use massline_report::words::result_of_rig;
 use massline_report::words::{Summary, hash_text};

@@ -10,8 +10,8 @@ use massline_shared::layout::{HostLayout, TestProfile};
 use massline_shared::signal::Calibration;
 use nalgebra::{SVector, Vector3};
 
-use crate::commands::bench_test::{BenchArgs, open_bench};
 use crate::output::counted;
+use crate::support::bench_test::{BenchArgs, open_bench};
 use crate::{Error, Result};
 use massline_analysis::bench_error::bench_error;
 use massline_files::layout_file::LayoutFile;

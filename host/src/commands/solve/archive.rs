@@ -5,11 +5,11 @@ use std::path::Path;
 use massline_shared::identify::{Method, Observable};
 use massline_shared::layout::{HostLayout, TestProfile};
 
-use crate::commands::files;
-use crate::commands::show::{self, Next};
 use crate::output::Output;
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::rig_solution::solve_test;
+use crate::support::files;
+use crate::support::show::{self, Next};
 use crate::{Error, Result};
 use massline_analysis::identification::Selection;
 use massline_analysis::single_fault::NominalTest;

@@ -7,8 +7,8 @@ use super::{
     Position, SensorSensitivity, SensorVoltages, TumbleLimits, TumbleProblem, check_reading,
     sigma_of_mean, solve,
 };
-use crate::Real;
 use crate::layout::RIG_SENSORS;
+use crate::real::Real;
 use crate::signal::{AdcProperties, CHANNELS, HAMMER, RestStatistics};
 
 /// Output of all channels without motion, V.
@@ -249,7 +249,7 @@ mod tests {
         let found = test.solve(&limits(), |problem| panic!("{problem:?}")).unwrap();
         assert_eq!(found.sensors.len(), 2);
         // Codes in single precision: 1e-7 of 2 V over 0.1 V, for a few roundings.
-        let nominal = 0.057 / crate::STANDARD_GRAVITY as f32;
+        let nominal = 0.057 / crate::units::STANDARD_GRAVITY as f32;
         for sensor in found.sensors.iter() {
             assert!((sensor.sensitivity[(1, 1)] / nominal - 1.0).abs() < 2e-5, "{sensor:?}");
         }

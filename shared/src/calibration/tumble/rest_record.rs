@@ -1,8 +1,8 @@
 //! A reading of a tumble test from its whole record, with the mains hum taken out.
 
 use super::{RestVoltages, sigma_of_mean};
-use crate::Real;
 use crate::diagnosis::Code;
+use crate::real::Real;
 use crate::signal::{AdcProperties, CHANNELS, HumSearch, Samples, Scan};
 
 /// Mains hum in a reading.

@@ -1,7 +1,7 @@
 use super::*;
 use std::vec::Vec;
 
-const G: f64 = crate::STANDARD_GRAVITY;
+const G: f64 = crate::units::STANDARD_GRAVITY;
 
 /// A sensor with gains off by up to 8 % and 1.5 % of cross-axis sensitivity, V/(m/s²).
 fn truth() -> (Vector3<f64>, Matrix3<f64>) {

@@ -5,8 +5,8 @@ use nalgebra::{SMatrix, SVector};
 
 use super::difference::{Difference, MOST_PAIRS, differences, outliers};
 use super::{MOST_METHODS, Propagation};
-use crate::Real;
 use crate::linalg::cholesky;
+use crate::real::Real;
 
 /// Two methods may give nearly the same; this much independent error, relative to their variances, keeps their weights from
 /// growing without bound.

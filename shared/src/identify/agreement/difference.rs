@@ -4,7 +4,7 @@ use heapless::Vec;
 use nalgebra::SVector;
 
 use super::{MOST_METHODS, Propagation};
-use crate::Real;
+use crate::real::Real;
 
 /// Most pairs of methods.
 pub const MOST_PAIRS: usize = MOST_METHODS * (MOST_METHODS - 1) / 2;

@@ -2,10 +2,10 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::identify::Perturbation;
 use crate::layout::Layout;
+use crate::real::Real;
 
 /// Draws of noise. The covariance of six methods has to be known well enough to weigh them: with 100 draws the intervals
 /// of the combined estimate cover 91 % instead of 95 %.

@@ -3,9 +3,9 @@
 use heapless::Vec;
 use nalgebra::{Complex, Matrix6, SMatrix, Vector6};
 
-use crate::Real;
 use crate::body::{RigidBody, regressor, scale};
 use crate::linalg::{ComplexLeastSquares, LeastSquares, Spectrum};
+use crate::real::Real;
 
 /// A unit force at one frequency, and the motion that it excites, all about the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,10 +1,10 @@
 //! The structural form of direct physical parameter identification.
 
 use super::{accepted, sides, solve_structural};
-use crate::Real;
 use crate::diagnosis::Diagnostics;
 use crate::identify::method::{Entry, Observable};
 use crate::identify::suspension::{Answer, Suspension, is_blocked};
+use crate::real::Real;
 
 /// Description of the structural form for the registry.
 pub const ENTRY: Entry = Entry {

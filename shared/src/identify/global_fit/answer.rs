@@ -8,12 +8,12 @@ use super::fit::Fit;
 use super::memory::Memory;
 use super::unknowns::{SYMMETRIC, matrix_of};
 use super::{Damping, GlobalFitSolution, Sensitivities};
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
 use crate::identify::{Estimate, Method};
 use crate::linalg::{Spectrum, all_finite, skew, spectrum};
+use crate::real::Real;
 
 impl<R: Real, C: Capacity> Fit<'_, '_, '_, R, C> {
     /// The answer; the fit must have descended.

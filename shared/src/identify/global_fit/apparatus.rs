@@ -14,11 +14,11 @@ use nalgebra::{Complex, Matrix3, Vector3, Vector6};
 
 use super::problem::Problem;
 use super::unknowns::{FORCE_SLOPES, Unknowns, real};
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::identify::maximum_likelihood::model::{SENSITIVITIES, SENSOR_NUISANCES};
 use crate::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES, Hit, Sensor, SensorUncertainty, across};
 use crate::linalg::skew;
+use crate::real::Real;
 
 /// The three rows of a sensor at one bin.
 pub(super) type Rows<R> = [Vector6<Complex<R>>; 3];

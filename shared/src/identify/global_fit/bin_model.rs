@@ -6,9 +6,9 @@ use nalgebra::{Complex, Matrix6, Vector6};
 use super::apparatus::{Apparatus, Rows, SensorModel};
 use super::problem::Problem;
 use super::unknowns::{MOST_BLOCKS, SYMMETRIC, Unknowns, dot, matrix_of, powers_of, real};
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
+use crate::real::Real;
 use crate::responses::Responses;
 
 /// The moving object: mass matrix and the matrices besides it.

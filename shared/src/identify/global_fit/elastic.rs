@@ -8,9 +8,9 @@ use super::unknowns::{
     FORCE_SLOPES, MOST_SHARED, OWN_NUISANCES, ROW_SLOPES, Unknowns, along, block_of, dot, dot_real,
     place_of_hit, place_of_row, symmetrized, with_properties,
 };
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::linalg::Packed;
+use crate::real::Real;
 
 /// Room for one accelerance: the changes with its unknowns, and the residual.
 pub(super) const ROOM: usize = OWN_NUISANCES + MOST_SHARED + 1;

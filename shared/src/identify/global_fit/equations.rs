@@ -16,9 +16,9 @@ use super::unknowns::{
     ELEMENTS, ROW_SLOPES, SYMMETRIC, Unknowns, along, block_of, dot, dot_real, of_properties,
     place_of_hit, place_of_row, real, symmetrized, with_properties,
 };
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::linalg::Packed;
+use crate::real::Real;
 use crate::responses::Responses;
 
 /// Matrix and right side of the linearised fit, for a noise of one in every real reading and without priors.

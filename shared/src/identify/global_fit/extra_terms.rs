@@ -8,10 +8,10 @@
 
 use super::fit::Fit;
 use super::unknowns::SYMMETRIC;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::identify::REJECTION_Z;
+use crate::real::Real;
 
 /// Largest deviate that is reported.
 const MOST_Z: f64 = 1e3;

@@ -7,10 +7,10 @@
 use super::memory::Memory;
 use super::problem::Problem;
 use super::unknowns::Unknowns;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::linalg::dot;
+use crate::real::Real;
 
 /// The fit ends with a step that lowers the cost by less than this: it changes no unknown by more than
 /// 1e-4 of its standard deviation.

@@ -4,10 +4,10 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 
 use super::FittedGravity;
 use super::fit::Fit;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::estimated::Estimated;
 use crate::layout::GRAVITY_QUANTITIES;
+use crate::real::Real;
 
 impl<R: Real, C: Capacity> Fit<'_, '_, '_, R, C> {
     /// Gravity with its errors, when the layout states it and a sensor senses it.

@@ -4,9 +4,9 @@ use super::elastic::ROOM;
 use super::equations::Equations;
 use super::unknowns::MOST_SHARED;
 use super::{Elastic, nuisances};
-use crate::Real;
 use crate::layout::MAX_ATTACHED;
 use crate::linalg::{Packed, triangle};
+use crate::real::Real;
 
 /// Rows of the sensitivities of the ten properties.
 const PROPERTIES: usize = 10;

@@ -8,12 +8,12 @@ use nalgebra::{Complex, SVector, Vector3};
 
 use super::unknowns::Unknowns;
 use super::{Damping, GlobalFitSettings};
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::frequency_responses::FrequencyResponses;
 use crate::identify::maximum_likelihood::balance::Balance;
 use crate::layout::{GRAVITY_QUANTITIES, Layout, MAX_ATTACHED};
+use crate::real::Real;
 
 pub(super) struct Problem<'a, R: Real, C: Capacity> {
     pub(super) layout: &'a Layout<R, C>,

@@ -1,12 +1,12 @@
 //! The pulls: how far the errors must have moved to explain the readings, and which sensor or hit is the first suspect.
 
 use super::fit::Fit;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::identify::maximum_likelihood::model::SENSOR_NUISANCES;
 use crate::identify::maximum_likelihood::pulls::{SUSPICIOUS, root_mean_square};
 use crate::layout::HIT_QUANTITIES;
+use crate::real::Real;
 
 /// The length of a force is suspect from so many of the standard deviations that its error has under the model, which chance
 /// exceeds once in 400 tests of five hits; that counts as a pull of [`SUSPICIOUS`].

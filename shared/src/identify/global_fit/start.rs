@@ -14,11 +14,11 @@ use super::problem::Problem;
 use super::unknowns::{
     ELEMENTS, PLACES, SYMMETRIC, Unknowns, along, of_properties, powers_of, real,
 };
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::linalg::{Packed, triangle};
+use crate::real::Real;
 
 /// Powers of |s| by which the equations of a bin are weighted.
 const WEIGHTS: [i32; 3] = [0, 1, 2];

@@ -13,9 +13,9 @@ use heapless::Vec;
 use nalgebra::{Complex, Matrix6, Vector6};
 
 use super::Damping;
-use crate::Real;
 use crate::identify::maximum_likelihood::model::SENSOR_NUISANCES;
 use crate::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES};
+use crate::real::Real;
 
 /// Elements of a symmetric 6 × 6 matrix.
 pub(super) const SYMMETRIC: usize = 21;

@@ -5,10 +5,10 @@ use super::elastic::ROOM;
 use super::fit::Fit;
 use super::memory::Memory;
 use super::unknowns::{SYMMETRIC, along};
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::linalg::{dot, triangle};
+use crate::real::Real;
 
 /// Smallest pivot of the matrix with unit columns.
 const LEAST_PIVOT: f64 = 1e-16;

@@ -7,7 +7,6 @@ use super::fit::{Fit, Stage};
 use super::fit_problem::FitProblem;
 use super::normal_equations::NormalEquations;
 use super::{MaximumLikelihoodSolution, equations_in, fatal, nuisances, undetermined};
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, Severity};
@@ -15,6 +14,7 @@ use crate::identify::budget::LearnedBudget;
 use crate::identify::{DofMassLines, Estimate, Method};
 use crate::layout::Layout;
 use crate::linalg::{all_finite, congruence};
+use crate::real::Real;
 
 impl<R: Real> Fit<R> {
     /// The answer without the nuisance parameters; `workspace` must be as the last step left it.

@@ -6,10 +6,10 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::layout::{Attached, Layout, Prior};
+use crate::real::Real;
 
 /// Smallest standard deviation of a prior in balanced units: a smaller one would leave single precision no
 /// room for anything else.

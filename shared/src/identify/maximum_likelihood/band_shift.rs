@@ -10,11 +10,11 @@ use super::fit_problem::FitProblem;
 use super::model::Model;
 use super::normal_equations::NormalEquations;
 use super::undetermined;
-use crate::Real;
 use crate::body::scale;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::identify::DofMassLines;
+use crate::real::Real;
 
 /// Smallest change of the mass that is told, relative. That of another property is told when it is the largest.
 const TOLD: f64 = 0.005;

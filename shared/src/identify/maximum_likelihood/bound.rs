@@ -6,12 +6,12 @@ use super::answer::covariance_of;
 use super::fit_problem::FitProblem;
 use super::model::{HIT_NUISANCES, Model};
 use super::normal_equations::NormalEquations;
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::identify::MassLines;
 use crate::layout::Layout;
 use crate::linalg::cholesky;
+use crate::real::Real;
 use crate::responses::{ResponseSquare, Responses};
 
 /// The bound of the ten properties.

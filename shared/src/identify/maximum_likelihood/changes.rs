@@ -7,11 +7,11 @@ use super::equations_in;
 use super::fit::Fit;
 use super::pulls::UnknownValues;
 use super::score::Score;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::identify::DofMassLines;
 use crate::layout::Layout;
 use crate::linalg::{all_finite, back_substitute_transposed, cholesky, forward_substitute};
+use crate::real::Real;
 use crate::responses::{ResponseRows, Responses};
 
 /// The sizes of `K` changes of the readings that explain the residuals of a fit best.

@@ -11,10 +11,10 @@ use super::normal_equations::NormalEquations;
 use super::pulls::UnknownValues;
 use super::score::{Score, ScoresOfResponses, Suspected, TOGETHER};
 use super::undetermined;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::identify::DofMassLines;
+use crate::real::Real;
 use crate::responses::Responses;
 
 /// A constant is significant beyond this number of standard deviations. Nine responses are tested, so chance

@@ -2,8 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::Real;
 use crate::linalg::{all_finite, back_substitute_transposed, cholesky, forward_substitute};
+use crate::real::Real;
 
 /// `(I + λ D)⁻¹ g` with diagonal `D`; `None` when that is not positive definite.
 pub(super) fn damped_step<R: Real>(

@@ -12,7 +12,8 @@ use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics};
 use crate::identify::budget::ErrorBudget;
 use crate::identify::{DofMassLines, by_reference};
-use crate::{Progress, Real};
+use crate::progress::Progress;
+use crate::real::Real;
 
 /// The fit ends with a step that lowers the cost by less than this fraction of χ² over its degrees of
 /// freedom, or of one if that is larger: the square of a shift in standard deviations. In single precision

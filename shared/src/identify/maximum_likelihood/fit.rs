@@ -11,7 +11,6 @@ use super::normal_equations::NormalEquations;
 use super::parameters::Parameters;
 use super::score::Suspected;
 use super::{check_data, equations_in, fatal, pulls, start, undetermined};
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
@@ -19,6 +18,7 @@ use crate::identify::budget::{BudgetScales, ErrorBudget, LearnedBudget};
 use crate::identify::inertia_restraint::{self, InertiaRestraintSettings};
 use crate::identify::{Consistency, DofMassLines, Progress, by_reference};
 use crate::layout::Layout;
+use crate::real::Real;
 
 /// Largest number of steps; ten are already many.
 const MOST_STEPS: u8 = 60;

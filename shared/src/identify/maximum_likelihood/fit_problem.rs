@@ -8,12 +8,12 @@ use nalgebra::{SVector, Vector3};
 use super::balance::Balance;
 use super::model::{HitErrors, HitModel, Model, SENSOR_NUISANCES};
 use super::normal_equations::{NormalEquations, Rows};
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::{Capacity, List};
 use crate::identify::MassLines;
 use crate::identify::budget::BudgetScales;
 use crate::layout::{Attached, HitUncertainty, Layout, MAX_ATTACHED, SensorUncertainty};
+use crate::real::Real;
 use crate::responses::{ResponseSquare, Responses};
 
 /// Largest number of columns that all sensors share: the hammer's gain, the attached bodies, the ten

@@ -2,8 +2,8 @@
 
 use nalgebra::SVector;
 
-use crate::Real;
 use crate::identify::budget::LearnedBudget;
+use crate::real::Real;
 
 /// An interval is wider by this number times the squared relative standard deviation of its own width.
 pub(super) const WIDENING: f64 = 1.4;

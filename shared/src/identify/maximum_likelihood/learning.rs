@@ -10,13 +10,13 @@ use super::fit_problem::FitProblem;
 use super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
 use super::normal_equations::NormalEquations;
 use super::undetermined;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, Severity};
 use crate::identify::budget::{BudgetScales, LearnedBudget, LearnedFrom};
 use crate::identify::{DofMassLines, MassLines, Progress};
 use crate::layout::{HitUncertainty, Layout};
 use crate::linalg::cholesky;
+use crate::real::Real;
 use crate::responses::{ResponseRows, Responses};
 
 /// Weight of the stated scatter, in degrees of freedom.

@@ -15,10 +15,10 @@ use super::normal_equations::NormalEquations;
 use super::pulls::UnknownValues;
 use super::score::{Score, ScoresOfResponses, TOGETHER, Tested};
 use super::undetermined;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::identify::{DofMassLines, MassLines};
+use crate::real::Real;
 use crate::responses::{ResponseSquare, Responses};
 
 /// A response that reads too little with increasing force is suspected beyond this number of standard deviations.

@@ -8,11 +8,11 @@ use core::array::from_fn;
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 use super::balance::Balance;
-use crate::Real;
 use crate::body::{RigidBody, regressor};
 use crate::capacity::Capacity;
 use crate::layout::{Hit, HitUncertainty, Layout, SensorUncertainty, across};
 use crate::linalg::skew;
+use crate::real::Real;
 use crate::responses::{ResponseRows, ResponseSquare, Responses};
 
 /// Nuisance parameters of one sensor: the nine elements of its sensitivity, three rotations, three

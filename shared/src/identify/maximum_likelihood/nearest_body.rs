@@ -9,9 +9,9 @@
 use nalgebra::{Matrix4, SMatrix, SVector};
 
 use super::damped_step::damped_step;
-use crate::Real;
 use crate::body::{RigidBody, second_moments, tensor};
 use crate::linalg::{cholesky, forward_substitute};
+use crate::real::Real;
 
 /// Part of the largest second moment to which the others are raised for a start.
 const RAISED: f64 = 0.05;

@@ -8,9 +8,9 @@
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::model::{HIT_NUISANCES, HitErrors, SENSITIVITIES, SENSOR_NUISANCES};
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::linalg::{Packed, dot, triangle};
+use crate::real::Real;
 use crate::responses::{ResponseSquare, Responses};
 
 /// Size of the normal equations for this number of unknowns and hit DOFs: the packed matrix, two right sides, and

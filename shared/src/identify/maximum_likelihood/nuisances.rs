@@ -8,9 +8,10 @@ use super::normal_equations::NormalEquations;
 use super::pulls::{HitPull, UnknownValues, root_mean_square};
 use crate::body::RigidBody;
 use crate::capacity::{Capacity, List};
+use crate::estimated::Estimated;
 use crate::identify::{DofMassLines, MassLines};
+use crate::real::Real;
 use crate::responses::Responses;
-use crate::{Estimated, Real};
 
 /// Estimated nuisance parameters of one sensor, each with the standard deviation after the test (that of the
 /// budget when the test does not determine it).

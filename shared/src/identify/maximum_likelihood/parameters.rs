@@ -6,9 +6,9 @@ use nalgebra::{SMatrix, SVector};
 use super::damped_step::damped_step;
 use super::fit_problem::FitProblem;
 use super::nearest_body::{raised, step_to_body};
-use crate::Real;
 use crate::body::{LogCholesky, RigidBody};
 use crate::capacity::Capacity;
+use crate::real::Real;
 
 /// Longest step in log-Cholesky parameters, which are logarithms and lengths over L.
 const LONGEST_STEP: f64 = 1.0;

@@ -4,11 +4,11 @@
 use super::fit_problem::{FitProblem, MOST_SHARED, Terms};
 use super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
 use super::normal_equations::{NormalEquations, Rows};
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::identify::DofMassLines;
+use crate::real::Real;
 use crate::responses::Responses;
 use heapless::Vec;
 use nalgebra::Vector3;

@@ -13,10 +13,10 @@ use super::normal_equations::NormalEquations;
 use super::parameters::Parameters;
 use super::pulls::{HitPull, UnknownValues};
 use super::{fatal, undetermined};
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics};
 use crate::identify::{DofMassLines, Progress};
+use crate::real::Real;
 
 /// Largest number of steps; four are usual.
 const MOST_STEPS: u8 = 30;

@@ -5,8 +5,8 @@ use heapless::Vec;
 
 use super::normal_equations::Rows;
 use super::pulls::UnknownValues;
-use crate::Real;
 use crate::capacity::Capacity;
+use crate::real::Real;
 use crate::responses::Responses;
 
 /// Sums over the DOFs for one change of the accelerances, of unknown size.

@@ -8,10 +8,10 @@ use super::normal_equations::{NormalEquations, Rows};
 use super::pulls::UnknownValues;
 use super::score::{Score, Tested};
 use super::undetermined;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::Diagnostics;
 use crate::identify::{DofMassLines, MassLines};
+use crate::real::Real;
 use crate::responses::Responses;
 
 impl<R: Real> Fit<R> {

@@ -7,10 +7,10 @@ use super::fit_problem::FitProblem;
 use super::model::{Model, SENSOR_NUISANCES};
 use super::normal_equations::NormalEquations;
 use super::undetermined;
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::Diagnostics;
 use crate::identify::{DofMassLines, Progress};
+use crate::real::Real;
 
 impl<R: Real> Fit<R> {
     /// Adds the shares of the sensors (`place` is `None`) or of the mark of one DOF, from completed equations.

@@ -4,7 +4,6 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::fit_problem::FitProblem;
 use super::model::Model;
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
@@ -12,6 +11,7 @@ use crate::identify::DofMassLines;
 use crate::identify::applicability::spectrum_under;
 use crate::layout::{Prior, assumed_body, check_hits};
 use crate::linalg::Spectrum;
+use crate::real::Real;
 
 /// Moments of inertia over m L² of the bodies tried for a crude start.
 const GYRATION: [f64; 4] = [0.1, 0.4, 1.2, 4.0];

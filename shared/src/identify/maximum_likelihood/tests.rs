@@ -2,9 +2,9 @@ use nalgebra::{SVector, Vector3};
 use std::vec::Vec;
 
 use super::*;
-use crate::Estimated;
 use crate::capacity::{Rig, Unbounded};
 use crate::diagnosis::Subject;
+use crate::estimated::Estimated;
 use crate::identify::MassLines;
 use crate::layout::tests::{bar_body, bar_layout};
 use crate::layout::{Attached, Hit, HitUncertainty, Prior, SensorUncertainty};

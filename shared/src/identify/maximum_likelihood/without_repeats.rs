@@ -16,12 +16,12 @@ use super::learning::{LEAST_RESIDUAL_FREEDOM, MOST_SCATTER};
 use super::model::{HIT_NUISANCES, Model};
 use super::normal_equations::NormalEquations;
 use super::{MaximumLikelihoodSolution, Start, equations_in, pulls, undetermined};
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::budget::{BudgetScales, ErrorBudget, LearnedBudget};
 use crate::identify::{DofMassLines, Estimate, Progress};
 use crate::layout::Layout;
+use crate::real::Real;
 pub use scales::{DIRECTION, Evidence, GROUPS, POSITION, SENSORS, Scales};
 
 /// Fewest single hits at each DOF that show their scatter.

@@ -5,7 +5,6 @@ use nalgebra::{Complex, SVector, Vector3};
 
 use super::known::known_properties;
 use super::{Answer, Suspension};
-use crate::Real;
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
@@ -14,6 +13,7 @@ use crate::layout::Layout;
 use crate::modes::{
     Lines, LinesPerSide, MOST_LINES, MOST_PAIRS, Modes, OriginResponses, Peak, Poles, choose_lines,
 };
+use crate::real::Real;
 
 /// What the methods see of a test or of a change of it.
 #[derive(Clone, Copy, Debug)]

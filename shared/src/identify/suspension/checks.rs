@@ -2,10 +2,10 @@
 
 use nalgebra::{Complex, SVector};
 
-use crate::Real;
 use crate::body::scale;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::modes::{Mode, Modes, OriginResponses, best_force, norm_indicator};
+use crate::real::Real;
 use crate::sorting::sort_short;
 
 use super::selection::NO_MODE;

@@ -2,9 +2,9 @@
 
 use nalgebra::{Vector3, Vector6};
 
-use crate::Real;
 use crate::layout::motion_at;
 use crate::modes::{Mode, SUSPENSION_MODES};
+use crate::real::Real;
 
 /// Numbers of a mode: frequency, damping ratio, shape.
 const FIGURES: usize = 8;

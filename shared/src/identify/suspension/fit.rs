@@ -7,7 +7,6 @@ use super::Answer;
 use super::answers::{Observed, answer, found_again, lines_about, noise_in_draw};
 use super::points::suspect_points;
 use super::selection::{Selection, select};
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, fatal};
 use crate::frequency_responses::FrequencyResponses;
@@ -17,6 +16,7 @@ use crate::modes::{
     ForceMixing, Lines, LinesPerSide, MOST_LINES, MOST_PAIRS, Modes, Orders, Poles, Reduction,
     relocate_once,
 };
+use crate::real::Real;
 
 /// The modal fit of a test under its layout.
 #[derive(Clone, Debug)]

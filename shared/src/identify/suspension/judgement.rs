@@ -2,10 +2,10 @@
 
 use super::Answer;
 use super::checks::undetermined_property;
-use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject, fatal};
 use crate::identify::agreement::Propagation;
 use crate::identify::{Estimate, Method};
+use crate::real::Real;
 
 /// The refusal of an answer that says next to nothing about a property.
 pub fn refusal_of_property<R: Real>(property: usize, share: R) -> Diagnostics {

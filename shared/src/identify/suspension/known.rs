@@ -3,9 +3,9 @@
 use heapless::Vec;
 use nalgebra::Vector3;
 
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::layout::Layout;
+use crate::real::Real;
 
 /// Most known properties: the mass and the centre of mass. The moments of inertia about it are not linear in the
 /// inertial parameters.

@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 
-use crate::Real;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::frequency_responses::FrequencyResponses;
@@ -11,6 +10,7 @@ use crate::identify::driving_points::{
 };
 use crate::layout::Layout;
 use crate::modes::Lines;
+use crate::real::Real;
 
 /// Part of the lines at which the real part of a mobility has one sign: all, but for noise. That of an accelerance changes its
 /// sign at every mode.

@@ -3,9 +3,9 @@
 use heapless::Vec;
 use nalgebra::Complex;
 
-use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Severity};
 use crate::modes::{MOST_PAIRS, Mode, Modes, SUSPENSION_MODES, norm_indicator};
+use crate::real::Real;
 
 /// Imaginary over real part of the residues up to which a narrow peak is a mode. Hum has 0.35 and more, since it has any phase.
 const IN_PHASE: f64 = 0.25;

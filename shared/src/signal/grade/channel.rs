@@ -1,6 +1,6 @@
 //! One channel of a record: rest value, extremes, and its level before the hit and at the end.
 
-use crate::Real;
+use crate::real::Real;
 use crate::signal::Samples;
 
 /// Properties of a channel that the grading needs.

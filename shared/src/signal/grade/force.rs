@@ -1,7 +1,7 @@
 //! Checks the force of a hit for double hits and for excitation of the whole band.
 
 use super::channel::Survey;
-use crate::Real;
+use crate::real::Real;
 use crate::signal::Samples;
 use crate::signal::chain::HAMMER;
 

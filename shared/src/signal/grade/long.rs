@@ -14,7 +14,7 @@ use crate::units::{MetersPerSecondSquared, Newtons, ScanIndex};
 
 /// Largest standard deviation of the rows of an ADXL326 at rest, m/s²: 4 mg, twice what its noise of 300 µg/√Hz and its 1/f noise make in
 /// 25 Hz.
-const ROW_NOISE: f32 = 0.004 * crate::STANDARD_GRAVITY as f32;
+const ROW_NOISE: f32 = 0.004 * crate::units::STANDARD_GRAVITY as f32;
 /// Ratio of the standard deviation before the hit to the peak from which the object swings too much: as large an error of a shape as 3 mm
 /// at the mark.
 const SWINGS: f32 = 0.01;

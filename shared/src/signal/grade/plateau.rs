@@ -6,7 +6,7 @@ use core::ops::Range;
 use nalgebra::{Matrix3, Vector3};
 
 use super::channel::{ChannelRange, Extreme, Survey, moments};
-use crate::Real;
+use crate::real::Real;
 use crate::signal::{HAMMER, Samples};
 
 /// The hammer is in contact while the force is above this fraction of its peak.

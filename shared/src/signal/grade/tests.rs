@@ -7,7 +7,7 @@ use crate::signal::{CHANNELS, RECORD_SCANS};
 use std::boxed::Box;
 use std::vec::Vec;
 
-const G: f32 = crate::STANDARD_GRAVITY as f32;
+const G: f32 = crate::units::STANDARD_GRAVITY as f32;
 
 /// A record of `value(channel, scan)` in N and m/s², as digitised by the rig's ADC.
 fn record(value: impl Fn(usize, usize) -> f32) -> Box<Record> {

@@ -4,7 +4,7 @@ use core::ops::Range;
 
 use nalgebra::Complex;
 
-use crate::Real;
+use crate::real::Real;
 use crate::signal::Samples;
 
 /// Readings that are added up before they are multiplied, which saves most of the work.

@@ -2,8 +2,9 @@
 
 use super::{ChannelAtRest, SelfTest};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
+use crate::real::Real;
 use crate::signal::{Calibration, HAMMER};
-use crate::{Real, STANDARD_GRAVITY};
+use crate::units::STANDARD_GRAVITY;
 
 /// Levels of an ADXL326 at rest, V at a supply of 3 V: its zero by the data sheet, and 1 g.
 const AT_REST: [f32; 2] = [1.14, 1.86];

@@ -12,7 +12,7 @@
 
 use nalgebra::Complex;
 
-use crate::Real;
+use crate::real::Real;
 
 /// The mains, each with what a rectifier makes of them, Hz.
 const MAINS: [[f64; 2]; 2] = [[50.0, 100.0], [60.0, 120.0]];

@@ -4,11 +4,11 @@ use massline_physics::Bench;
 
 use super::{Args, LAYOUT};
 use crate::Result;
-use crate::commands::bench_test::{BenchTest, nominal_calibration};
-use crate::commands::beside_truth::ShownTest;
 use crate::commands::simulate::object::describe;
 use crate::output::Output;
 use crate::rig::RigKind;
+use crate::support::bench_test::{BenchTest, nominal_calibration};
+use crate::support::beside_truth::ShownTest;
 use massline_analysis::bench_error::bench_error;
 use massline_files::layout_file::LayoutFile;
 

@@ -11,12 +11,12 @@ use super::super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
 use super::super::normal_equations::NormalEquations;
 use super::super::pulls::{HitPull, UnknownValues};
 use super::super::undetermined;
-use crate::Real;
 use crate::capacity::{Capacity, List};
 use crate::diagnosis::Diagnostics;
 use crate::identify::budget::{BudgetScales, LearnedBudget, LearnedFrom};
 use crate::identify::{DofMassLines, Progress};
 use crate::linalg::{back_substitute_transposed, cholesky, dot, forward_substitute};
+use crate::real::Real;
 
 /// Number of groups of errors that have a scale.
 pub const GROUPS: usize = 3;

@@ -1,6 +1,6 @@
 //! Results and diagnostics as the commands print them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use massline_protocol::message::Status;
 use massline_protocol::object::MeasurementResult;
@@ -8,11 +8,11 @@ use massline_result::TestResult;
 use massline_shared::diagnosis::{Diagnostic, Severity};
 use serde_json::json;
 
-use super::report::page_of;
 use crate::output::{Output, Tone, shell_path, this_command_with};
 use crate::rig_solution::nothing_measured;
 pub(crate) use crate::solve::first_error;
 use crate::{Error, Result};
+use massline_files::embedded;
 use massline_report::solution::Solution;
 use massline_report::words::{self, Extent, corrected_text, result_text, sentences};
 
@@ -182,6 +182,16 @@ pub fn list(found: &[Diagnostic], message_of: impl Fn(&Diagnostic) -> String, ou
 pub fn warn(found: &[Diagnostic], message_of: impl Fn(&Diagnostic) -> String, output: &mut Output) {
     let grave: Vec<_> = found.iter().filter(|d| d.severity > Severity::Note).copied().collect();
     list(&grave, message_of, output);
+}
+
+/// The page of an archive that is given no other name.
+fn page_of(archive: &Path) -> PathBuf {
+    page_called(&embedded::stem(archive))
+}
+
+/// The page of a result with this name.
+pub fn page_called(stem: &str) -> PathBuf {
+    format!("{stem}.html").into()
 }
 
 #[cfg(test)]

@@ -50,7 +50,6 @@ struct Shared {
     exhausted: AtomicUsize,
     played_out: AtomicBool,
     play_next: AtomicBool,
-    unused: AtomicUsize,
     failed: OnceLock<String>,
 }
 
@@ -76,11 +75,6 @@ impl TapeProgress {
     /// Why the tape cannot be read any more.
     pub fn failed(&self) -> Option<&str> {
         self.0.failed.get().map(String::as_str)
-    }
-
-    /// Number of segments that have not been played.
-    pub fn unused(&self) -> usize {
-        self.0.unused.load(Ordering::Acquire)
     }
 }
 
@@ -131,7 +125,6 @@ impl TapeSource {
             exhausted: AtomicUsize::new(NONE),
             played_out: AtomicBool::new(false),
             play_next: AtomicBool::new(false),
-            unused: AtomicUsize::new(segments.len()),
             failed: OnceLock::new(),
         }));
         let adc = sidecar.adc;
@@ -162,7 +155,6 @@ impl TapeSource {
         let following = following.unwrap_or(self.scans.count() + RECORD_SCANS as u64);
         self.at = start;
         self.end = following.max(self.at.saturating_add(SHORTEST_PLAY));
-        shared.unused.fetch_sub(1, Ordering::AcqRel);
         shared.played_out.store(false, Ordering::Release);
         shared.exhausted.store(NONE, Ordering::Release);
     }

@@ -1,11 +1,16 @@
-//! Whether a rig can measure with the settings of a layout file.
+//! Whether a rig can measure with a layout.
 
+use massline_analysis::design::gravity_to_be_stated;
 use massline_files::layout_file::LayoutFile;
-use massline_shared::diagnosis::{Setting, Subject};
-use massline_shared::layout::{TestProfile, check_settings, highest_frequency};
+use massline_protocol::message::{Identity, LayoutAnswer};
+use massline_shared::diagnosis::{Diagnostic, Setting, Subject};
+use massline_shared::layout::{RigLayout, TestProfile, check_settings, highest_frequency};
 use massline_shared::signal::{SPECTRUM_BINS, transform_of};
 
-use massline_report::words::message;
+use super::show;
+use crate::output::Output;
+use crate::{Error, Result};
+use massline_report::words::{self, message};
 
 /// Scans per second of a rig.
 const RATE: f32 = 4000.0;
@@ -44,13 +49,47 @@ fn out_of_range(setting: Setting, value: f32, profile: TestProfile, highest: f32
     format!("{value}{space}{unit} is out of the range of a rig{allowed}")
 }
 
+/// Rejects a layout that the rig has no inputs or memory for, before anything is sent.
+pub fn fits(layout: &RigLayout, identity: &Identity) -> Result<()> {
+    let (sensors, hits) = (layout.sensors.len(), layout.hits.len());
+    if sensors <= usize::from(identity.max_sensors) && hits <= usize::from(identity.max_hits) {
+        return Ok(());
+    }
+    Err(Error::input(
+        "layout_too_large",
+        format!(
+            "the layout has {sensors} sensors and {hits} hits; this rig takes {} and {}",
+            identity.max_sensors, identity.max_hits,
+        ),
+    ))
+}
+
+/// Reports the rig's diagnostics of the layout; an error among them ends the command unless `force` is set.
+pub fn judge_layout(
+    answer: &LayoutAnswer,
+    layout: &RigLayout,
+    force: bool,
+    output: &mut Output,
+) -> Result<()> {
+    let message_of = |d: &Diagnostic| words::message_in(d, layout);
+    if let Some(error) = show::first_error(&answer.diagnostics, message_of)
+        && !force
+    {
+        return Err(error);
+    }
+    show::warn(&answer.diagnostics, message_of, output);
+    // What a rig finds after the last hit only.
+    show::warn(gravity_to_be_stated(layout).as_slice(), message_of, output);
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn a_setting_that_no_rig_can_measure_with_is_named_with_its_place() {
-        let text = include_str!("../examples/three-bar-test-1.toml");
+        let text = include_str!("../../examples/three-bar-test-1.toml");
         let said = |text: &str| not_for_a_rig(&LayoutFile::parse(text, "l.toml").unwrap());
         assert_eq!(said(text), None);
         for (band, word) in [("[10.0, 1e6]", "1000000"), ("[10.0, 12.0]", "bins")] {

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use crate::Result;
-use crate::commands::sources;
 use crate::output::{Output, this_command_with};
+use crate::support::sources;
 use massline_files::archive::Archive;
 use massline_files::file::{self, Existing};
 use massline_report::page::html;

@@ -11,7 +11,7 @@ use massline_shared::signal::Calibration;
 use super::*;
 
 fn layout() -> RigLayout {
-    let text = include_str!("../../examples/three-bar-test-1.toml");
+    let text = include_str!("../../../../examples/three-bar-test-1.toml");
     LayoutFile::parse(text, "l").unwrap().rig_layout().unwrap()
 }
 
@@ -73,7 +73,6 @@ fn each_arming_plays_the_next_segment_of_its_dof() {
     let played = play(&mut source);
     assert_eq!(played[..8000], (12_000..20_000).collect::<Vec<_>>());
     assert_eq!(played[8000..], [19_999; RECORD_SCANS]);
-    assert_eq!(progress.unused(), 1);
 }
 
 #[test]

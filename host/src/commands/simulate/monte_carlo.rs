@@ -7,8 +7,8 @@ use clap::ValueEnum;
 use massline_physics::{Bench, ErrorsFrom};
 use massline_shared::layout::{CALIBRATED_HAMMER_GAIN, HostLayout};
 
-use super::bench_test::{nominal_calibration, source_on};
 use crate::output::{Output, Tone};
+use crate::support::bench_test::{nominal_calibration, source_on};
 use crate::{Error, Result};
 use massline_analysis::monte_carlo::measurement::TestLayout;
 use massline_analysis::monte_carlo::{MonteCarlo, Study, apply_bench_budget};

@@ -13,13 +13,13 @@ use massline_shared::layout::{HostLayout, RigLayout, TestProfile};
 use massline_shared::measurement::campaign::Command;
 
 use super::collected::Collected;
-use super::measure::judge_layout;
 use super::progress::{Progress, Prompts};
+use super::rig_layout::judge_layout;
 use super::show;
 use crate::output::Output;
 use crate::rig::{RigKind, SimulatedRig};
 use crate::rig_lines::{RigLines, StoredTest};
-use crate::spectra::Collecting;
+use crate::support::collected::spectra::Collecting;
 use crate::{Error, Result};
 use massline_client::Client;
 use massline_client::campaign::{

@@ -4,7 +4,7 @@ use clap::Command;
 
 /// Joins the lines of each paragraph of the notes after the options, so that they wrap at the width of the terminal and
 /// not where the source does; examples and lists are indented and stay as they are.
-pub(super) fn reflowed(command: Command) -> Command {
+pub(crate) fn reflowed(command: Command) -> Command {
     let notes = command.get_after_help().map(|text| joined(&text.to_string()));
     let command = match notes {
         Some(notes) => command.after_help(notes),

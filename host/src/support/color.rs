@@ -18,7 +18,7 @@ const STYLES: Styles = Styles::styled()
 
 /// What `--color` says. It is needed before the arguments are parsed, whose errors are coloured too; a wrong value is
 /// refused when they are.
-pub(super) fn chosen(arguments: &[OsString]) -> Option<ColorChoice> {
+pub(crate) fn chosen(arguments: &[OsString]) -> Option<ColorChoice> {
     let words: Vec<_> = arguments.iter().skip(1).map(|word| word.to_string_lossy()).collect();
     let options = words.iter().take_while(|word| *word != "--");
     let stated =
@@ -34,13 +34,13 @@ pub(super) fn chosen(arguments: &[OsString]) -> Option<ColorChoice> {
 
 /// The command line with this program's colours. Whether they are wanted is decided in one place, [`Output`]: left to itself,
 /// clap would colour a dumb terminal where the variable `CI` is set.
-pub(super) fn in_color(command: Command, wanted: bool) -> Command {
+pub(crate) fn in_color(command: Command, wanted: bool) -> Command {
     let choice = if wanted { clap::ColorChoice::Always } else { clap::ColorChoice::Never };
     command.styles(STYLES).color(choice)
 }
 
 /// Prints help, version or a usage error.
-pub(super) fn print(usage: &clap::Error, arguments: &[OsString], output: &mut Output) {
+pub(crate) fn print(usage: &clap::Error, arguments: &[OsString], output: &mut Output) {
     // clap repeats arguments as they are.
     let strange = arguments.iter().any(|word| word.to_string_lossy().contains(char::is_control));
     if strange && usage.use_stderr() {

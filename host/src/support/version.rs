@@ -1,5 +1,5 @@
 //! Which version of the program this is.
 
 /// The version of the package, and the commit that it was built from.
-pub(super) const VERSION: &str =
+pub(crate) const VERSION: &str =
     concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("MASSLINE_GIT_HASH"), ")");

@@ -10,8 +10,8 @@ use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::{Command, Phase};
 
 use crate::Result;
-use crate::hit_log::HitLog;
-use crate::hit_records::RecordCollection;
+use crate::support::collected::hit_log::HitLog;
+use crate::support::collected::hit_records::RecordCollection;
 use massline_client::campaign::{Observer, open_dof};
 use massline_client::followed::Followed;
 use massline_client::{Client, ClientError};

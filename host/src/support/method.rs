@@ -25,12 +25,12 @@ impl MethodArgs {
 }
 
 /// One method, or all that answer without being named.
-pub(super) fn selection(method: Option<Method>) -> Selection {
+pub(crate) fn selection(method: Option<Method>) -> Selection {
     method.map_or(Selection::All, Selection::Only)
 }
 
 /// A parser for the short names of these methods, in the order of their numbers.
-pub(super) fn one_of(
+pub(crate) fn one_of(
     methods: impl IntoIterator<Item = Method>,
 ) -> impl TypedValueParser<Value = Method> {
     let mut methods: Vec<Method> = methods.into_iter().collect();
@@ -47,10 +47,10 @@ pub(super) fn one_of(
 }
 
 /// The value of `--method` for all methods that apply.
-pub(super) const ALL: &str = "all";
+pub(crate) const ALL: &str = "all";
 
 /// A parser for `all` and the short names of all methods, in the order of their numbers.
-pub(super) fn one_or_all() -> impl TypedValueParser<Value = Selection> {
+pub(crate) fn one_or_all() -> impl TypedValueParser<Value = Selection> {
     let mut methods: Vec<Method> = Method::ALL.to_vec();
     methods.sort_by_key(|method| method.number());
     let all = PossibleValue::new(ALL).help("All that apply to the file, compared with each other");
@@ -66,7 +66,7 @@ pub(super) fn one_or_all() -> impl TypedValueParser<Value = Selection> {
 }
 
 /// The help of `--method`, with the methods that answer by default.
-pub(super) fn help(usual: impl IntoIterator<Item = Method>) -> String {
+pub(crate) fn help(usual: impl IntoIterator<Item = Method>) -> String {
     let titles = usual.into_iter().map(|method| method.entry().title.to_lowercase());
     format!("One method alone; default: {}", titles.collect::<Vec<_>>().join(", then "))
 }

@@ -12,7 +12,7 @@ use massline_client::campaign::phase_name;
 ///
 /// # Errors
 /// `another_campaign`, and when the rig cannot be reached.
-pub(super) fn without_campaign(client: &mut Client, restart: bool) -> Result<()> {
+pub fn without_campaign(client: &mut Client, restart: bool) -> Result<()> {
     let status = client.status()?;
     if !has_campaign(&status)? {
         return Ok(());
@@ -32,7 +32,7 @@ pub(super) fn without_campaign(client: &mut Client, restart: bool) -> Result<()>
 }
 
 /// What kind of campaign the rig has, with the command that goes on with it.
-pub(super) fn begun(status: &Status) -> &'static str {
+pub fn begun(status: &Status) -> &'static str {
     if status.diagnostics.iter().any(|found| found.code == Code::BlockTest) {
         "a block test of `massline calibrate block` or `verify`"
     } else {
@@ -44,7 +44,7 @@ pub(super) fn begun(status: &Status) -> &'static str {
 ///
 /// # Errors
 /// `rig_solving` while it computes a result: that is not interrupted, and takes seconds.
-pub(super) fn has_campaign(status: &Status) -> Result<bool> {
+pub fn has_campaign(status: &Status) -> Result<bool> {
     match Phase::try_from(status.phase).ok() {
         Some(Phase::Idle | Phase::Done) => Ok(false),
         Some(Phase::Solving) => Err(Error::device(

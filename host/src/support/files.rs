@@ -7,7 +7,7 @@ use massline_shared::diagnosis::Code;
 use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout, TestProfile};
 
 use crate::output::Output;
-use crate::rig_settings::not_for_a_rig;
+use crate::support::rig_layout::not_for_a_rig;
 use crate::{Error, Result};
 use massline_files::calibration_file::CalibrationFile;
 use massline_files::file::Existing;

@@ -1,5 +1,10 @@
 //! What a campaign reads from the rig for its archive, and a rig does not store.
 
+pub mod archive_part;
+pub mod hit_log;
+pub(crate) mod hit_records;
+pub mod spectra;
+
 use std::path::{Path, PathBuf};
 
 use massline_protocol::message::Status;
@@ -7,11 +12,10 @@ use massline_protocol::object::MeasurementResult;
 use massline_shared::layout::RigLayout;
 
 use crate::Result;
-use crate::archive_part::{CampaignId, Part};
-use crate::hit_log::{self, HitLog};
-use crate::hit_records::RecordCollection;
 use crate::output::Output;
-use crate::spectra::SpectraCollection;
+use archive_part::{CampaignId, Part};
+use hit_log::HitLog;
+use hit_records::RecordCollection;
 use massline_client::Client;
 use massline_files::archive::{Archive, ArchivedSpectra, HitRecord, MOST_LOGGED_HITS};
 use massline_files::dof_spectra::DofSpectra;
@@ -19,6 +23,7 @@ use massline_result::LoggedHit;
 use massline_shared::layout::Dof;
 use massline_shared::signal::RESPONSES;
 use nalgebra::Complex;
+use spectra::SpectraCollection;
 
 /// Frequency responses, records of hits, and what became of every hit.
 #[derive(Default)]
@@ -28,8 +33,11 @@ pub struct Collected {
     /// Those read before the campaign was interrupted.
     earlier: Vec<ArchivedSpectra>,
     earlier_hits: Vec<LoggedHit>,
+    /// Averaged spectra of each DOF.
     pub spectra: SpectraCollection,
+    /// Records of single hits.
     pub records: RecordCollection,
+    /// What became of every hit.
     pub log: HitLog,
 }
 

@@ -24,13 +24,13 @@ use massline_client::PORT_VARIABLE;
 use massline_files::toml_file;
 
 /// Environment variable with the path of the file; empty for no file.
-pub(super) const VARIABLE: &str = "MASSLINE_CONFIG";
+pub(crate) const VARIABLE: &str = "MASSLINE_CONFIG";
 /// Code of the errors of this module.
 const MALFORMED: &str = "config_malformed";
 
 /// A configuration file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Config {
+pub(crate) struct Config {
     path: PathBuf,
     entries: Vec<Entry>,
 }
@@ -64,7 +64,7 @@ impl Config {
     ///
     /// # Errors
     /// Exit 2 when the file cannot be read or is not TOML.
-    pub(super) fn of_user() -> Result<Self> {
+    pub(crate) fn of_user() -> Result<Self> {
         let named = env::var_os(VARIABLE);
         let path = match named {
             Some(path) if path.is_empty() => return Ok(Self::default()),
@@ -88,7 +88,7 @@ impl Config {
     }
 
     /// What it says about colours.
-    pub(super) fn color(&self) -> Option<ColorChoice> {
+    pub(crate) fn color(&self) -> Option<ColorChoice> {
         let entry = self.entries.iter().find(|entry| entry.key == "color")?;
         match &entry.value {
             Value::Words(words) => ColorChoice::from_str(words.first()?, false).ok(),
@@ -100,7 +100,7 @@ impl Config {
     ///
     /// # Errors
     /// Exit 2 for an option or a command that does not exist, and for a value that the option does not take.
-    pub(super) fn apply(&self, mut command: Command) -> Result<Command> {
+    pub(crate) fn apply(&self, mut command: Command) -> Result<Command> {
         for entry in &self.entries {
             let changed = match &entry.value {
                 Value::Table(of_command) => set_command(command, entry, of_command),
@@ -179,7 +179,7 @@ fn set_command(command: Command, entry: &Entry, of_command: &[Entry]) -> Result<
 }
 
 /// Where a configuration lies when nothing else is said.
-pub(super) fn usual_path() -> Option<PathBuf> {
+pub(crate) fn usual_path() -> Option<PathBuf> {
     let folder =
         |variable: &str| env::var_os(variable).filter(|v| !v.is_empty()).map(PathBuf::from);
     let base = if cfg!(windows) {

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::files;
 use super::responses::Response;
-use crate::measured::result_of_archive;
 use crate::output::Output;
 use crate::solve::{Options, responses_of, understood};
+use crate::support::measured::result_of_archive;
 use crate::{Error, Result};
 use massline_files::archive::{Archive, is_archive};
 use massline_files::embedded;

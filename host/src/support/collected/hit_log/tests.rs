@@ -3,7 +3,7 @@ use massline_shared::layout::Dof;
 
 use super::*;
 
-const LAYOUT: &str = include_str!("../../examples/three-bar-test-1.toml");
+const LAYOUT: &str = include_str!("../../../../examples/three-bar-test-1.toml");
 
 /// A campaign as the host sees it.
 struct Seen {

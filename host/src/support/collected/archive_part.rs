@@ -11,7 +11,7 @@ use massline_shared::layout::{Dof, HOST_HITS};
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
-use crate::hit_log;
+use crate::support::collected::hit_log;
 use massline_client::followed::Followed;
 use massline_files::archive::{
     ArchivedSpectra, HitRecord, MAX_BYTES, MOST_LOGGED_HITS, MOST_RECORDS, SCHEMA_VERSION,
