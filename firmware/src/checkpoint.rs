@@ -262,8 +262,8 @@ fn armings(rig: &Rig<'_>) -> u32 {
 /// Bit mask of the DOFs that have mass lines or stored lines.
 fn measured(rig: &Rig<'_>) -> u16 {
     let measurement = rig.measurement.borrow();
-    let there = (0..RIG_HITS).filter(|index| measurement.has_data(*index));
-    there.fold(0, |all, index| all | bit_of(index))
+    let dofs = (0..RIG_HITS).filter(|index| measurement.has_data(*index));
+    dofs.fold(0, |mask, index| mask | bit_of(index))
 }
 
 fn bit_of(index: usize) -> u16 {
@@ -294,7 +294,7 @@ mod tests {
     #[test]
     fn the_longest_progress_fits_the_store() {
         let dof = DofProgress { accepted: u8::MAX, outcome: Outcome::Skipped };
-        let found = Diagnostic {
+        let diagnostic = Diagnostic {
             code: Code::Unknown(u16::MAX),
             severity: Severity::Error,
             subject: Subject::Response { hit: u8::MAX, response: u8::MAX },
@@ -315,7 +315,7 @@ mod tests {
                 wanted: u8::MAX,
                 rejected: u16::MAX,
             },
-            diagnostics: (0..16).map(|_| found).collect(),
+            diagnostics: (0..16).map(|_| diagnostic).collect(),
         };
         let mut room = [0; MAX_PROGRESS];
         assert!(progress.diagnostics.is_full());

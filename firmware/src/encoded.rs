@@ -1,5 +1,5 @@
-//! Domain values as the postcard bytes that are stored. They are encoded anew for every piece that is read, so that a value
-//! is never in memory twice.
+//! Domain values as the postcard bytes that are stored. They are encoded anew for every piece that is read, so that a
+//! value is never in memory twice.
 
 use massline_protocol::crc32_of_chunks;
 use postcard::ser_flavors::Flavor;

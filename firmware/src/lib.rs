@@ -46,7 +46,7 @@ use massline_shared::measurement;
 
 use crate::board::{Board, Link, Panel, Sampler};
 use crate::checkpoint::{Checkpoint, CheckpointBuffer};
-use crate::measure::Measuring;
+use crate::measure::MeasuringLoop;
 use crate::own_frame::poll_in_own_frame;
 use crate::panel::task::{PanelMemory, PanelTask};
 use crate::rig::Rig;
@@ -97,7 +97,7 @@ where
     let checkpoint = poll_in_own_frame(pin!(recall(&rig, &store, room))).await;
     let (rx, tx) = link.split();
     let session = Session { rig: &rig, store: &store };
-    let measuring = Measuring { sampler, rig: &rig, store: &store, checkpoint, room };
+    let measuring = MeasuringLoop { sampler, rig: &rig, store: &store, checkpoint, room };
     let task = PanelTask { rig: &rig, store: &store, memory: panel_memory };
     let panel = panel::task::run(panel, task);
     join4(

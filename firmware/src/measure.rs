@@ -28,7 +28,7 @@ const BLOCK: usize = 20;
 const LEVEL_WINDOW_S: f32 = 0.1;
 
 /// The measuring loop and what it works on.
-pub(crate) struct Measuring<'a, 'm, S: Sampler, F: NorFlash> {
+pub(crate) struct MeasuringLoop<'a, 'm, S: Sampler, F: NorFlash> {
     pub sampler: S,
     pub rig: &'a Rig<'m>,
     pub store: &'a Mutex<NoopRawMutex, Store<F>>,
@@ -36,7 +36,7 @@ pub(crate) struct Measuring<'a, 'm, S: Sampler, F: NorFlash> {
     pub room: &'a mut CheckpointBuffer,
 }
 
-impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
+impl<S: Sampler, F: NorFlash> MeasuringLoop<'_, '_, S, F> {
     /// Runs the measuring loop; never returns.
     pub async fn run(mut self) -> ! {
         loop {

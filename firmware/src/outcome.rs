@@ -40,7 +40,9 @@ impl<'a, 'm> StoredResult<'a, 'm> {
             number: self.number,
             layout_hash: self.rig.layout_hash.get(),
             title: layout.map(|layout| layout.title.clone()).unwrap_or_default(),
-            started_unix_s: measurement.campaign().map_or(0, |of| of.started().started_unix_s),
+            started_unix_s: measurement
+                .campaign()
+                .map_or(0, |campaign| campaign.started().started_unix_s),
             calibration: calibration_checksum(measurement.calibration()),
             gains: result.gains,
             firmware: cut(self.rig.info.firmware),

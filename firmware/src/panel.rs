@@ -155,11 +155,11 @@ impl PanelModel {
         let measurement = rig.measurement.borrow();
         let campaign = measurement.campaign();
         let dofs = campaign.map_or(&[][..], Campaign::dofs);
-        let (dof, wanted) = campaign.map_or((0, 0), |c| (c.dof(), c.wanted()));
+        let (dof, wanted) = campaign.map_or((0, 0), |c| (c.dof(), c.hits_per_dof()));
         let layout = measurement.layout();
         let hit = layout.and_then(|layout| layout.hits.get(dof));
-        let done = dofs.iter().map(|of| match of.outcome {
-            Outcome::Open => u16::from(of.accepted).min(wanted.into()),
+        let done = dofs.iter().map(|progress| match progress.outcome {
+            Outcome::Open => u16::from(progress.accepted).min(wanted.into()),
             Outcome::Complete | Outcome::Early | Outcome::Skipped | Outcome::NotNeeded => {
                 wanted.into()
             }
@@ -173,7 +173,7 @@ impl PanelModel {
             accepted: campaign.map_or(0, Campaign::accepted),
             wanted,
             dofs: layout.map_or(0, |layout| layout.hits.len() as u8),
-            averaged: dofs.iter().map(|of| u16::from(of.accepted)).sum(),
+            averaged: dofs.iter().map(|progress| u16::from(progress.accepted)).sum(),
             hits_done: done.sum(),
             hits: dofs.len() as u16 * u16::from(wanted),
             rejected: campaign.map_or(0, Campaign::rejected),
@@ -185,7 +185,7 @@ impl PanelModel {
             mass: rig.last_mass.get(),
             precision: measurement.precision().map(|known| PrecisionModel::of(known, layout)),
             at_target: campaign.is_some_and(Campaign::is_at_target),
-            interrupted: diagnostics.iter().any(|found| found.interrupts()),
+            interrupted: diagnostics.iter().any(|diagnostic| diagnostic.interrupts()),
             idle: measurement.is_idle(),
             findings: diagnostics.len() as u8,
             battery: rig.info.supply.charge(),
@@ -208,7 +208,7 @@ impl PanelModel {
 
 impl From<&GradedHit> for HitVerdict {
     fn from(hit: &GradedHit) -> Self {
-        let first = |of| hit.findings.iter().find(|found| found.severity == of);
+        let first = |severity| hit.findings.iter().find(|finding| finding.severity == severity);
         let reason = first(Severity::Error).or_else(|| first(Severity::Warning)).copied();
         Self { peak_force: hit.peak_force, swing: hit.swing, reason }
     }

@@ -5,8 +5,8 @@ use core::convert::Infallible;
 
 use embassy_time::{Duration, Instant, Timer};
 
-/// A part that has worked for longer than this without a sign of progress hangs. The longest wait of a healthy part is for
-/// the flash: three sectors of an STM32F411 in 2.4 s.
+/// A part that has worked for longer than this without a sign of progress hangs. The longest wait of a healthy part is
+/// for the flash: three sectors of an STM32F411 in 2.4 s.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// How often the watchdog is fed.
 const FED_EVERY: Duration = Duration::from_secs(1);
@@ -44,7 +44,7 @@ impl Pulse {
     /// True when no part hangs.
     fn is_steady(&self, now: Instant) -> bool {
         let is_late = |since: Instant| now.saturating_duration_since(since) > PATIENCE;
-        !self.at_work_since.iter().any(|of| of.get().is_some_and(is_late))
+        !self.at_work_since.iter().any(|since| since.get().is_some_and(is_late))
     }
 
     /// Feeds the watchdog while no part hangs; never returns.

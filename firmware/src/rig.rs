@@ -192,7 +192,7 @@ impl<'m> Rig<'m> {
             dof: campaign.map_or(0, |campaign| campaign.dof() as u8),
             armings: measurement.armings(),
             accepted,
-            hits_per_dof: campaign.map_or(0, |campaign| campaign.wanted()),
+            hits_per_dof: campaign.map_or(0, |campaign| campaign.hits_per_dof()),
             rejected: campaign.map_or(0, |campaign| campaign.rejected()),
             last_hit: measurement.hits(),
             layout_hash: self.layout_hash.get(),

@@ -138,8 +138,8 @@ impl<F: NorFlash> SafeMode<F> {
         }
     }
 
-    /// Erases the store, unless it is empty already: a request that arrives twice is executed once. True when the store is
-    /// empty.
+    /// Erases the store, unless it is empty already: a request that arrives twice is executed once. True when the store
+    /// is empty.
     async fn erase(&self) -> bool {
         let mut flash = self.flash.lock().await;
         if self.state.get() != StoreState::Erased {

@@ -33,14 +33,15 @@ use massline_shared::units::ScanIndex;
 
 use crate::board::SampleError;
 use decimation::Sums;
-pub use decimation::{Decimated, Decimation};
+pub use decimation::{DecimatedScan, Decimation};
 pub use halves::{Half, HalfFlags, Halves, Overrun};
 
 /// A converter counts as stopped after this many faults without a block read between them.
 pub const FAULTS_TO_STOP: u8 = 3;
 
-/// After so many slips in a run that only the rank before the sentinel shows, it is that channel which rests at the code
-/// of the sentinel, as a dead sensor may: a restart of the converter puts a sequence in step, and does not change that.
+/// After so many slips in a run that only the rank before the sentinel shows, it is that channel which rests at the
+/// code of the sentinel, as a dead sensor may: a restart of the converter puts a sequence in step, and does not change
+/// that.
 const SLIPS_TO_BELIEVE: u8 = 3;
 
 /// How raw scans are checked and averaged.

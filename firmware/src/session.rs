@@ -41,24 +41,24 @@ pub(crate) struct SessionMemory {
     pub deframer: Deframer,
     /// The answer or the event that is being sent.
     pub out: [u8; MAX_FRAME],
-    done: Done,
+    done: AnsweredRequest,
 }
 
 impl SessionMemory {
     pub const fn new() -> Self {
-        Self { deframer: Deframer::new(), out: [0; MAX_FRAME], done: Done::NOTHING }
+        Self { deframer: Deframer::new(), out: [0; MAX_FRAME], done: AnsweredRequest::NOTHING }
     }
 }
 
 /// The last request, if it changes the rig, and its answer: stored so that the request is executed once
 /// even if it arrives several times.
-struct Done {
+struct AnsweredRequest {
     /// Kind, sequence and body checksum of the request.
     request: Option<(u16, u16, u32)>,
     answer: Vec<u8, MAX_CHANGE_ANSWER>,
 }
 
-impl Done {
+impl AnsweredRequest {
     const NOTHING: Self = Self { request: None, answer: Vec::new() };
 }
 
@@ -139,7 +139,7 @@ impl<F: NorFlash> Session<'_, '_, F> {
         &self,
         frame: Frame<'_>,
         out: &'m mut [u8; MAX_FRAME],
-        done: &'m mut Done,
+        done: &'m mut AnsweredRequest,
     ) -> Option<&'m [u8]> {
         let request = (frame.kind, frame.sequence, crc32(frame.body));
         if done.request == Some(request) {

@@ -1,5 +1,5 @@
-//! How long `massline solve` takes for a large universal file: 8 triaxial sensors, 20 hits, 3200 lines; 25 MB in binary and
-//! 63 MB in ASCII. Aim in CPU time: 0.8 s and 1.2 s. `cargo bench -p massline --bench files`.
+//! How long `massline solve` takes for a large universal file: 8 triaxial sensors, 20 hits, 3200 lines; 25 MB in binary
+//! and 63 MB in ASCII. Aim in CPU time: 0.8 s and 1.2 s. `cargo bench -p massline --bench files`.
 
 use divan::Bencher;
 use massline::solve::{Options, solve};

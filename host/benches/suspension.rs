@@ -6,7 +6,7 @@ use massline_analysis::identification::Selection;
 use massline_files::layout_file::LayoutFile;
 use massline_files::uff::{Encoding, UffFile, functions_of, write};
 use massline_physics::Bench;
-use massline_physics::responses::{Besides, add_noise, frequency_responses};
+use massline_physics::responses::{ObjectExtras, add_noise, frequency_responses};
 use massline_shared::FrequencyResponses;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::Method;
@@ -54,7 +54,7 @@ impl Test {
         let step = 12.0 / (lines - 1) as f64;
         let frequencies: Vec<f64> = (0..lines).map(|line| 0.5 + step * line as f64).collect();
         let mut accelerance =
-            frequency_responses(&bench, &file.layout, &frequencies, 0.0, &Besides::default())
+            frequency_responses(&bench, &file.layout, &frequencies, 0.0, &ObjectExtras::default())
                 .expect("the wheel hangs");
         add_noise(&mut accelerance, NOISE, SEED, 0);
         Self { file, truth: bench.truth(), frequencies, accelerance }
@@ -73,7 +73,8 @@ impl Test {
     }
 }
 
-/// The global fit alone of 3 sensors, 20 hits and as many lines as are chosen from a file, from a body that is 2 % too heavy.
+/// The global fit alone of 3 sensors, 20 hits and as many lines as are chosen from a file, from a body that is 2 % too
+/// heavy.
 #[divan::bench(sample_count = 10)]
 fn global_fit_alone_3_sensors_20_hits(bencher: Bencher<'_, '_>) {
     let test = Test::new(3, 20, MOST_LINES);

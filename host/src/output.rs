@@ -144,8 +144,8 @@ impl Output {
         &self.interrupt
     }
 
-    /// Writes the answer as text, with a line end; lines that are too long for the terminal, or for [`WIDTH`] without one,
-    /// are broken between words.
+    /// Writes the answer as text, with a line end; lines that are too long for the terminal, or for [`WIDTH`] without
+    /// one, are broken between words.
     ///
     /// # Errors
     /// When stdout cannot be written. A closed pipe is not an error.
@@ -238,8 +238,8 @@ impl Output {
         self.notes.clone()
     }
 
-    /// Makes sure, before anything is done, that a question can be asked, or that `yes` has answered it. `doing` is what
-    /// the command does, such as `deleting`.
+    /// Makes sure, before anything is done, that a question can be asked, or that `yes` has answered it. `doing` is
+    /// what the command does, such as `deleting`.
     ///
     /// # Errors
     /// When nobody could confirm.
@@ -304,7 +304,8 @@ impl Output {
         if self.color { tone.mark(text) } else { text.into() }
     }
 
-    /// A progress bar on stderr that counts to `length`; invisible when stderr is not a terminal. Notes appear above it.
+    /// A progress bar on stderr that counts to `length`; invisible when stderr is not a terminal. Notes appear above
+    /// it.
     pub fn bar(&self, length: u64, label: &str) -> ProgressBar {
         self.notes.bar(length, label)
     }

@@ -28,7 +28,8 @@ pub struct StoredTest<'a> {
 }
 
 impl RigLines {
-    /// Reads the lines of a result from the rig with this converter. DOFs that the rig does not have any more are left out.
+    /// Reads the lines of a result from the rig with this converter. DOFs that the rig does not have any more are left
+    /// out.
     ///
     /// # Errors
     /// As [`Client::lines`].
@@ -58,7 +59,8 @@ impl RigLines {
 
 /// The lines that a rig has sent, as an archive has them.
 fn archived(stored: &StoredDof) -> ArchivedLines {
-    let parts = |of: &Vec<Complex<f32>>| of.iter().map(|value| [value.re, value.im]).collect();
+    let parts =
+        |response: &Vec<Complex<f32>>| response.iter().map(|value| [value.re, value.im]).collect();
     ArchivedLines {
         dof: stored.head.dof.to_string(),
         responses: stored.responses.iter().map(parts).collect(),
@@ -81,18 +83,18 @@ impl StoredTest<'_> {
     /// The DOFs of the result whose lines are missing.
     pub fn missing(&self) -> Vec<String> {
         let names = self.result.lines.iter().map(|head| head.dof.to_string());
-        names.filter(|name| self.lines.dofs.iter().all(|of| of.dof != *name)).collect()
+        names.filter(|name| self.lines.dofs.iter().all(|lines| lines.dof != *name)).collect()
     }
 
     /// The lines with the layout of the test, and how long the object has rung in each record, s; `None` without lines.
     pub fn measured_lines(&self, layout: &HostLayout) -> Option<(TestLines, f64)> {
         let adc = self.lines.adc.filter(|_| !self.lines.dofs.is_empty())?;
-        let of = |lines: &ArchivedLines| {
+        let dof_lines = |lines: &ArchivedLines| {
             let head = self.result.lines.iter().find(|head| head.dof.to_string() == lines.dof)?;
-            let all = lines.accelerance().flatten().collect();
-            Some(DofLines { dof: usize::from(head.index), lines: all })
+            let accelerance = lines.accelerance().flatten().collect();
+            Some(DofLines { dof: usize::from(head.index), lines: accelerance })
         };
-        let dofs: Vec<_> = self.lines.dofs.iter().filter_map(of).collect();
+        let dofs: Vec<_> = self.lines.dofs.iter().filter_map(dof_lines).collect();
         Some((TestLines::new(layout, &adc, &dofs), ringing_s(&adc)))
     }
 }

@@ -1,5 +1,5 @@
-//! A rig's test, solved on the host in double precision: from the mass lines in its result, or in the suspension profile
-//! from the lines that the rig has stored with it.
+//! A rig's test, solved on the host in double precision: from the mass lines in its result, or in the suspension
+//! profile from the lines that the rig has stored with it.
 //!
 //! The answer is the program's. The rig's own answer is compared with it; what the rig has seen while measuring stands.
 
@@ -31,8 +31,8 @@ const SAME_SIGMA: f64 = 0.1;
 /// The same where standard deviations are not known, % of scale.
 const SAME_PERCENT: f64 = 0.1;
 
-/// Solves a rig's test with the layout of its measurement, or a corrected one. Mass lines are searched for the single mistake
-/// that explains them.
+/// Solves a rig's test with the layout of its measurement, or a corrected one. Mass lines are searched for the single
+/// mistake that explains them.
 pub fn solve_test(test: StoredTest<'_>, nominal: &NominalTest, selection: Selection) -> Solution {
     let layout = layout_of(test.result, &nominal.layout);
     if test.result.dofs.is_empty() && test.result.lines.is_empty() {
@@ -141,7 +141,7 @@ fn of_lines(test: StoredTest<'_>, layout: HostLayout, selection: Selection) -> S
         (solution.identification.not_applicable.first(), solution.answer().is_none())
     {
         let readings = lines.responses().ok();
-        let lacking = readings.and_then(|of| lacking(lines.layout(), &of, reasons));
+        let lacking = readings.and_then(|readings| lacking(lines.layout(), &readings, reasons));
         solution.no_answer = Some(no_modal_answer(&layout, reasons, lacking.as_deref()));
     }
     solution.missing = missing;
@@ -179,7 +179,7 @@ fn rig_answer(
         method: host.method.into(),
         property: INERTIAL_PARAMETERS[worst].symbol.into(),
         difference: difference[worst],
-        difference_sigma: in_sigma.map(|of| of[worst]).filter(|of| of.is_finite()),
+        difference_sigma: in_sigma.map(|sigmas| sigmas[worst]).filter(|sigmas| sigmas.is_finite()),
         difference_percent_of_scale: known(percent[worst]),
         agrees,
     })
@@ -190,7 +190,8 @@ fn missing_lines(test: StoredTest<'_>) -> Option<String> {
     let missing = test.missing();
     (!missing.is_empty()).then(|| {
         format!(
-            "the lines of {} are missing: they are deleted with their result, or were lost on the rig; measure these DOFs again",
+            "the lines of {} are missing: they are deleted with their result, or were lost on the rig; measure these \
+             DOFs again",
             missing.join(", ")
         )
     })

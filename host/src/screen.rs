@@ -1,7 +1,7 @@
 //! The full screen of a measurement: what a person with a hammer sees.
 //!
-//! A [`View`] is what there is to see, without a terminal: [`guide`] is that of a campaign, [`positions`] that of a tumble
-//! test. A [`Screen`] shows one on the terminal. How a part looks is in [`draw`].
+//! A [`View`] is what there is to see, without a terminal: [`guide`] is that of a campaign, [`positions`] that of a
+//! tumble test. A [`Screen`] shows one on the terminal. How a part looks is in [`draw`].
 
 mod draw;
 pub mod guide;
@@ -36,13 +36,13 @@ pub trait View: Send + 'static {
 
 /// A view on the terminal. Dropping it gives the terminal back as it was, with the notes that were taken meanwhile.
 pub struct Screen<V: View> {
-    shown: Arc<Mutex<Shown<V>>>,
+    shown: Arc<Mutex<TerminalView<V>>>,
     /// Left before the notes are written.
     alternate: Option<AlternateScreen>,
     notes: Notes,
 }
 
-struct Shown<V> {
+struct TerminalView<V> {
     terminal: Terminal<CrosstermBackend<Stderr>>,
     view: V,
     theme: Theme,
@@ -58,7 +58,7 @@ impl<V: View> Screen<V> {
         let alternate = Some(AlternateScreen::enter(raw)?);
         let terminal = Terminal::new(CrosstermBackend::new(io::stderr()))?;
         let theme = Theme { color: output.screen_in_color() };
-        let shown = Shown { terminal, view, theme, drawn: Instant::now() };
+        let shown = TerminalView { terminal, view, theme, drawn: Instant::now() };
         let shown = Arc::new(Mutex::new(shown));
         let notes = output.notes();
         // The client says while it waits that the rig is silent: nothing else would draw then.
@@ -92,7 +92,7 @@ impl<V: View> Screen<V> {
     }
 }
 
-impl<V: View> Shown<V> {
+impl<V: View> TerminalView<V> {
     fn draw(&mut self) {
         self.drawn = Instant::now();
         let (view, theme) = (&self.view, self.theme);
@@ -108,6 +108,6 @@ impl<V: View> Drop for Screen<V> {
     }
 }
 
-fn locked<V>(shown: &Mutex<Shown<V>>) -> MutexGuard<'_, Shown<V>> {
+fn locked<V>(shown: &Mutex<TerminalView<V>>) -> MutexGuard<'_, TerminalView<V>> {
     shown.lock().unwrap_or_else(PoisonError::into_inner)
 }

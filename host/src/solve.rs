@@ -1,11 +1,11 @@
 //! The offline solver: computes the ten properties in double precision from a layout and the frequency
 //! responses of a universal file.
 //!
-//! The file must hold one frequency response function for every sensor axis and hit of the layout; one that is
-//! stored for the opposite direction is negated. Where the file has a band for it, a mass line is fitted to every
-//! accelerance with equal weights and passed to [`identification`] as the average of as many hits as `[test]` asks
-//! for. Where it has the lines of the suspension modes, they go to [`suspension`](massline_analysis::suspension). What both say
-//! is compared.
+//! The file must hold one frequency response function for every sensor axis and hit of the layout; one that is stored
+//! for the opposite direction is negated. Where the file has a band for it, a mass line is fitted to every accelerance
+//! with equal weights and passed to [`identification`] as the average of as many hits as `[test]` asks for. Where it
+//! has the lines of the suspension modes, they go to [`suspension`](massline_analysis::suspension). What both say is
+//! compared.
 //!
 //! [`identification`]: massline_analysis::identification
 
@@ -49,7 +49,7 @@ use massline_files::uff::{Encoding, Quantity, UffFile, write};
 use massline_report::solution::Solution;
 use massline_report::words::message_in;
 use reading::reading_text;
-use suspension::{Looked, ModalPart};
+use suspension::{LookOutcome, ModalPart};
 pub(crate) use suspension::{lacking, no_modal_answer};
 
 pub(crate) use errors::first_error;
@@ -89,7 +89,8 @@ pub struct Options {
     pub selection: Selection,
     /// σ of the exponential window that was applied to force and responses, 1/s; 0 for no window.
     pub decay: f64,
-    /// Band in which the suspension modes are looked for, Hz; `None` for that of the literature, or of the test in an archive.
+    /// Band in which the suspension modes are looked for, Hz; `None` for that of the literature, or of the test in an
+    /// archive.
     pub suspension_band_hz: Option<[f64; 2]>,
     /// The modes that the methods get which use them.
     pub mode_choice: ModeChoice,
@@ -152,8 +153,8 @@ impl Problem {
     }
 }
 
-/// What is understood of the frequency responses of a layout in a universal file, in one line that names the file; none where
-/// they are refused.
+/// What is understood of the frequency responses of a layout in a universal file, in one line that names the file; none
+/// where they are refused.
 pub fn understood(
     layout: &HostLayout,
     (uff, path): (&UffFile, &Path),
@@ -205,8 +206,8 @@ fn keep_hits(layout: &mut HostLayout, hits: &[Dof], path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Solves a layout with frequency responses: by mass lines where the file has a band for them, and by the suspension modes
-/// where it has those.
+/// Solves a layout with frequency responses: by mass lines where the file has a band for them, and by the suspension
+/// modes where it has those.
 ///
 /// # Errors
 /// Exit 2 for a function that is missing, duplicated, not finite, or of wrong type or units; exit 3 when
@@ -218,8 +219,8 @@ pub fn solve(
     progress: impl FnMut(u32, u32) + Send,
 ) -> Result<Solution> {
     let mut file = file.clone();
-    // These responses are not those of a rig, whose band the profile states and whose converter the budget of the suspension
-    // profile contains.
+    // These responses are not those of a rig, whose band the profile states and whose converter the budget of the
+    // suspension profile contains.
     let test = &mut file.layout.test;
     (test.band_hz, test.profile) = (stated_band(test), TestProfile::MassLine);
     solve_as_stated(&file, uff, options, progress).map_err(|error| blame_option(error, options))
@@ -248,7 +249,7 @@ fn solve_as_stated(
     })?;
     let named = matches!(options.selection, Selection::Only(_)) && !of_modes.is_empty();
     let (look, few_lines) = match suspension::look(layout, &responses, options) {
-        Looked::TooFewLines(error) if !named => (None, Some(error)),
+        LookOutcome::TooFewLines(error) if !named => (None, Some(error)),
         looked => (Some(looked.needed()), None),
     };
     let highest = look.as_ref().and_then(|look| look.as_ref().ok()?.highest_hz());
@@ -290,7 +291,7 @@ fn solve_as_stated(
         }
         (_, modal) => modal,
     };
-    let asked = Asked { of_mass_lines, of_modes };
+    let asked = RequestedMethods { of_mass_lines, of_modes };
     let mut solution = combine(settings, asked, (mass_lines, comparison), modal, notes)?;
     solution.suspicions = responses.reading.suspicions().collect();
     let estimates = &solution.identification.estimates;
@@ -302,7 +303,7 @@ fn solve_as_stated(
 const NARROW: &str = "band_too_narrow";
 
 /// The methods that were asked for, by what they use.
-struct Asked {
+struct RequestedMethods {
     of_mass_lines: Vec<Method>,
     of_modes: Vec<Method>,
 }
@@ -332,8 +333,8 @@ pub fn modes_of_problem(
     modes.map_err(|error| error.within(frfs.display()))
 }
 
-/// The suspension modes of an archive whose spectra were kept, with its layout or a corrected one; `path` is that of the
-/// archive. The exponential window is that of the spectra, and in the suspension profile the band that of the test.
+/// The suspension modes of an archive whose spectra were kept, with its layout or a corrected one; `path` is that of
+/// the archive. The exponential window is that of the spectra, and in the suspension profile the band that of the test.
 ///
 /// # Errors
 /// As [`solve_problem`]; `no_spectra` for an archive without them.
@@ -395,7 +396,7 @@ fn refuse_suspension_in_band([begins, _]: [f64; 2], highest_hz: Option<f64>) -> 
 /// The answers from mass lines and from suspension modes as one solution.
 fn combine(
     settings: Settings,
-    asked: Asked,
+    asked: RequestedMethods,
     (mass_lines, comparison): (Option<Result<MassLinePart>>, Comparison),
     modal: Option<Result<ModalPart>>,
     notes: Vec<String>,
@@ -457,8 +458,8 @@ fn mass_line_part(
     let examination = NominalTest::of_file(file).examine(&lines.lines);
     let observed = Observations::of_mass_lines(layout, &lines.lines);
     let identification = identify(&observed, options.selection, &settings).answered();
-    let identification = identification.map_err(|found| {
-        let error = first_error(&found, |d| message_in(d, layout)).unwrap_or_else(undetermined);
+    let identification = identification.map_err(|reasons| {
+        let error = first_error(&reasons, |d| message_in(d, layout)).unwrap_or_else(undetermined);
         blame_the_responses(error, &examination, layout)
     })?;
     Ok(MassLinePart { lines, identification, examination, settings })

@@ -85,37 +85,44 @@ fn a_dof_of_the_wheel_has_the_same_modes_and_answers_on_the_emulated_and_on_the_
     let path = |name: &str| directory.path().join(name).display().to_string();
     let (layout, tape) = (path("wheel.toml"), path("tape.npy"));
     let text = include_str!("../examples/wheel.toml").to_owned() + OBLIQUE;
-    let all = r#"["101:+X", "102:+Z", "103:+Z", "104:+Y", "105:+X"]"#;
-    let text = text.replace(all, r#"["110:+X"]"#);
+    let hits = r#"["101:+X", "102:+Z", "103:+Z", "104:+Y", "105:+X"]"#;
+    let text = text.replace(hits, r#"["110:+X"]"#);
     std::fs::write(&layout, text.replace("[test]\n", "[test]\nhits_per_dof = 2\n")).unwrap();
     json(&["simulate", &layout, "--bench", "wheel", "--tape", &tape]);
     let replay = ["replay", &tape, "--layout", &layout];
     let on_host = json(&replay);
     let emulated = json(&[&replay[..], &["--rig", "qemu", "--firmware", firmware()]].concat());
     let [on_host, emulated] = [&on_host, &emulated];
-    let modes = |of: &Value| of["suspension"]["modes"].as_array().unwrap().clone();
+    let modes = |document: &Value| document["suspension"]["modes"].as_array().unwrap().clone();
     assert_eq!(modes(emulated).len(), 6);
-    // Both rigs compute the lines in single precision, but sines, hypotenuses and the like come from another library there: last
-    // bits differ, as after another order of rounding, which is a hundredth of a standard deviation at most.
-    let alike = |one: &Value, other: &Value, what: &str| {
-        let numbers = |of: &Value| match of {
-            Value::Array(all) => all.iter().map(|v| v.as_f64().unwrap()).collect(),
+    // Both rigs compute the lines in single precision, but sines, hypotenuses and the like come from another library
+    // there: last bits differ, as after another order of rounding, which is a hundredth of a standard deviation at
+    // most.
+    let alike = |one: &Value, other: &Value, quantity: &str| {
+        let numbers = |value: &Value| match value {
+            Value::Array(values) => values.iter().map(|v| v.as_f64().unwrap()).collect(),
             single => vec![single.as_f64().unwrap()],
         };
-        let all = |of: &Value| [numbers(&of["value"]), numbers(&of["sigma"])];
-        let ([a, sigmas], [b, others]) = (all(one), all(other));
+        let value_and_sigma = |entry: &Value| [numbers(&entry["value"]), numbers(&entry["sigma"])];
+        let ([a, sigmas], [b, others]) = (value_and_sigma(one), value_and_sigma(other));
         for k in 0..a.len().max(b.len()) {
             let (difference, sigma) = (a[k] - b[k], sigmas[k]);
-            assert!(difference.abs() < 0.01 * sigma, "{what} {k}: {difference} of {sigma}");
-            assert!((sigma / others[k] - 1.0).abs() < 0.01, "{what} {k}: {sigma}, {}", others[k]);
+            assert!(difference.abs() < 0.01 * sigma, "{quantity} {k}: {difference} of {sigma}");
+            assert!(
+                (sigma / others[k] - 1.0).abs() < 0.01,
+                "{quantity} {k}: {sigma}, {}",
+                others[k]
+            );
         }
     };
     for (one, other) in modes(emulated).iter().zip(&modes(on_host)) {
         alike(&one["frequency_hz"], &other["frequency_hz"], "frequency");
         alike(&one["damping_ratio"], &other["damping_ratio"], "damping");
     }
-    let results = |of: &Value| of["results"].as_array().unwrap().clone();
-    let methods = |of: &Value| results(of).iter().map(|r| r["method"].clone()).collect::<Vec<_>>();
+    let results = |document: &Value| document["results"].as_array().unwrap().clone();
+    let methods = |document: &Value| {
+        results(document).iter().map(|r| r["method"].clone()).collect::<Vec<_>>()
+    };
     assert!(methods(emulated).len() >= 3, "{emulated}");
     assert_eq!(methods(on_host), methods(emulated));
     for (one, other) in results(emulated).iter().zip(&results(on_host)) {
@@ -125,8 +132,8 @@ fn a_dof_of_the_wheel_has_the_same_modes_and_answers_on_the_emulated_and_on_the_
     }
 }
 
-/// The wheel measured from scans to answers: on the virtual rig, and with MASSLINE_LONG on the emulated one too, where it
-/// takes minutes.
+/// The wheel measured from scans to answers: on the virtual rig, and with MASSLINE_LONG on the emulated one too, where
+/// it takes minutes.
 #[test]
 fn the_whole_wheel_is_measured_and_the_truth_is_within_the_uncertainty() {
     let long = std::env::var_os("MASSLINE_LONG").is_some();
@@ -139,7 +146,7 @@ fn the_whole_wheel_is_measured_and_the_truth_is_within_the_uncertainty() {
         assert_eq!(agreement["outcome"], "agree", "{rig:?} {agreement}");
         let names = ["m", "c_x", "c_y", "c_z", "J_xx", "J_yy", "J_zz", "J_xy", "J_xz", "J_yz"];
         for (name, truth) in names.iter().zip(truth) {
-            let number = |of: &str| agreement["combined"][of][name].as_f64().unwrap();
+            let number = |part: &str| agreement["combined"][part][name].as_f64().unwrap();
             let error = number("value") - truth.as_f64().unwrap();
             // The seed is fixed; chance exceeds 3.5 standard deviations for one of ten numbers in 200 campaigns.
             assert!(error.abs() < 3.5 * number("sigma"), "{rig:?} {name}: {error}");

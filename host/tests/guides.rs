@@ -39,8 +39,8 @@ fn commands(guide: &str) -> Vec<&str> {
     let lines = guide.lines().map(str::trim);
     // A line of a drawing may also begin with this word.
     let typed = |text: &&str| text.starts_with("massline ") && !text.contains(['\n', '─']);
-    let all = quoted.chain(lines).filter(typed);
-    all.map(|text| text.split(" #").next().unwrap_or(text).trim()).collect()
+    let typed_commands = quoted.chain(lines).filter(typed);
+    typed_commands.map(|text| text.split(" #").next().unwrap_or(text).trim()).collect()
 }
 
 #[test]

@@ -140,8 +140,8 @@ fn every_key_is_described_and_none_is_null() {
     assert!(!schema.to_string().contains("null"), "TOML has no null");
     let tables = schema["$defs"].as_object().unwrap().values().chain([&schema]);
     let mut keys = 0;
-    for (key, of) in tables.filter_map(|table| table["properties"].as_object()).flatten() {
-        assert!(of["description"].as_str().is_some_and(|text| text.len() > 5), "{key}");
+    for (key, property) in tables.filter_map(|table| table["properties"].as_object()).flatten() {
+        assert!(property["description"].as_str().is_some_and(|text| text.len() > 5), "{key}");
         keys += 1;
     }
     // All keys of the tables: file 13, node 5, sensor 6, hit 3, test 10, target 3, prior 10, attached 3, known value 2,

@@ -143,8 +143,8 @@ impl Rig {
 
     /// The output of a command that must succeed.
     #[track_caller]
-    fn ask(&self, what: &str, arguments: &[&str]) -> Value {
-        self.print(what);
+    fn ask(&self, step: &str, arguments: &[&str]) -> Value {
+        self.print(step);
         let (exit, answer) = self.run(arguments);
         assert_eq!(exit, 0, "massline {}: {answer}", arguments.join(" "));
         answer

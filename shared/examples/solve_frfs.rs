@@ -13,7 +13,9 @@ use massline_shared::identify::{
     DofMassLines, Estimate, IdentifySettings, MassLines, Method, Observations, identify, workspace,
 };
 use massline_shared::layout::{Hit, Layout, Sensor};
-use massline_shared::mass_line::{BasisRow, Bin, Fitting, ResponseFits, Terms, window_correlation};
+use massline_shared::mass_line::{
+    BasisRow, Bin, FitSettings, ResponseFits, Terms, window_correlation,
+};
 use massline_shared::nalgebra::{Complex, Matrix6, SVector, Vector3, Vector6};
 
 /// Room for three sensors and three hits.
@@ -53,11 +55,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let observed = Observations { layout: &layout, mass_lines: &mass_lines, spectrum_bins };
     let mut memory = vec![0.0; workspace(&Method::ALL, layout.sensors.len(), layout.hits.len())];
-    let found = identify(&observed, &Method::ALL, &IdentifySettings::default(), &mut memory);
-    for estimate in found.estimates() {
+    let identification =
+        identify(&observed, &Method::ALL, &IdentifySettings::default(), &mut memory);
+    for estimate in identification.estimates() {
         print(estimate, &truth);
     }
-    for (method, reasons) in found.refusals() {
+    for (method, reasons) in identification.refusals() {
         println!("{} has no answer: {reasons:?}", method.name());
     }
     Ok(())
@@ -117,9 +120,9 @@ fn mass_lines(
 ) -> Result<Vec<DofMassLines<f64, ExampleCapacity>>, Box<dyn Error>> {
     let correlation = window_correlation(DECAY, RECORD);
     let fitting =
-        Fitting { band: BAND, decay: DECAY, terms: Terms::Abc, correlation, lag_sigma: 0.0 };
+        FitSettings { band: BAND, decay: DECAY, terms: Terms::Abc, correlation, lag_sigma: 0.0 };
     let mut rows = vec![BasisRow::<f64>::EMPTY; frequencies.len()];
-    let mut all = Vec::new();
+    let mut dofs = Vec::new();
     for hit in 0..layout.hits.len() {
         // Equal weights: the force spectrum is flat here.
         let lines = frequencies.iter().map(|&frequency| Bin { frequency, weight: 1.0 });
@@ -128,15 +131,15 @@ fn mass_lines(
         };
         let fits =
             ResponseFits::<f64, ExampleCapacity>::new(lines, &fitting, CHANNELS, at, &mut rows)?;
-        all.push((hit, MassLines::without_scatter(fits.accelerance).with_noise(fits.noise)));
+        dofs.push((hit, MassLines::without_scatter(fits.accelerance).with_noise(fits.noise)));
     }
-    Ok(all)
+    Ok(dofs)
 }
 
 /// Prints a table for one method, in the units that tables use.
 fn print(estimate: &Estimate<f64>, truth: &RigidBody<f64>) {
     println!("{}", estimate.method.name());
-    let (found, true_values) = (estimate.theta(), truth.theta());
+    let (estimated_values, true_values) = (estimate.theta(), truth.theta());
     let sigma = estimate.sigma();
     for (k, parameter) in INERTIAL_PARAMETERS.iter().enumerate() {
         let unit = parameter.table_factor;
@@ -145,7 +148,7 @@ fn print(estimate: &Estimate<f64>, truth: &RigidBody<f64>) {
         println!(
             "  {:5} {:10.4} ± {deviation} {:4}   true {:10.4}",
             parameter.symbol,
-            found[k] * unit,
+            estimated_values[k] * unit,
             parameter.table_unit,
             true_values[k] * unit,
         );

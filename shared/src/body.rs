@@ -15,7 +15,7 @@ mod principal;
 
 pub use log_cholesky::LogCholesky;
 pub use parameters::{INERTIAL_PARAMETERS, InertialParameter, scale};
-pub use principal::Principal;
+pub use principal::PrincipalInertia;
 
 use nalgebra::{Matrix3, Matrix4, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
@@ -324,8 +324,8 @@ pub(crate) mod tests {
             let p = Vector3::from(p);
             let back = body.shifted_to(&p).shifted_to(&-p);
             prop_assert!((back.theta() - body.theta()).norm() < 1e-14);
-            let there = body.shifted_to(&p).mass_matrix();
-            let inertia: Matrix3<f64> = there.fixed_view::<3, 3>(3, 3).into_owned();
+            let shifted_matrix = body.shifted_to(&p).mass_matrix();
+            let inertia: Matrix3<f64> = shifted_matrix.fixed_view::<3, 3>(3, 3).into_owned();
             prop_assert!((inertia - body.inertia_about(&p)).norm() < 1e-14);
         }
     }

@@ -1,8 +1,8 @@
 //! How many sensors and hits there is room for, and what holds them.
 //!
 //! A rig has memory for a stated number of both ([`Fixed`], [`Rig`]); a computer for any ([`Unbounded`], with the
-//! feature `alloc`). Every type with a value per sensor, hit or response is generic over a [`Capacity`], so both run the same
-//! solvers.
+//! feature `alloc`). Every type with a value per sensor, hit or response is generic over a [`Capacity`], so both run
+//! the same solvers.
 
 #[cfg(any(test, feature = "alloc"))]
 mod unbounded;

@@ -22,7 +22,7 @@ mod predict;
 pub use cost::total;
 pub use criterion::{Criterion, DEFAULT_NOISE};
 pub use error_sources::{Part, parts};
-pub use exchange::{Choice, Counts, Found, Search, SearchError};
+pub use exchange::{BestChoice, Choice, Counts, Search, SearchError};
 pub use further_hit::{FurtherHit, FurtherHitSearch, HitCandidates};
 pub use precision::{Precision, Widths};
 pub use predict::Predict;

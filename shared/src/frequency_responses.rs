@@ -38,8 +38,9 @@ impl<'a, R: Real> FrequencyResponses<'a, R> {
         let whole = frequencies.len() * channels * hits == accelerance.len();
         let (decay, correlation) = (R::zero(), R::one());
         let precision = &[];
-        let all = Self { frequencies, accelerance, channels, hits, decay, correlation, precision };
-        whole.then_some(all)
+        let responses =
+            Self { frequencies, accelerance, channels, hits, decay, correlation, precision };
+        whole.then_some(responses)
     }
 
     /// The same for records with an exponential window of this decay rate, 1/s, which correlates neighbouring
@@ -48,8 +49,8 @@ impl<'a, R: Real> FrequencyResponses<'a, R> {
         Self { decay, correlation, ..self }
     }
 
-    /// The same with noise that is not alike in all bins: the precision of a bin is the reciprocal of its standard deviation,
-    /// relative to a noise that all have in common. Bins beyond the slice have that noise.
+    /// The same with noise that is not alike in all bins: the precision of a bin is the reciprocal of its standard
+    /// deviation, relative to a noise that all have in common. Bins beyond the slice have that noise.
     pub fn weighted(self, precision: &'a [R]) -> Self {
         Self { precision, ..self }
     }

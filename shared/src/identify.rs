@@ -135,7 +135,7 @@ impl Method {
     clippy::large_enum_variant,
     reason = "one is carried out at a time, without an allocator; on 32 bits the sizes are alike"
 )]
-enum Running<R> {
+enum RunningMethod<R> {
     /// No method is running.
     No,
     /// Maximum likelihood.
@@ -146,7 +146,7 @@ enum Running<R> {
     GlobalFit(global_fit::Solver<R>),
 }
 
-impl<R> Running<R> {
+impl<R> RunningMethod<R> {
     /// The running method.
     fn method(&self) -> Option<Method> {
         match self {
@@ -158,7 +158,7 @@ impl<R> Running<R> {
     }
 }
 
-impl<R: Real> Running<R> {
+impl<R: Real> RunningMethod<R> {
     fn start<C: Capacity, L: SpectrumBins<R>>(
         method: Method,
         observed: &Observations<'_, R, C, L>,

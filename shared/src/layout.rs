@@ -37,8 +37,9 @@ pub use uncertain_quantities::{
     GRAVITY_QUANTITIES, HIT_QUANTITIES, SENSOR_QUANTITIES, UncertainQuantity,
 };
 pub use uncertainty::{
-    ApparatusUncertainty, Attached, CALIBRATED_HAMMER_GAIN, DEFAULT_HAMMER_GAIN, HitUncertainty,
-    MAX_ATTACHED, Prior, SensorUncertainty, UncertaintyKey, UncertaintyUnit, uncertainty_keys,
+    ApparatusUncertainty, AttachedBody, CALIBRATED_HAMMER_GAIN, DEFAULT_HAMMER_GAIN,
+    HitUncertainty, MAX_ATTACHED, Prior, SensorUncertainty, UncertaintyKey, UncertaintyUnit,
+    uncertainty_keys,
 };
 
 use heapless::{String, Vec};
@@ -136,7 +137,7 @@ pub struct Layout<R: Real, C: Capacity> {
     /// Prior knowledge of the object.
     pub priors: Vec<Prior<R>, 10>,
     /// Bodies attached to the object, which are subtracted from the result.
-    pub attached: Vec<Attached<R>, MAX_ATTACHED>,
+    pub attached: Vec<AttachedBody<R>, MAX_ATTACHED>,
 }
 
 impl<R: Real> Sensor<R> {
@@ -211,7 +212,7 @@ impl<R: Real, C: Capacity> Layout<R, C> {
             learn_budget: self.learn_budget,
             target: self.target.cast(),
             priors: self.priors.iter().map(Prior::cast).collect(),
-            attached: self.attached.iter().map(Attached::cast).collect(),
+            attached: self.attached.iter().map(AttachedBody::cast).collect(),
         })
     }
 }

@@ -61,7 +61,7 @@ pub mod units;
 /// The linear algebra crate whose types appear in this interface, re-exported in the matching version.
 pub use nalgebra;
 
-pub use estimated::Estimated;
+pub use estimated::EstimatedValue;
 pub use frequency_responses::FrequencyResponses;
 pub use progress::Progress;
 pub use real::Real;

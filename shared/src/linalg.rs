@@ -11,7 +11,7 @@ pub(crate) use complex_least_squares::ComplexLeastSquares;
 pub(crate) use eigenvalues::eigenvalues;
 pub(crate) use elimination::Elimination;
 pub(crate) use least_squares::LeastSquares;
-pub(crate) use packed::{Packed, dot, lower_places, triangle};
+pub(crate) use packed::{PackedMatrix, dot, lower_places, triangle};
 
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen, Vector3};
 
@@ -237,8 +237,8 @@ pub(crate) fn congruence<R: Real, const N: usize>(a: &SMatrix<R, N, N>, s: &mut 
         for (k, column) in a.column_iter().enumerate() {
             for (row, value) in transposed.iter_mut().zip(column.iter()) {
                 if *value != R::zero() {
-                    for (to, of) in row.iter_mut().zip(s.row(k).iter()) {
-                        *to += *value * *of;
+                    for (to, element) in row.iter_mut().zip(s.row(k).iter()) {
+                        *to += *value * *element;
                     }
                 }
             }
@@ -322,14 +322,14 @@ mod tests {
             let kept = values.iter().filter(|&&v| v > 1e-6 * largest).count();
             let near_cut = values.iter().any(|&v| v > 1e-7 * largest && v < 1e-5 * largest);
             prop_assume!(!near_cut);
-            let found = spectrum(&rows).unwrap();
-            prop_assert_eq!(found.rank, kept);
+            let double = spectrum(&rows).unwrap();
+            prop_assert_eq!(double.rank, kept);
             if kept == 5 {
                 // The tolerance covers rounding times the condition, in both decompositions.
                 let condition = largest / smallest;
-                prop_assert!((found.condition / condition - 1.0).abs() < 1e-14 * condition + 2e-10);
+                prop_assert!((double.condition / condition - 1.0).abs() < 1e-14 * condition + 2e-10);
             } else {
-                prop_assert!(found.condition > 1e12);
+                prop_assert!(double.condition > 1e12);
             }
             let single = spectrum(&rows.map(|row| row.map(|v| v as f32))).unwrap();
             // The cut in single precision is at 1.2e-5, the rounding below 1e-6.
@@ -341,10 +341,10 @@ mod tests {
 
     #[test]
     fn diagonal_and_empty_matrices_have_an_obvious_spectrum() {
-        let found = spectrum(&[[3.0, 0.0, 0.0], [0.0, -0.5, 0.0], [0.0, 0.0, 6.0]]).unwrap();
-        assert_eq!(found.rank, 3);
+        let full = spectrum(&[[3.0, 0.0, 0.0], [0.0, -0.5, 0.0], [0.0, 0.0, 6.0]]).unwrap();
+        assert_eq!(full.rank, 3);
         // The bisection stops at ε^⅔.
-        assert!((found.condition - 12.0_f64).abs() < 12.0 * 2e-10);
+        assert!((full.condition - 12.0_f64).abs() < 12.0 * 2e-10);
         let flat = spectrum(&[[3.0_f32, 0.0], [0.0, 0.0]]).unwrap();
         assert_eq!((flat.rank, flat.condition), (1, f32::INFINITY));
         let nothing = spectrum(&[[0.0_f32; 4]; 4]).unwrap();

@@ -14,7 +14,7 @@ mod band;
 mod responses;
 
 pub use band::{ABOVE_SUSPENSION, BELOW_ELASTIC, FoundBand, find_band};
-pub use responses::{Fitting, PLATEAU_LIMIT, ResponseFits};
+pub use responses::{FitSettings, PLATEAU_LIMIT, ResponseFits};
 
 use nalgebra::Complex;
 
@@ -227,7 +227,8 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         }
         // With the constant alone, the imaginary parts contain no unknown.
         let complex = decay != R::zero() && terms != Terms::A;
-        let Filled { skipped, count, reference, mean_weight } = fill(bins, band, decay, workspace)?;
+        let FilledDesign { skipped, count, reference, mean_weight } =
+            fill(bins, band, decay, workspace)?;
         let terms = terms.count();
         let equations = if complex { 2 * count } else { count };
         if equations <= terms {
@@ -382,7 +383,7 @@ pub fn window_correlation<R: Real>(decay: R, record: R) -> R {
 }
 
 /// The design that [`fill`] has written.
-struct Filled<R> {
+struct FilledDesign<R> {
     /// Number of bins before the band.
     skipped: usize,
     /// Number of bins within it.
@@ -399,7 +400,7 @@ fn fill<R: Real>(
     band: [R; 2],
     decay: R,
     workspace: &mut [BasisRow<R>],
-) -> Result<Filled<R>, MassLineError> {
+) -> Result<FilledDesign<R>, MassLineError> {
     let (mut skipped, mut count) = (0, 0);
     let mut sum = R::zero();
     let mut previous: Option<R> = None;
@@ -455,7 +456,7 @@ fn fill<R: Real>(
         row.re = [w, re * over, re * w];
         row.im = [-im * over, im * w];
     }
-    Ok(Filled { skipped, count, reference, mean_weight })
+    Ok(FilledDesign { skipped, count, reference, mean_weight })
 }
 
 /// Replaces the design by its orthonormal factor and returns the inverse of the triangular one, by modified

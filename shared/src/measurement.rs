@@ -57,7 +57,7 @@ pub use commands::{DofData, RestoredDof, StartError};
 pub use memory::Memory;
 pub use precision::CampaignPrecision;
 pub use result::{BlockResult, MeasuredDof, TestResult};
-pub use view::{Counts, GradedHit, Recorded, Streamed};
+pub use view::{Counts, GradedHit, RecordContent, StreamProgress};
 
 use heapless::Deque;
 
@@ -70,7 +70,7 @@ use crate::signal::{AdcProperties, Calibration, RealFft};
 use crate::units::ScanIndex;
 use campaign::{Campaign, Phase, Step};
 use hits::Task;
-use undo::LastAccepted;
+use undo::LastAcceptedHit;
 use view::EVENTS;
 
 /// A layout with the capacity of a rig, in either precision.
@@ -110,7 +110,7 @@ enum Activity<R: Real> {
     /// The record is being filled with readings of the channels without a hit.
     Reading,
     /// All scans are passed on, through the record as a ring buffer.
-    Streaming(Streamed),
+    Streaming(StreamProgress),
     /// A campaign is running.
     Measuring(Campaign, Task<R>),
 }
@@ -125,7 +125,7 @@ pub struct Measurement<'m, R: Real> {
     activity: Activity<R>,
     /// The campaign that ended last, until another one starts.
     ended: Option<Campaign>,
-    recorded: Recorded,
+    recorded: RecordContent,
     /// Index of the DOF whose hits are in the averaged spectra.
     averaged: Option<u8>,
     /// Fingerprint of the last graded record.
@@ -141,7 +141,7 @@ pub struct Measurement<'m, R: Real> {
     block: Option<BlockResult>,
     /// The precision after the last closed DOF of this campaign.
     precision: Option<CampaignPrecision<R>>,
-    last_accepted: LastAccepted<R>,
+    last_accepted: LastAcceptedHit<R>,
     diagnostics: Diagnostics,
     counts: Counts,
     memory: &'m mut Memory<R>,
@@ -157,7 +157,7 @@ impl<'m, R: RealFft> Measurement<'m, R> {
             layout: None,
             activity: Activity::Idle,
             ended: None,
-            recorded: Recorded::Nothing,
+            recorded: RecordContent::Nothing,
             averaged: None,
             last_record: None,
             last_hit: None,
@@ -168,7 +168,7 @@ impl<'m, R: RealFft> Measurement<'m, R> {
             events: Deque::new(),
             block: None,
             precision: None,
-            last_accepted: LastAccepted::new(),
+            last_accepted: LastAcceptedHit::new(),
             diagnostics: Diagnostics::new(),
             counts: Counts::default(),
             memory,

@@ -36,7 +36,7 @@ pub use shapes::{
 pub use vector_fitting::{
     FIT_MEMORY, MOST_PAIRS, Poles, SUSPENSION_MODES, VectorFit, find_poles, relocate_once,
 };
-pub use where_to_hit::{Shown, candidates};
+pub use where_to_hit::{ModeVisibility, candidates};
 
 /// Most forces. More are [mixed](ForceMixing) to this many without a loss.
 pub const MOST_FORCES: usize = 6;

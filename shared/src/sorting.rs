@@ -1,8 +1,8 @@
 //! Sorts short lists.
 
-/// Sorts a list by insertion, with a number of steps that grows with the square of its length: for short lists. Elements
-/// of which none `is_less` keep their order. Any `is_less` gives a permutation of the list, also one that compares what is
-/// not a number.
+/// Sorts a list by insertion, with a number of steps that grows with the square of its length: for short lists.
+/// Elements of which none `is_less` keep their order. Any `is_less` gives a permutation of the list, also one that
+/// compares what is not a number.
 ///
 /// The sort of `core` takes 2 to 3 KB of flash for each type of element.
 pub(crate) fn sort_short<T>(list: &mut [T], is_less: impl Fn(&T, &T) -> bool) {

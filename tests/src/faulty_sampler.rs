@@ -17,7 +17,7 @@ pub fn rig_that_loses(
 ) -> Result<VirtualRig, StartError> {
     VirtualRig::start_application(options, async move |board| {
         let Board { info, sampler, link, flash, panel, feed_watchdog } = board;
-        let sampler = Faulty { sampler, fault };
+        let sampler = FaultySampler { sampler, fault };
         let board = Board { info, sampler, link, flash, panel, feed_watchdog };
         let mut memory = Box::new(Memory::new());
         massline_firmware::run(board, &mut memory).await
@@ -60,12 +60,12 @@ impl Strikes {
     }
 }
 
-struct Faulty<S, F> {
+struct FaultySampler<S, F> {
     sampler: S,
     fault: F,
 }
 
-impl<S: Sampler, F: FnMut(&[Scan]) -> Option<SampleError>> Sampler for Faulty<S, F> {
+impl<S: Sampler, F: FnMut(&[Scan]) -> Option<SampleError>> Sampler for FaultySampler<S, F> {
     fn adc(&self) -> AdcProperties {
         self.sampler.adc()
     }

@@ -21,12 +21,12 @@ pub struct HeldScans<S> {
     stops: Vec<usize>,
     /// Scans since the arming; `None` before it.
     scans: Option<usize>,
-    place: Looked,
+    place: ScanRelease,
 }
 
 /// Lets the scans of [`HeldScans`] go on.
 #[derive(Clone, Default)]
-pub struct Looked(Arc<Mutex<Place>>);
+pub struct ScanRelease(Arc<Mutex<Place>>);
 
 /// Where the scans are.
 #[derive(Default)]
@@ -39,18 +39,18 @@ struct Place {
 
 impl<S: ScanSource> HeldScans<S> {
     /// These scans, and what lets them go on.
-    pub fn of(source: S) -> (Self, Looked) {
+    pub fn of(source: S) -> (Self, ScanRelease) {
         Self::at(source, vec![STOP_AFTER])
     }
 
     /// The same with a stop after each of these numbers of scans since the arming.
-    pub fn at(source: S, stops: Vec<usize>) -> (Self, Looked) {
-        let place = Looked::default();
+    pub fn at(source: S, stops: Vec<usize>) -> (Self, ScanRelease) {
+        let place = ScanRelease::default();
         (Self { source, stops, scans: None, place: place.clone() }, place)
     }
 }
 
-impl Looked {
+impl ScanRelease {
     /// Lets the scans of this rig go on to the next stop, as soon as they are at one.
     #[track_caller]
     pub fn go_on(&self, rig: &VirtualRig) {

@@ -47,8 +47,8 @@ impl MeasuredTest {
         dofs.map(|(index, lines)| (*index, lines.resized(sensors))).collect()
     }
 
-    /// The answers of all methods to the mass lines, and the verdict on the best one, as the program comes to it; no verdict
-    /// without an answer.
+    /// The answers of all methods to the mass lines, and the verdict on the best one, as the program comes to it; no
+    /// verdict without an answer.
     pub fn judge(&self) -> (Identification, Option<Judgement>) {
         let layout = self.host_layout();
         let lines = self.lines();

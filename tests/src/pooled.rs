@@ -9,7 +9,7 @@ use massline_shared::identify::maximum_likelihood::{ErrorBudget, RIG_WORKSPACE, 
 
 /// Pooled over tests and properties.
 #[derive(Clone, Copy, Debug)]
-pub struct Pooled {
+pub struct PooledStatistics {
     /// Share of the 95 % intervals that hold the truth.
     pub coverage: f64,
     /// Geometric mean of the root mean square error over the bound.
@@ -21,12 +21,12 @@ pub struct Pooled {
 /// The statistics of a method in several tests, together.
 #[must_use]
 #[track_caller]
-pub fn pooled(of_tests: &[MethodStatistics]) -> Pooled {
+pub fn pooled(of_tests: &[MethodStatistics]) -> PooledStatistics {
     let count = of_tests.len() as f64;
-    let mean = |of: fn(&MethodStatistics) -> Option<f64>| {
-        of_tests.iter().map(|test| of(test).expect("has answers")).sum::<f64>() / count
+    let mean = |quantity: fn(&MethodStatistics) -> Option<f64>| {
+        of_tests.iter().map(|test| quantity(test).expect("has answers")).sum::<f64>() / count
     };
-    Pooled {
+    PooledStatistics {
         coverage: mean(MethodStatistics::pooled_coverage95),
         error: mean(|test| test.geometric_mean_ratio().map(f64::ln)).exp(),
         width: mean(|test| test.geometric_mean_width().map(f64::ln)).exp(),
@@ -46,8 +46,8 @@ pub fn solved_again(
     measured
         .map(|run| {
             let start = Start::InertiaRestraint;
-            let found = solve(layout, &run.dofs, start, ErrorBudget::Stated, &mut memory);
-            found.map(|found| found.estimate).map_err(Some)
+            let solution = solve(layout, &run.dofs, start, ErrorBudget::Stated, &mut memory);
+            solution.map(|solution| solution.estimate).map_err(Some)
         })
         .collect()
 }

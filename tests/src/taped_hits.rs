@@ -14,8 +14,8 @@ use massline_shared::units::ScanIndex;
 /// The scans of every hit of a campaign, by DOF.
 pub type Hits = Arc<Vec<Vec<Vec<Scan>>>>;
 
-/// A source that plays the hits of each DOF in turn. A hit that the rig has not taken to its end is played again at the next
-/// arming, and without an arming there are no scans.
+/// A source that plays the hits of each DOF in turn. A hit that the rig has not taken to its end is played again at the
+/// next arming, and without an arming there are no scans.
 ///
 /// The decimated responses of a hit depend on where its scans lie among those since the rig was switched on: every hit
 /// begins with a whole row, after a rest.
@@ -48,8 +48,12 @@ impl ScanSource for TapedHits {
 
     fn armed(&mut self, _: u32, dof: usize) {
         let hit = match self.at {
-            Some([of, hit, scan]) if of == dof && scan >= self.scans(dof, hit).len() => hit + 1,
-            Some([of, hit, _]) if of == dof => hit,
+            Some([previous, hit, scan])
+                if previous == dof && scan >= self.scans(dof, hit).len() =>
+            {
+                hit + 1
+            }
+            Some([previous, hit, _]) if previous == dof => hit,
             _ => 0,
         };
         self.at = Some([dof, hit, 0]);
@@ -71,7 +75,8 @@ impl ScanSource for TapedHits {
 /// Scans that a rig reads at a time: it takes a whole number of such blocks of every hit.
 const BLOCK: usize = 20;
 
-/// Takes every hit of a campaign on `bench`, whose person must hit well each time; every random number comes from `seed`.
+/// Takes every hit of a campaign on `bench`, whose person must hit well each time; every random number comes from
+/// `seed`.
 ///
 /// # Panics
 /// When the layout does not fit the bench, or a hit is rejected.

@@ -1,12 +1,12 @@
-//! The guard of the stack of an ARMv7-M: addresses below the stack, and so below RAM, that the MPU lets nobody access. An
-//! overflow is a fault, and has changed nothing. Each board with such a core includes this file. An ARMv8-M needs no guard,
-//! because it has a limit of the stack pointer.
+//! The guard of the stack of an ARMv7-M: addresses below the stack, and so below RAM, that the MPU lets nobody access.
+//! An overflow is a fault, and has changed nothing. Each board with such a core includes this file. An ARMv8-M needs no
+//! guard, because it has a limit of the stack pointer.
 
 use super::stack;
 use cortex_m::peripheral::MPU;
 
-/// Size of the guard, larger than the whole stack, so that the locals of no function reach beyond it. What an STM32 has at
-/// lower addresses, such as the calibration of its reference, can still be read.
+/// Size of the guard, larger than the whole stack, so that the locals of no function reach beyond it. What an STM32 has
+/// at lower addresses, such as the calibration of its reference, can still be read.
 const BYTES: usize = 32 << 10;
 const _: () = assert!(BYTES.is_power_of_two() && BYTES >= 32);
 

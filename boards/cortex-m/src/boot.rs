@@ -34,8 +34,8 @@ pub fn reason(flags: ResetFlags, panicked: bool) -> BootReason {
 /// Failed starts in a row after which a rig runs in safe mode.
 pub const FAILURES_TO_SAFE_MODE: u32 = 3;
 
-/// The reason of this start, and the number of runs in a row that a panic or a hang has ended. `before` is that number at
-/// the last start, or 0 if that run has lasted for a while: then its end is the first.
+/// The reason of this start, and the number of runs in a row that a panic or a hang has ended. `before` is that number
+/// at the last start, or 0 if that run has lasted for a while: then its end is the first.
 pub fn after_failures(reason: BootReason, before: u32) -> (BootReason, u32) {
     match reason {
         BootReason::Panic | BootReason::Watchdog => {
@@ -47,8 +47,8 @@ pub fn after_failures(reason: BootReason, before: u32) -> (BootReason, u32) {
     }
 }
 
-/// A number as it is kept in memory that is not initialised at the start: beside its complement, with a mark of the firmware
-/// that keeps it.
+/// A number as it is kept in memory that is not initialised at the start: beside its complement, with a mark of the
+/// firmware that keeps it.
 pub fn kept_number(number: u32, mark: u32) -> [u32; 2] {
     [number, !number ^ mark]
 }
@@ -83,7 +83,7 @@ impl Words {
     }
 
     /// The words to keep.
-    pub fn kept(&self) -> [u32; Self::SIZE] {
+    pub fn encode(&self) -> [u32; Self::SIZE] {
         let mut kept = [0; Self::SIZE];
         let (head, text) = kept.split_at_mut(Self::HEAD);
         head.copy_from_slice(&[Self::MARK, self.length as u32, self.checksum()]);
@@ -179,14 +179,14 @@ mod tests {
     #[test]
     fn the_words_of_a_panic_are_read_back() {
         let words = Words::of(format_args!("index {} of {}", 7, 5));
-        assert_eq!(read(words.kept()).as_deref(), Some("index 7 of 5"));
-        assert_eq!(read(Words::of(format_args!("")).kept()).as_deref(), Some(""));
+        assert_eq!(read(words.encode()).as_deref(), Some("index 7 of 5"));
+        assert_eq!(read(Words::of(format_args!("")).encode()).as_deref(), Some(""));
     }
 
     #[test]
     fn long_words_are_cut_between_two_characters() {
         let words = Words::of(format_args!("{}µ²", "x".repeat(Words::CAPACITY - 3)));
-        let kept = read(words.kept()).unwrap();
+        let kept = read(words.encode()).unwrap();
         assert_eq!(kept.len(), Words::CAPACITY - 1);
         assert!(kept.ends_with("xµ"));
     }
@@ -198,7 +198,7 @@ mod tests {
         let mut noise = [0; Words::SIZE];
         noise[..2].copy_from_slice(&[Words::MARK, u32::MAX]);
         assert_eq!(read(noise), None);
-        let spoken = Words::of(format_args!("out of memory")).kept();
+        let spoken = Words::of(format_args!("out of memory")).encode();
         for bit in 0..u32::BITS as usize * Words::SIZE {
             let mut decayed = spoken;
             decayed[bit / 32] ^= 1 << (bit % 32);

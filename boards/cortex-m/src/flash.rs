@@ -23,9 +23,9 @@ pub trait Supervisor {
 
 /// Nothing besides.
 #[derive(Clone, Copy, Debug)]
-pub struct Unsupervised;
+pub struct NoSupervisor;
 
-impl Supervisor for Unsupervised {}
+impl Supervisor for NoSupervisor {}
 
 /// A window of `size` bytes from `start` on; both are multiples of a page.
 #[derive(Debug)]
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn only_the_window_is_written_and_erased() {
-        let mut window = Window::new(Chip([7; 64]), 16, 32, Unsupervised);
+        let mut window = Window::new(Chip([7; 64]), 16, 32, NoSupervisor);
         assert_eq!(window.capacity(), 32);
         block_on(async {
             window.erase(0, 32).await.unwrap();
@@ -196,9 +196,9 @@ mod tests {
     }
 
     /// Data that was read before, as a cache holds it.
-    struct Cached<'a>(&'a core::cell::Cell<usize>);
+    struct CacheDropCounter<'a>(&'a core::cell::Cell<usize>);
 
-    impl Supervisor for Cached<'_> {
+    impl Supervisor for CacheDropCounter<'_> {
         fn changed(&mut self) {
             self.0.set(self.0.get() + 1);
         }
@@ -207,7 +207,7 @@ mod tests {
     #[test]
     fn caches_are_dropped_after_every_change_also_a_failed_one_and_after_no_read() {
         let dropped = core::cell::Cell::new(0);
-        let mut window = Window::new(Chip([7; 64]), 16, 32, Cached(&dropped));
+        let mut window = Window::new(Chip([7; 64]), 16, 32, CacheDropCounter(&dropped));
         block_on(async {
             window.read(0, &mut [0; 4]).await.unwrap();
             assert_eq!(dropped.get(), 0);
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn beyond_the_window_nothing_is_touched() {
-        let mut window = Window::new(Chip([7; 64]), 16, 32, Unsupervised);
+        let mut window = Window::new(Chip([7; 64]), 16, 32, NoSupervisor);
         let outside = Err(WindowError::OutOfBounds);
         block_on(async {
             assert_eq!(window.erase(16, 48).await, outside);

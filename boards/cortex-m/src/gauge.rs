@@ -1,7 +1,7 @@
 //! The gauge of the battery: a MAX17048 on the bus of the screen, which a rig may have or not.
 //!
-//! Registers by its data sheet (19-6171): the voltage of the cell at 0x02 in 78.125 µV, its charge at 0x04 in 1/256 %, 16 bits
-//! each, the upper byte first.
+//! Registers by its data sheet (19-6171): the voltage of the cell at 0x02 in 78.125 µV, its charge at 0x04 in 1/256 %,
+//! 16 bits each, the upper byte first.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 

@@ -15,8 +15,8 @@ const FRAME_WORDS: usize = 8;
 const CALLER: usize = 5;
 const INSTRUCTION: usize = 6;
 
-/// Defines the entry of a hard fault. It abandons the stack, which may have overflowed, and calls `__hard_fault` with the
-/// stack pointer at the time of the fault; that function must not return.
+/// Defines the entry of a hard fault. It abandons the stack, which may have overflowed, and calls `__hard_fault` with
+/// the stack pointer at the time of the fault; that function must not return.
 #[macro_export]
 macro_rules! hard_fault_entry {
     () => {

@@ -5,12 +5,12 @@ use core::cell::UnsafeCell;
 /// Words of memory that the start-up code leaves as they are, if they lie in a section of their own. Every access is
 /// volatile: the compiler knows nothing of what they hold.
 #[repr(transparent)]
-pub struct Kept<const SIZE: usize>(UnsafeCell<[u32; SIZE]>);
+pub struct RetainedWords<const SIZE: usize>(UnsafeCell<[u32; SIZE]>);
 
 // SAFETY: it is accessed before interrupts are enabled, while they are disabled, or by one task.
-unsafe impl<const SIZE: usize> Sync for Kept<SIZE> {}
+unsafe impl<const SIZE: usize> Sync for RetainedWords<SIZE> {}
 
-impl<const SIZE: usize> Kept<SIZE> {
+impl<const SIZE: usize> RetainedWords<SIZE> {
     /// Memory for words.
     pub const fn new() -> Self {
         Self(UnsafeCell::new([0; SIZE]))
@@ -29,7 +29,7 @@ impl<const SIZE: usize> Kept<SIZE> {
     }
 }
 
-impl<const SIZE: usize> Default for Kept<SIZE> {
+impl<const SIZE: usize> Default for RetainedWords<SIZE> {
     fn default() -> Self {
         Self::new()
     }
@@ -40,13 +40,13 @@ mod tests {
     use super::*;
     use crate::boot::Words;
 
-    static KEPT: Kept<{ Words::SIZE }> = Kept::new();
+    static KEPT: RetainedWords<{ Words::SIZE }> = RetainedWords::new();
 
     #[test]
     fn what_was_written_last_is_read() {
         assert_eq!(Words::read(&KEPT.read()), None);
         for message in ["index 7 of 5", "out of memory"] {
-            KEPT.write(Words::of(format_args!("{message}")).kept());
+            KEPT.write(Words::of(format_args!("{message}")).encode());
             assert_eq!(Words::read(&KEPT.read()).as_deref(), Some(message));
         }
     }

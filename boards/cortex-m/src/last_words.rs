@@ -9,12 +9,12 @@ use static_cell::StaticCell;
 
 use crate::boot::{Words, kept_number, number_kept};
 use crate::hard_fault::HardFault;
-use crate::kept::Kept;
+use crate::kept::RetainedWords;
 
 #[unsafe(link_section = ".uninit.LAST_WORDS")]
-static LAST_WORDS: Kept<{ Words::SIZE }> = Kept::new();
+static LAST_WORDS: RetainedWords<{ Words::SIZE }> = RetainedWords::new();
 #[unsafe(link_section = ".uninit.FAILURES")]
-static FAILURES: Kept<2> = Kept::new();
+static FAILURES: RetainedWords<2> = RetainedWords::new();
 
 /// The message of the previous run, or "". To be called once, before interrupts are enabled.
 pub fn take() -> &'static str {
@@ -89,5 +89,5 @@ pub fn hard_fault(stack_pointer: usize) {
 /// Stores the message for the next run. This run has ended, so nothing interrupts it.
 pub fn keep(words: fmt::Arguments<'_>) {
     cortex_m::interrupt::disable();
-    LAST_WORDS.write(Words::of(words).kept());
+    LAST_WORDS.write(Words::of(words).encode());
 }

@@ -1,7 +1,7 @@
 //! A bus that gives up a transfer which does not end.
 //!
-//! Between two polls of a transfer a step of the computation may pass, so time says little about it: what counts is how often
-//! it was polled in vain.
+//! Between two polls of a transfer a step of the computation may pass, so time says little about it: what counts is how
+//! often it was polled in vain.
 
 use core::pin::{Pin, pin};
 

@@ -81,7 +81,7 @@ impl<const LENGTH: usize> Default for RawBuffer<LENGTH> {
 }
 
 /// State shared by the interrupt handler and the task.
-pub struct Shared<const RANKS: usize, const SCANS: usize> {
+pub struct SharedPipeline<const RANKS: usize, const SCANS: usize> {
     pipeline: Mutex<RefCell<Pipeline<RANKS, SCANS>>>,
     news: Signal<CriticalSectionRawMutex, ()>,
 }
@@ -94,13 +94,13 @@ struct Pipeline<const RANKS: usize, const SCANS: usize> {
     wanted: usize,
 }
 
-impl<const RANKS: usize, const SCANS: usize> Default for Shared<RANKS, SCANS> {
+impl<const RANKS: usize, const SCANS: usize> Default for SharedPipeline<RANKS, SCANS> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<const RANKS: usize, const SCANS: usize> Shared<RANKS, SCANS> {
+impl<const RANKS: usize, const SCANS: usize> SharedPipeline<RANKS, SCANS> {
     /// State of a stopped sampler: all zeros, so that it lies in `.bss`.
     pub const fn new() -> Self {
         let (ring, halves) = (ScanRing::new(), Halves::new());
@@ -186,13 +186,17 @@ pub struct RingSampler<C, const RANKS: usize, const SCANS: usize> {
     /// The converter, halted.
     converter: C,
     /// State shared with the interrupt handler.
-    shared: &'static Shared<RANKS, SCANS>,
+    shared: &'static SharedPipeline<RANKS, SCANS>,
     plan: Plan,
 }
 
 impl<C: Converter, const RANKS: usize, const SCANS: usize> RingSampler<C, RANKS, SCANS> {
     /// A sampler for a converter that is halted.
-    pub const fn new(converter: C, shared: &'static Shared<RANKS, SCANS>, plan: Plan) -> Self {
+    pub const fn new(
+        converter: C,
+        shared: &'static SharedPipeline<RANKS, SCANS>,
+        plan: Plan,
+    ) -> Self {
         Self { converter, shared, plan }
     }
 

@@ -1,5 +1,5 @@
-//! The stack: where it is, and how much of it was ever used. It lies at the start of RAM, below the statics. The start-up
-//! code fills it with a pattern.
+//! The stack: where it is, and how much of it was ever used. It lies at the start of RAM, below the statics. The
+//! start-up code fills it with a pattern.
 
 use core::ops::Range;
 use core::ptr::{addr_of, read_volatile};

@@ -45,8 +45,8 @@ impl FactoryReading {
         (noted as u32 * 3000 / NOTED_AT) as u16
     }
 
-    /// Range of the reference's codes, of `bits` bits, on a supply of 3.0 to 3.6 V. A sensor without motion reads higher,
-    /// a hammer for upward pulses lower; one for downward pulses may rest in it.
+    /// Range of the reference's codes, of `bits` bits, on a supply of 3.0 to 3.6 V. A sensor without motion reads
+    /// higher, a hammer for upward pulses lower; one for downward pulses may rest in it.
     pub fn codes(self, bits: u8) -> RangeInclusive<u16> {
         let at = |millivolts| {
             ((u32::from(self.0) << (bits - NOTED_BITS)) * NOTED_AT / millivolts) as u16

@@ -269,11 +269,11 @@ mod tests {
         let mut bench = Bench::new();
         bench.first.send(b"half a fr");
         bench.second.send(b"whole\0");
-        let mut all = Vec::new();
+        let mut received = Vec::new();
         while let Some(bytes) = bench.read() {
-            all.extend(bytes);
+            received.extend(bytes);
         }
-        assert_eq!(all, b"half a fr\0whole\0");
+        assert_eq!(received, b"half a fr\0whole\0");
     }
 
     #[test]

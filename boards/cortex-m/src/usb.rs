@@ -74,17 +74,17 @@ pub struct UsbTx<D: Driver<'static>> {
 
 /// The host has not configured the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NotConnected;
+pub struct NotConnectedError;
 
-impl fmt::Display for NotConnected {
+impl fmt::Display for NotConnectedError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("no host is connected")
     }
 }
 
-impl core::error::Error for NotConnected {}
+impl core::error::Error for NotConnectedError {}
 
-impl embedded_io_async::Error for NotConnected {
+impl embedded_io_async::Error for NotConnectedError {
     fn kind(&self) -> ErrorKind {
         ErrorKind::NotConnected
     }
@@ -112,11 +112,11 @@ impl<D: Driver<'static>> Link for UsbLink<D> {
 }
 
 impl<D: Driver<'static>> ErrorType for UsbRx<D> {
-    type Error = NotConnected;
+    type Error = NotConnectedError;
 }
 
 impl<D: Driver<'static>> Read for UsbRx<D> {
-    async fn read(&mut self, bytes: &mut [u8]) -> Result<usize, NotConnected> {
+    async fn read(&mut self, bytes: &mut [u8]) -> Result<usize, NotConnectedError> {
         if self.rest.is_empty() {
             self.rest = 0..self.receive().await;
         }
@@ -157,21 +157,21 @@ impl<D: Driver<'static>> UsbRx<D> {
 }
 
 impl<D: Driver<'static>> ErrorType for UsbTx<D> {
-    type Error = NotConnected;
+    type Error = NotConnectedError;
 }
 
 impl<D: Driver<'static>> Write for UsbTx<D> {
-    async fn write(&mut self, bytes: &[u8]) -> Result<usize, NotConnected> {
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, NotConnectedError> {
         let count = bytes.len().min(PACKET);
-        self.sender.write_packet(&bytes[..count]).await.map_err(|_| NotConnected)?;
+        self.sender.write_packet(&bytes[..count]).await.map_err(|_| NotConnectedError)?;
         self.full = count == PACKET;
         Ok(count)
     }
 
     /// After a full packet the host expects more, so an empty packet ends the transfer.
-    async fn flush(&mut self) -> Result<(), NotConnected> {
+    async fn flush(&mut self) -> Result<(), NotConnectedError> {
         if self.full {
-            self.sender.write_packet(&[]).await.map_err(|_| NotConnected)?;
+            self.sender.write_packet(&[]).await.map_err(|_| NotConnectedError)?;
             self.full = false;
         }
         Ok(())

@@ -1,4 +1,5 @@
-//! Registers in RAM, for a program that runs where the peripheral does not exist. A test of registers includes this file.
+//! Registers in RAM, for a program that runs where the peripheral does not exist. A test of registers includes this
+//! file.
 
 use core::cell::UnsafeCell;
 

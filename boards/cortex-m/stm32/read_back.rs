@@ -1,5 +1,5 @@
-//! Starts crystal and watchdog on registers in RAM and reads these back. A test of registers includes this file and names the
-//! chip's modules `chip`.
+//! Starts crystal and watchdog on registers in RAM and reads these back. A test of registers includes this file and
+//! names the chip's modules `chip`.
 
 use cortex_m_semihosting::hprintln;
 use embassy_stm32::pac::iwdg::Iwdg;

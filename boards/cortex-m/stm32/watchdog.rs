@@ -28,8 +28,8 @@ impl rig::Watchdog for Watchdog {
     }
 }
 
-/// Starts it in the order of the reference manuals. Until the divider and the period are taken over, it counts from the same
-/// value or a larger one.
+/// Starts it in the order of the reference manuals. Until the divider and the period are taken over, it counts from the
+/// same value or a larger one.
 pub fn start(watchdog: Iwdg) {
     watchdog.kr().write(|w| w.set_key(Key::START));
     watchdog.kr().write(|w| w.set_key(Key::ENABLE));

@@ -126,8 +126,10 @@ impl Flash {
 
     /// Each sector, from the origin on.
     pub fn each_sector(&self) -> impl Iterator<Item = Range<u32>> {
-        let sizes =
-            self.sectors.iter().flat_map(|all| std::iter::repeat_n(all.bytes, all.count as usize));
+        let sizes = self
+            .sectors
+            .iter()
+            .flat_map(|group| std::iter::repeat_n(group.bytes, group.count as usize));
         sizes.scan(self.origin, |start, size| {
             let sector = *start..*start + size;
             *start = sector.end;
@@ -165,7 +167,7 @@ impl Board {
 
     /// The flash for code and constants: what the linker may fill, of a board with a hole only what lies behind it.
     pub fn code_flash(&self) -> Range<u32> {
-        let all = self.image_flash();
-        self.hole().map_or(all.start, |store| store.end)..all.end
+        let flash = self.image_flash();
+        self.hole().map_or(flash.start, |store| store.end)..flash.end
     }
 }

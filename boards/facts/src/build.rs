@@ -103,7 +103,8 @@ fn link(program: Program, scripts: &[&str]) {
         println!("cargo::rustc-link-arg-{kind}=-T{script}");
     }
     println!("cargo::rustc-link-arg-{kind}=--nmagic");
-    // Functions that are the same code are linked once, which saves 1.7 KB. Nothing here compares addresses of functions.
+    // Functions that are the same code are linked once, which saves 1.7 KB. Nothing here compares addresses of
+    // functions.
     println!("cargo::rustc-link-arg-{kind}=--icf=all");
 }
 

@@ -21,7 +21,8 @@ pub fn constants(board: &Board) -> String {
          pub const FLASH_SELECT: Option<u8> = {select:?};\n"
     );
     if let Some(conversion) = &board.conversion {
-        let orders: Vec<String> = conversion.order.iter().map(|of| format!("&{of:?}")).collect();
+        let orders: Vec<String> =
+            conversion.order.iter().map(|order| format!("&{order:?}")).collect();
         text += &format!(
             "/// The channels in the order of their conversion, for each converter.\n\
              pub const CONVERSION_ORDER: &[&[u8]] = &[{}];\n",

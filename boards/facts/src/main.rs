@@ -1,4 +1,5 @@
-//! Prints the boards for scripts, one per line: package, target, and the folder's name. Runs cargo for the image of one.
+//! Prints the boards for scripts, one per line: package, target, and the folder's name. Runs cargo for the image of
+//! one.
 //!
 //! ```text
 //! cargo image                      every board

@@ -141,12 +141,12 @@ impl Wiring {
         let plugs = plugs.flat_map(|plug| &plug.pins);
         let channels = self.channels.iter().filter(|_| self.adc.is_none());
         let wires = self.adc.iter().flat_map(|adc| adc.wires.iter().map(|[_, board]| board));
-        let all = channels
+        let pins = channels
             .chain(wires)
             .chain(single)
             .chain(plugs)
             .chain(&self.grounded)
             .chain(&self.on_board);
-        all.map(String::as_str)
+        pins.map(String::as_str)
     }
 }

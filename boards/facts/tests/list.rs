@@ -15,18 +15,18 @@ fn lines(arguments: &[&str]) -> Vec<String> {
 
 #[test]
 fn a_line_has_package_target_and_folder() {
-    let all = lines(&[]);
+    let boards = lines(&[]);
     let emulated = "massline-mps2-an386 thumbv7em-none-eabihf mps2-an386";
-    assert!(all.iter().any(|line| line == emulated), "{all:?}");
-    assert!(all.iter().all(|line| line.split(' ').count() == 3), "{all:?}");
+    assert!(boards.iter().any(|line| line == emulated), "{boards:?}");
+    assert!(boards.iter().all(|line| line.split(' ').count() == 3), "{boards:?}");
 }
 
 #[test]
 fn the_emulated_board_has_no_chip() {
-    let (all, chips) = (lines(&[]), lines(&["--chips"]));
-    let emulated: Vec<_> = all.iter().filter(|line| !chips.contains(line)).collect();
+    let (boards, chips) = (lines(&[]), lines(&["--chips"]));
+    let emulated: Vec<_> = boards.iter().filter(|line| !chips.contains(line)).collect();
     assert_eq!(emulated, ["massline-mps2-an386 thumbv7em-none-eabihf mps2-an386"]);
-    assert!(chips.iter().all(|line| all.contains(line)), "{chips:?}");
+    assert!(chips.iter().all(|line| boards.contains(line)), "{chips:?}");
 }
 
 #[test]

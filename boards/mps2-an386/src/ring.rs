@@ -135,7 +135,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Number of scans that the rig waits for.
-    pub fn wanted(&self) -> u32 {
+    pub fn requested_scans(&self) -> u32 {
         let missing = self.ring.rig.wanted.load(Ordering::Acquire).wrapping_sub(self.written);
         // The index that an old run wanted may be before the start of the new run.
         if missing <= CAPACITY { missing } else { 0 }
@@ -144,7 +144,7 @@ impl<'a> Writer<'a> {
     /// Writes one scan, which the rig can read after [`Self::publish`]; returns false when the rig does
     /// not want it.
     pub fn push(&mut self, scan: &Scan) -> bool {
-        if self.wanted() == 0 {
+        if self.requested_scans() == 0 {
             return false;
         }
         for (place, &code) in self.ring.place(self.written).iter().zip(scan) {

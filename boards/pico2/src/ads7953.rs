@@ -44,8 +44,8 @@ pub struct Start {
     /// Number of frames so far.
     frames: u16,
     /// All bits that were set in any frame, and those that were set in all.
-    any: u16,
-    all: u16,
+    set_in_any: u16,
+    set_in_all: u16,
     /// The tag of the frame before.
     last_tag: u16,
     /// True while all tags are the same.
@@ -66,8 +66,8 @@ impl Start {
         Self {
             in_order: 0,
             frames: 0,
-            any: 0,
-            all: u16::MAX,
+            set_in_any: 0,
+            set_in_all: u16::MAX,
             last_tag: 0,
             is_same: true,
             wrong_tag: None,
@@ -87,8 +87,8 @@ impl Start {
 
     fn note(&mut self, frame: u16) {
         let tag = tag(frame);
-        self.any |= frame;
-        self.all &= frame;
+        self.set_in_any |= frame;
+        self.set_in_all &= frame;
         if self.frames > 0 {
             self.is_same &= tag == self.last_tag;
         }
@@ -104,8 +104,8 @@ impl Start {
     pub fn fault(&self) -> (ConverterFault, u8) {
         match self.wrong_tag {
             _ if self.frames == 0 => (ConverterFault::None, 0),
-            _ if self.all == u16::MAX => (ConverterFault::LineHigh, 0),
-            _ if self.any == 0 => (ConverterFault::LineLow, 0),
+            _ if self.set_in_all == u16::MAX => (ConverterFault::LineHigh, 0),
+            _ if self.set_in_any == 0 => (ConverterFault::LineLow, 0),
             _ if self.is_same => (ConverterFault::NoCommands, 0),
             Some(tag) => (ConverterFault::WrongTag, tag as u8),
             None => (ConverterFault::None, 0),

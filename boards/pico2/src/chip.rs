@@ -12,7 +12,7 @@ use embassy_rp::gpio::{Input, Level, Output};
 use embassy_rp::pac;
 use embassy_rp::peripherals::FLASH;
 use massline_cortex_m::boot::ResetFlags;
-use massline_cortex_m::flash::{Unsupervised, Window};
+use massline_cortex_m::flash::{NoSupervisor, Window};
 use massline_cortex_m::panel::Wiring;
 use massline_cortex_m::rig::{self, Rig, WATCHDOG, Watchdog as _};
 use massline_firmware::board::{BoardInfo, Clock};
@@ -24,7 +24,7 @@ use crate::facts::{FLASH_BYTES, FLASH_SELECT, NAME, STORE};
 /// The store's part of the flash. A word is a byte, a page 4 KiB. During a write (3 ms at most for what the
 /// store writes at a time) or an erase (400 ms at most) nothing else runs, because code is fetched from the
 /// same chip.
-pub type Store = Window<Flash<'static, FLASH, Blocking, { FLASH_BYTES as usize }>, Unsupervised>;
+pub type Store = Window<Flash<'static, FLASH, Blocking, { FLASH_BYTES as usize }>, NoSupervisor>;
 /// The panel's hardware.
 pub type PanelWiring = Wiring<panel::Bus, Input<'static>, panel::Buzzer, Output<'static>>;
 
@@ -94,7 +94,7 @@ pub fn parts() -> Parts {
         Flash::new_blocking(p.FLASH),
         STORE.start,
         STORE.end - STORE.start,
-        Unsupervised,
+        NoSupervisor,
     );
     let panel = Wiring {
         bus: panel::Bus { i2c: p.I2C0, clock: p.PIN_5, data: p.PIN_4 },

@@ -5,9 +5,9 @@ use pio::{Program, RP2040_MAX_PROGRAM_SIZE, pio_asm};
 /// The program. It sends the converter the upper half of a word from the FIFO, or zeros, and returns the
 /// received frame as the lower half of a word.
 pub fn program() -> Program<RP2040_MAX_PROGRAM_SIZE> {
-    // A gap of 8 + 8 + 8 + 2 + 1 cycles, then sixteen clocks of 3 cycles low and 3 high, and 2 cycles low before CS rises, so
-    // that the converter sees the sixteenth falling edge. A bit is sampled at the rising edge of its clock; the machine sees
-    // it as it was two core cycles before. While `push` waits for room the converter is not selected.
+    // A gap of 8 + 8 + 8 + 2 + 1 cycles, then sixteen clocks of 3 cycles low and 3 high, and 2 cycles low before CS
+    // rises, so that the converter sees the sixteenth falling edge. A bit is sampled at the rising edge of its clock;
+    // the machine sees it as it was two core cycles before. While `push` waits for room the converter is not selected.
     pio_asm!(
         ".side_set 2", // The clock, and above it CS, which selects when it is low.
         "    set x, 0        side 0b10",

@@ -28,10 +28,11 @@ pub const HIGH: u32 = 3;
 pub const GAP: u32 = 27;
 /// Cycles from the last falling edge of the clock until the converter is not selected any more: 0.07 µs.
 pub const HOLD: u32 = 2;
-/// Core cycles by which the state machine sees an input late: the two flip-flops of its synchroniser, which is not bypassed.
+/// Core cycles by which the state machine sees an input late: the two flip-flops of its synchroniser, which is not
+/// bypassed.
 const INPUT_DELAY: u32 = 2;
-/// Longest time in nanoseconds until a bit of the converter is valid: the first, after CS falls, with 1.8 V at +VBD (27 ns with
-/// 3 V). It has 13 core cycles, 87 ns, so that 49 ns remain for wires and pads.
+/// Longest time in nanoseconds until a bit of the converter is valid: the first, after CS falls, with 1.8 V at +VBD (27
+/// ns with 3 V). It has 13 core cycles, 87 ns, so that 49 ns remain for wires and pads.
 const BIT_VALID_NS: u32 = 38;
 /// Cycles per frame.
 const FRAME: u32 = FRAME_BITS * (LOW + HIGH) + HOLD + GAP;

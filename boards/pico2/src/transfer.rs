@@ -11,8 +11,8 @@ pub const WRITERS: [usize; 2] = [0, 2];
 pub const HALF: u32 = RAW_LENGTH as u32 / 2;
 /// The interrupt line of the DMA that the sampler uses.
 pub const LINE: usize = 1;
-/// The register INTR that is read. It has the channels of every line. Only its first address, 0x400, is described
-/// by all sources: at 0x410 the register description has INTR1, and the headers of the manufacturer's SDK a reserved word.
+/// The register INTR that is read. It has the channels of every line. Only its first address, 0x400, is described by
+/// all sources: at 0x410 the register description has INTR1, and the headers of the manufacturer's SDK a reserved word.
 const RAISED: usize = 0;
 /// Number of polls for a busy channel. One is reset in a few cycles.
 const LOOKS: usize = 10_000;
@@ -61,7 +61,7 @@ pub fn bits(flags: HalfFlags) -> u32 {
 mod tests {
     use std::cell::Cell;
 
-    use massline_cortex_m::sampler::Shared;
+    use massline_cortex_m::sampler::SharedPipeline;
 
     use super::*;
     use crate::plan::{RANKS, RING_SCANS};
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn the_interrupt_ends_and_its_half_is_read() {
-        let shared: Shared<RANKS, RING_SCANS> = Shared::new();
+        let shared: SharedPipeline<RANKS, RING_SCANS> = SharedPipeline::new();
         for half in [0, 1, 0] {
             let twin = Twin { raised: Cell::new(1 << WRITERS[half]), busy: WRITERS[1 - half] };
             let passes = Cell::new(0);

@@ -236,8 +236,8 @@ mod tests {
     #[test]
     fn another_thread_does_not_see_the_skips_of_this_one() {
         advance_to(Instant::now() + Duration::from_secs(1_000_000));
-        let there = thread::spawn(Instant::now).join().unwrap();
-        assert!(there < Instant::now() - Duration::from_secs(500_000));
+        let other_now = thread::spawn(Instant::now).join().unwrap();
+        assert!(other_now < Instant::now() - Duration::from_secs(500_000));
     }
 
     #[test]

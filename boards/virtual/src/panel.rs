@@ -27,9 +27,9 @@ pub struct OperatorPanel {
 
 /// The host's end of the panel. Clones refer to the same panel.
 #[derive(Clone)]
-pub struct PanelView(Arc<Shared>);
+pub struct PanelView(Arc<SharedPanel>);
 
-struct Shared {
+struct SharedPanel {
     state: Mutex<State>,
     changed: Condvar,
 }
@@ -64,7 +64,7 @@ impl OperatorPanel {
             waker: None,
         };
         let view =
-            PanelView(Arc::new(Shared { state: Mutex::new(state), changed: Condvar::new() }));
+            PanelView(Arc::new(SharedPanel { state: Mutex::new(state), changed: Condvar::new() }));
         Self { source, view, reported: None, framebuffer: Framebuffer::default() }
     }
 
@@ -226,9 +226,9 @@ mod tests {
     /// Never reached unless something hangs.
     const LATE: Duration = Duration::from_secs(60);
 
-    type Heard = Arc<Mutex<Vec<(u32, usize)>>>;
+    type ArmingLog = Arc<Mutex<Vec<(u32, usize)>>>;
 
-    struct Listener(Heard);
+    struct Listener(ArmingLog);
 
     impl ScanSource for Listener {
         fn adc(&self) -> AdcProperties {
@@ -250,7 +250,7 @@ mod tests {
         }
     }
 
-    fn panel() -> (OperatorPanel, Heard) {
+    fn panel() -> (OperatorPanel, ArmingLog) {
         let heard = Arc::new(Mutex::new(Vec::new()));
         let source = SharedSource::new(Box::new(Listener(heard.clone())));
         (OperatorPanel::new(source), heard)

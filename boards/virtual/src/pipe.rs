@@ -18,7 +18,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Waker};
 
 pub use host_end::HostEnd;
-pub use rig_end::{Backlog, PipeLink, RigRx, RigTx, Unplugged};
+pub use rig_end::{Backlog, PipeLink, RigRx, RigTx, UnpluggedError};
 
 /// Default capacity of each direction of the pipe, bytes: that of a serial driver.
 pub const DEFAULT_CAPACITY: usize = 64 * 1024;
@@ -38,7 +38,7 @@ pub enum Direction {
 
 /// A pipe whose directions hold `capacity` bytes each: the rig's end and the host's end, plugged in.
 pub fn pipe(capacity: usize) -> (PipeLink, HostEnd) {
-    let shared = Arc::new(Shared {
+    let shared = Arc::new(SharedPipe {
         state: Mutex::new(State {
             to_rig: Lane::new(capacity),
             to_host: Lane::new(capacity),
@@ -56,7 +56,7 @@ pub fn pipe(capacity: usize) -> (PipeLink, HostEnd) {
     (PipeLink::new(shared.clone()), HostEnd::new(shared))
 }
 
-struct Shared {
+struct SharedPipe {
     state: Mutex<State>,
     /// Notified of every change that a host may be waiting for.
     changed: Condvar,
@@ -80,7 +80,7 @@ struct State {
     rig_pacer: Option<Waker>,
 }
 
-impl Shared {
+impl SharedPipe {
     /// A panic elsewhere leaves the state consistent: every change is complete before anything can fail.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)

@@ -295,9 +295,9 @@ mod tests {
     const LATE: Duration = Duration::from_secs(60);
 
     /// A source whose scans are all the same.
-    struct Quiet;
+    struct QuietSource;
 
-    impl ScanSource for Quiet {
+    impl ScanSource for QuietSource {
         fn adc(&self) -> AdcProperties {
             AdcProperties {
                 rate: Hertz(2000.0),
@@ -316,7 +316,7 @@ mod tests {
     }
 
     fn options() -> VirtualRigOptions {
-        VirtualRigOptions::new(Box::new(Quiet))
+        VirtualRigOptions::new(Box::new(QuietSource))
     }
 
     /// Samples for ever, echoes what the host writes, shows `Done` when a button is pressed, and panics

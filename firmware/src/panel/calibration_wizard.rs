@@ -7,7 +7,7 @@ use massline_shared::calibration::tumble::{
 use massline_shared::calibration::{CalibrationRecord, CalibrationSigma};
 use massline_shared::signal::{AdcProperties, RestStatistics};
 
-use super::refused::Refused;
+use super::refused::RefusalReason;
 
 /// State of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +45,7 @@ pub enum WizardProblem {
     /// The computed calibration is not usable.
     NotUsable,
     /// The rig has refused a step.
-    Refused(Refused),
+    Refused(RefusalReason),
 }
 
 impl WizardProblem {
@@ -55,7 +55,7 @@ impl WizardProblem {
         matches!(
             self,
             Self::Tumble { problem: T::NotFinite(_) | T::NotAtRest { .. }, .. }
-                | Self::Refused(Refused::SamplerStopped | Refused::Busy)
+                | Self::Refused(RefusalReason::SamplerStopped | RefusalReason::Busy)
         )
     }
 }
@@ -77,12 +77,12 @@ pub(super) fn add_reading(
     reading: &RestStatistics,
     adc: &AdcProperties,
 ) -> Result<bool, WizardProblem> {
-    let wanted = test.wanted().next();
+    let wanted = test.missing_positions().next();
     if let Some(position) = wanted {
         let reading = RestVoltages::of(reading, adc);
         test.add(position, reading, &TumbleLimits::default()).map_err(WizardProblem::from)?;
     }
-    Ok(test.wanted().next().is_none())
+    Ok(test.missing_positions().next().is_none())
 }
 
 /// The calibration in force, updated from the six readings, and its proposal.
@@ -92,10 +92,11 @@ pub(super) fn of_tumble(
 ) -> Result<Proposal, WizardProblem> {
     let limits = TumbleLimits::default();
     let mut wrong: Option<SensorProblem<f32>> = None;
-    let found = test.solve(&limits, |problem| wrong = wrong.or(Some(problem)));
-    let found = found.ok_or_else(|| wrong.map_or(WizardProblem::NotUsable, WizardProblem::from))?;
-    record.take_tumble(&found.sensors, found.hammer_zero);
-    let sound = found.is_level(&limits);
+    let solution = test.solve(&limits, |problem| wrong = wrong.or(Some(problem)));
+    let solution =
+        solution.ok_or_else(|| wrong.map_or(WizardProblem::NotUsable, WizardProblem::from))?;
+    record.take_tumble(&solution.sensors, solution.hammer_zero);
+    let sound = solution.is_level(&limits);
     propose(record, Proposal { sound, hammer_ratio: None, sigma: record.sigma })
 }
 
@@ -153,7 +154,7 @@ mod tests {
         RestStatistics { scans: 2048, mean, deviation: [deviation; CHANNELS] }
     }
 
-    fn all(order: [usize; 6]) -> TumbleTest<f32> {
+    fn tumble_test(order: [usize; 6]) -> TumbleTest<f32> {
         let mut readings = TumbleTest::new();
         for (count, place) in (1..).zip(order) {
             let last =
@@ -166,7 +167,7 @@ mod tests {
     #[test]
     fn six_readings_of_the_data_sheet_give_the_data_sheet() {
         let mut record = CalibrationRecord::default();
-        let proposal = of_tumble(&all([0, 1, 2, 3, 4, 5]), &mut record).unwrap();
+        let proposal = of_tumble(&tumble_test([0, 1, 2, 3, 4, 5]), &mut record).unwrap();
         let nominal = CalibrationRecord::default().calibration;
         for k in 1..7 {
             let ratio =
@@ -189,13 +190,13 @@ mod tests {
         let moving = reading(Position::ALL[0], 40.0);
         let problem = add_reading(&mut readings, &moving, &ADC).unwrap_err();
         assert!(problem.read_again(), "{problem:?}");
-        assert_eq!(readings.wanted().next(), Some(Position::ALL[0]));
+        assert_eq!(readings.missing_positions().next(), Some(Position::ALL[0]));
     }
 
     #[test]
     fn a_position_that_was_turned_otherwise_is_found() {
         let mut record = CalibrationRecord::default();
-        let problem = of_tumble(&all([0, 1, 3, 2, 4, 5]), &mut record).unwrap_err();
+        let problem = of_tumble(&tumble_test([0, 1, 3, 2, 4, 5]), &mut record).unwrap_err();
         assert!(matches!(
             problem,
             WizardProblem::Tumble { sensor: 0, problem: TumbleProblem::ReadsAs { .. } }

@@ -20,7 +20,7 @@ use super::draw::{LayoutLine, View, canvas, draw};
 use super::menu::{Action, Menu, Screen};
 use super::modal::ModalState;
 use super::pace::TimeEstimator;
-use super::refused::Refused;
+use super::refused::RefusalReason;
 use super::summary;
 use super::{Button, Cue, PanelModel, cues};
 use crate::deadline::Deadline;
@@ -142,13 +142,13 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
     }
 
     /// Handles the outcome of a pending action.
-    pub(super) fn answer(&mut self, done: Result<(), Refused>) {
+    pub(super) fn answer(&mut self, done: Result<(), RefusalReason>) {
         if let Err(reason) = done {
             self.menu.refuse(reason);
         }
     }
 
-    fn act(&mut self, action: Action) -> Result<Option<PendingAction>, Refused> {
+    fn act(&mut self, action: Action) -> Result<Option<PendingAction>, RefusalReason> {
         match action {
             Action::Start => return Ok(Some(PendingAction::Start(Object::Unknown))),
             Action::Command(command) => self.rig.command(command)?,
@@ -164,23 +164,23 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
             Action::ReadPosition => self.read_position()?,
             Action::StopSelfTest | Action::CancelCalibration => self.cancel(),
             Action::OpenResult(place) => {
-                let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
+                let store = self.store.try_lock().map_err(|_| RefusalReason::Busy)?;
                 let stored = store.results().iter().rev().nth(usize::from(place));
                 return open(stored.copied());
             }
             Action::OpenLast => {
-                let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
+                let store = self.store.try_lock().map_err(|_| RefusalReason::Busy)?;
                 return open(store.find(self.before.result));
             }
             Action::DeleteResult => {
-                let summary = self.modal.summary().ok_or(Refused::NotFound)?;
+                let summary = self.modal.summary().ok_or(RefusalReason::NotFound)?;
                 let rests = self
                     .rig
                     .measurement
                     .borrow()
                     .rests()
                     .then_some(PendingAction::Delete(summary.number));
-                return rests.ok_or(Refused::WrongPhase).map(Some);
+                return rests.ok_or(RefusalReason::WrongPhase).map(Some);
             }
             Action::UseProfile(profile) => {
                 if profile == self.before.profile {
@@ -190,8 +190,9 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
                 return self.when_idle(PendingAction::UseProfile(profile));
             }
             Action::UseLayout(place) => {
-                let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
-                let stored = store.layouts().get(usize::from(place)).ok_or(Refused::NotFound)?;
+                let store = self.store.try_lock().map_err(|_| RefusalReason::Busy)?;
+                let stored =
+                    store.layouts().get(usize::from(place)).ok_or(RefusalReason::NotFound)?;
                 return match stored.in_use {
                     true => Ok(None),
                     false => self.when_idle(PendingAction::UseLayout(stored.hash)),
@@ -200,7 +201,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
             Action::SolveBlock => return self.when_idle(PendingAction::SolveBlock),
             Action::KeepCalibration => return self.when_idle(PendingAction::KeepCalibration),
             Action::NextScreen => {
-                let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
+                let store = self.store.try_lock().map_err(|_| RefusalReason::Busy)?;
                 return self.when_idle(PendingAction::UseScreen(store.screen().next()));
             }
         }
@@ -216,11 +217,11 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         *self.modal = ModalState::Nothing;
     }
 
-    fn when_idle(&self, pending: PendingAction) -> Result<Option<PendingAction>, Refused> {
+    fn when_idle(&self, pending: PendingAction) -> Result<Option<PendingAction>, RefusalReason> {
         if self.rig.measurement.borrow().is_idle() {
             Ok(Some(pending))
         } else {
-            Err(Refused::WrongPhase)
+            Err(RefusalReason::WrongPhase)
         }
     }
 
@@ -229,11 +230,11 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         &mut self,
         object: Object,
         shortage: Option<Shortage>,
-    ) -> Result<(), Refused> {
+    ) -> Result<(), RefusalReason> {
         let start = Start { object, ..Start::DEFAULT };
         let started = self.rig.start(start, false, shortage.is_none());
         if let (Err(StartError::NoRoom), Some(shortage)) = (started, shortage) {
-            return Err(Refused::TooLittleRoom(shortage.results_to_delete()));
+            return Err(RefusalReason::TooLittleRoom(shortage.results_to_delete()));
         }
         if started == Err(StartError::LayoutRefused) {
             let measurement = self.rig.measurement.borrow();
@@ -246,8 +247,8 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
 }
 
 /// Opens this result.
-fn open(stored: Option<ResultHandle>) -> Result<Option<PendingAction>, Refused> {
-    Ok(Some(PendingAction::Open(stored.ok_or(Refused::NotFound)?)))
+fn open(stored: Option<ResultHandle>) -> Result<Option<PendingAction>, RefusalReason> {
+    Ok(Some(PendingAction::Open(stored.ok_or(RefusalReason::NotFound)?)))
 }
 
 /// The stored layouts.

@@ -23,7 +23,7 @@ use massline_shared::layout::TestProfile;
 use massline_shared::measurement::campaign::{Command, Phase};
 
 use super::calibration_wizard::CalibrationWizard;
-use super::refused::Refused;
+use super::refused::RefusalReason;
 use super::self_test::SelfTestState;
 use super::{Button, PanelModel};
 
@@ -63,7 +63,7 @@ pub enum Screen {
     /// A question before something is deleted.
     Sure(Question),
     /// Why the rig has refused an action.
-    Refused(Refused),
+    Refused(RefusalReason),
 }
 
 /// What would be deleted.
@@ -191,7 +191,7 @@ impl Menu {
         };
         let complete = is_complete(model);
         let solved = complete || model.at_target;
-        let there = |entry: &&Entry| match entry {
+        let is_offered = |entry: &&Entry| match entry {
             // Without a hit to undo the rig says why.
             Entry::Undo => !complete && model.averaged > 0,
             Entry::Redo | Entry::Skip => !solved,
@@ -201,7 +201,7 @@ impl Menu {
             _ => true,
         };
         // No list has more than eight lines.
-        entries.extend(list.iter().filter(there).copied().take(8));
+        entries.extend(list.iter().filter(is_offered).copied().take(8));
         entries
     }
 
@@ -254,9 +254,9 @@ impl Menu {
     }
 
     /// Shows why an action was refused.
-    pub fn refuse(&mut self, reason: Refused) {
+    pub fn refuse(&mut self, reason: RefusalReason) {
         self.go(match reason {
-            Refused::LayoutRefused => Screen::Findings,
+            RefusalReason::LayoutRefused => Screen::Findings,
             reason => Screen::Refused(reason),
         });
     }
@@ -318,9 +318,9 @@ impl Menu {
             Entry::End => Screen::Sure(Question::End),
             Entry::Block => Screen::BlockMass,
             Entry::SelfTest if model.idle => return Some(Action::StartSelfTest),
-            Entry::SelfTest => Screen::Refused(Refused::WrongPhase),
+            Entry::SelfTest => Screen::Refused(RefusalReason::WrongPhase),
             Entry::Tumble if model.idle => return Some(Action::StartTumble),
-            Entry::Tumble => Screen::Refused(Refused::WrongPhase),
+            Entry::Tumble => Screen::Refused(RefusalReason::WrongPhase),
             Entry::Resume => return Some(Action::Command(C::Resume)),
             Entry::Undo => return Some(Action::Command(C::Undo)),
             Entry::Skip => return Some(Action::Command(C::Skip)),
@@ -355,7 +355,7 @@ impl Menu {
         }
         self.go(Screen::Measure);
         if !model.idle {
-            self.refuse(Refused::WrongPhase);
+            self.refuse(RefusalReason::WrongPhase);
             return None;
         }
         Some(Action::StartBlock { decigrams: self.decigrams })
@@ -365,7 +365,7 @@ impl Menu {
         match model.calibration_wizard {
             CalibrationWizard::Wanted(_) if model.idle => Some(Action::ReadPosition),
             CalibrationWizard::Wanted(_) => {
-                self.go(Screen::Refused(Refused::WrongPhase));
+                self.go(Screen::Refused(RefusalReason::WrongPhase));
                 None
             }
             CalibrationWizard::Wrong(problem) if problem.read_again() => Some(Action::ReadPosition),

@@ -7,7 +7,7 @@ use crate::store::StoreError;
 
 /// Why the rig refuses an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refused {
+pub enum RefusalReason {
     /// The item no longer exists.
     NotFound,
     /// The rig is doing something else.
@@ -18,7 +18,8 @@ pub enum Refused {
     LayoutRefused,
     /// The store is full.
     StoreFull,
-    /// There is too little room for the campaign, until so many results are deleted; zero when even without results there is.
+    /// There is too little room for the campaign, until so many results are deleted; zero when even without results
+    /// there is.
     TooLittleRoom(u8),
     /// A block of known mass is weighed by mass lines, and the layout has the suspension profile.
     BlockNeedsMassLines,
@@ -36,7 +37,7 @@ pub enum Refused {
     HitOverwritten,
 }
 
-impl Refused {
+impl RefusalReason {
     /// Every reason.
     pub const ALL: [Self; 13] = [
         Self::NotFound,
@@ -55,7 +56,7 @@ impl Refused {
     ];
 }
 
-impl From<StartError> for Refused {
+impl From<StartError> for RefusalReason {
     fn from(error: StartError) -> Self {
         match error {
             StartError::Busy => Self::Busy,
@@ -68,7 +69,7 @@ impl From<StartError> for Refused {
     }
 }
 
-impl From<CommandError> for Refused {
+impl From<CommandError> for RefusalReason {
     fn from(error: CommandError) -> Self {
         match error {
             CommandError::WrongPhase => Self::WrongPhase,
@@ -79,7 +80,7 @@ impl From<CommandError> for Refused {
     }
 }
 
-impl From<StoreError> for Refused {
+impl From<StoreError> for RefusalReason {
     fn from(error: StoreError) -> Self {
         match error {
             StoreError::NotFound => Self::NotFound,

@@ -1,7 +1,8 @@
-//! The self-test by buttons: a reading at rest, whose channels are measured one by one, and what it says about wiring and parts.
+//! The self-test by buttons: a reading at rest, whose channels are measured one by one, and what it says about wiring
+//! and parts.
 
 use massline_shared::diagnosis::{Diagnostic, Diagnostics};
-use massline_shared::measurement::{Measurement, Recorded};
+use massline_shared::measurement::{Measurement, RecordContent};
 use massline_shared::signal::self_test::{ChannelAtRest, KnownSensors, SelfTest, left_capacitors};
 
 use crate::info::BoardInfo;
@@ -15,7 +16,8 @@ pub(crate) enum SelfTestRun {
     Reading,
     /// The channels before this one have been measured.
     Measuring(SelfTest<f32>, usize),
-    /// What the channels read, none when the converter does not answer, and the faults, those that explain others first.
+    /// What the channels read, none when the converter does not answer, and the faults, those that explain others
+    /// first.
     Done(Option<SelfTest<f32>>, Diagnostics),
     /// Something else has taken the record.
     Disturbed,
@@ -99,21 +101,21 @@ impl SelfTestRun {
             return false;
         }
         *self = match (&mut *self, measurement.recorded()) {
-            (Self::Reading, Recorded::Reading) => {
+            (Self::Reading, RecordContent::Reading) => {
                 Self::Measuring(SelfTest::new(measurement.adc()), 0)
             }
-            (Self::Reading, Recorded::ReadingFailed) => {
+            (Self::Reading, RecordContent::ReadingFailed) => {
                 let (mut findings, hardware) = (Diagnostics::new(), info.hardware());
                 put(&mut findings, &mut hardware.findings());
                 put(&mut findings, &mut [hardware.converter_finding()].into_iter());
                 Self::Done(None, findings)
             }
             (Self::Measuring(..), _) if !measurement.is_idle() => Self::Disturbed,
-            (Self::Measuring(test, next), Recorded::Reading) if *next < test.count() => {
+            (Self::Measuring(test, next), RecordContent::Reading) if *next < test.count() => {
                 measurement.test_channel(test, *next);
                 Self::Measuring(*test, *next + 1)
             }
-            (Self::Measuring(test, _), Recorded::Reading) => {
+            (Self::Measuring(test, _), RecordContent::Reading) => {
                 let calibration = measurement.calibration();
                 let known = knows_sensors.then_some(KnownSensors(calibration));
                 let mut findings = Diagnostics::new();
@@ -130,8 +132,8 @@ impl SelfTestRun {
 
 /// Adds faults to a list. One that is full names enough.
 fn put(findings: &mut Diagnostics, more: &mut dyn Iterator<Item = Diagnostic>) {
-    for found in more {
-        let _ = findings.push(found);
+    for diagnostic in more {
+        let _ = findings.push(diagnostic);
     }
 }
 
@@ -172,7 +174,7 @@ mod tests {
     };
 
     fn codes(run: &SelfTestRun) -> Vec<Code> {
-        run.findings().iter().map(|found| found.code).collect()
+        run.findings().iter().map(|finding| finding.code).collect()
     }
 
     /// Runs a self-test after `feed`, until it has nothing to do; returns it and the number of its steps.

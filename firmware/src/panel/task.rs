@@ -17,7 +17,7 @@ use super::layout_under::LayoutUnder;
 use super::menu::{Menu, Screen};
 use super::modal::ModalState;
 use super::pace::TimeEstimator;
-use super::refused::Refused;
+use super::refused::RefusalReason;
 use super::self_test::SelfTestState;
 use super::summary::{self, PIECE};
 use super::{Panel, PanelModel};
@@ -109,7 +109,7 @@ async fn run_pending<F: NorFlash>(
     pending: PendingAction,
     controller: &mut PanelController<'_, '_, F>,
     piece: &mut [u8; PIECE],
-) -> Result<(), Refused> {
+) -> Result<(), RefusalReason> {
     let mut store = controller.store.lock().await;
     match pending {
         PendingAction::Open(stored) => {
@@ -126,7 +126,7 @@ async fn run_pending<F: NorFlash>(
         PendingAction::UseLayout(hash) => {
             store.use_layout(hash).await?;
             let mut room = [0; MAX_LAYOUT];
-            let layout = store.layout(&mut room).await.ok_or(Refused::NotFound)?;
+            let layout = store.layout(&mut room).await.ok_or(RefusalReason::NotFound)?;
             controller.rig.use_layout(layout)?;
         }
         PendingAction::UseProfile(profile) => {

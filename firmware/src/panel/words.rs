@@ -11,7 +11,7 @@ use massline_shared::layout::{AXIS_LETTERS, Dof, RigLayout};
 
 use super::calibration_wizard::WizardProblem;
 use super::number::{Text, decimals_for, fitting};
-use super::refused::Refused;
+use super::refused::RefusalReason;
 
 /// Characters of a line.
 pub const WIDTH: usize = 21;
@@ -101,24 +101,30 @@ pub fn method(number: u8) -> &'static str {
 }
 
 /// Why the rig has refused an action.
-pub fn of_reason(reason: Refused) -> &'static str {
+pub fn of_reason(reason: RefusalReason) -> &'static str {
     match reason {
-        Refused::NotFound => "It no longer\nexists.",
-        Refused::WrongPhase => "Not now: the rig is\nbusy. End or finish\nwhat runs first.",
-        Refused::NoLayout => "No layout stored:\nsend one from a PC\n(massline measure).",
-        Refused::LayoutRefused => "This layout cannot\ngive an answer.",
-        Refused::StoreFull => "The store is full:\ndelete a result\n(Results).",
-        Refused::TooLittleRoom(0) => "Too little room: take\nfewer hit places.\nSix always fit.",
-        Refused::TooLittleRoom(_) => "Too little room.\nFirst delete under\nResults:",
-        Refused::BlockNeedsMassLines => {
+        RefusalReason::NotFound => "It no longer\nexists.",
+        RefusalReason::WrongPhase => "Not now: the rig is\nbusy. End or finish\nwhat runs first.",
+        RefusalReason::NoLayout => "No layout stored:\nsend one from a PC\n(massline measure).",
+        RefusalReason::LayoutRefused => "This layout cannot\ngive an answer.",
+        RefusalReason::StoreFull => "The store is full:\ndelete a result\n(Results).",
+        RefusalReason::TooLittleRoom(0) => {
+            "Too little room: take\nfewer hit places.\nSix always fit."
+        }
+        RefusalReason::TooLittleRoom(_) => "Too little room.\nFirst delete under\nResults:",
+        RefusalReason::BlockNeedsMassLines => {
             "A block is weighed by\nmass lines: choose\nthem under Measure."
         }
-        Refused::SupplyLow => "Supply too low to\nwrite: charge, or try\nanother cable.",
-        Refused::StoreFailed => "Writing the flash\nfailed: try again.",
-        Refused::Busy => "The flash is busy:\ntry again.",
-        Refused::SamplerStopped => Code::SamplerStopped.words(),
-        Refused::NothingToUndo => "No hit to undo: only\nthe last one can be,\nand only once.",
-        Refused::HitOverwritten => "Too late to undo: a\nlater hit took its\nplace in memory.",
+        RefusalReason::SupplyLow => "Supply too low to\nwrite: charge, or try\nanother cable.",
+        RefusalReason::StoreFailed => "Writing the flash\nfailed: try again.",
+        RefusalReason::Busy => "The flash is busy:\ntry again.",
+        RefusalReason::SamplerStopped => Code::SamplerStopped.words(),
+        RefusalReason::NothingToUndo => {
+            "No hit to undo: only\nthe last one can be,\nand only once."
+        }
+        RefusalReason::HitOverwritten => {
+            "Too late to undo: a\nlater hit took its\nplace in memory."
+        }
     }
 }
 
@@ -173,7 +179,7 @@ mod tests {
 
     #[test]
     fn every_reason_fits() {
-        for reason in Refused::ALL {
+        for reason in RefusalReason::ALL {
             assert!(fits(of_reason(reason)), "{reason:?}");
         }
     }
@@ -201,7 +207,7 @@ mod tests {
             WizardProblem::NotUsable,
             WizardProblem::NoMass,
             WizardProblem::SensorsUnknown,
-            WizardProblem::Refused(Refused::Busy),
+            WizardProblem::Refused(RefusalReason::Busy),
         ];
         for problem in tumble.chain(block.map(WizardProblem::Block)).chain(others) {
             assert!(fits(of_problem(&problem)), "{problem:?}");
@@ -220,14 +226,14 @@ mod tests {
                 }
             }
         }
-        let of = |code, subject_of, value| {
+        let subject_text = |code, subject_of, value| {
             subject(&Diagnostic::about(code, Severity::Error, subject_of, value), None).to_string()
         };
-        assert_eq!(of(Code::Overload, Subject::Channel(0), 0.0), "hammer");
-        assert_eq!(of(Code::Overload, Subject::Channel(5), 0.0), "sensor 2 y");
-        assert_eq!(of(Code::DofSkipped, Subject::Hit(1), 3.5), "hit no. 2        3.50");
-        assert_eq!(of(Code::AxesNotOrthonormal, Subject::Hit(1), 0.0), "hit no. 2");
-        assert_eq!(of(Code::AxesNotOrthonormal, Subject::Sensor(1), 0.0), "sensor 2");
-        assert_eq!(of(Code::Unknown(999), Subject::Whole, 0.0), "code 999");
+        assert_eq!(subject_text(Code::Overload, Subject::Channel(0), 0.0), "hammer");
+        assert_eq!(subject_text(Code::Overload, Subject::Channel(5), 0.0), "sensor 2 y");
+        assert_eq!(subject_text(Code::DofSkipped, Subject::Hit(1), 3.5), "hit no. 2        3.50");
+        assert_eq!(subject_text(Code::AxesNotOrthonormal, Subject::Hit(1), 0.0), "hit no. 2");
+        assert_eq!(subject_text(Code::AxesNotOrthonormal, Subject::Sensor(1), 0.0), "sensor 2");
+        assert_eq!(subject_text(Code::Unknown(999), Subject::Whole, 0.0), "code 999");
     }
 }

@@ -34,30 +34,37 @@ impl Decimation {
 }
 
 /// The codes of a scan and of the other inputs of the sequence.
-pub type Decimated<const RANKS: usize> = [u16; RANKS];
+pub type DecimatedScan<const RANKS: usize> = [u16; RANKS];
 
 /// Sums of the raw scans added so far.
 #[derive(Debug)]
 pub(super) struct Sums<const RANKS: usize> {
     sums: [u32; RANKS],
     /// Inputs that were at the top or at the bottom of the converter's range.
-    clipped: [Clipped; RANKS],
+    clipped: [ClippedSides; RANKS],
     count: u16,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Clipped {
+struct ClippedSides {
     low: bool,
     high: bool,
 }
 
 impl<const RANKS: usize> Sums<RANKS> {
-    pub const ZERO: Self =
-        Self { sums: [0; RANKS], clipped: [Clipped { low: false, high: false }; RANKS], count: 0 };
+    pub const ZERO: Self = Self {
+        sums: [0; RANKS],
+        clipped: [ClippedSides { low: false, high: false }; RANKS],
+        count: 0,
+    };
 
     /// Adds a raw scan; returns the mean with the last one of `ratio`. An input that clipped in any of
     /// them reads as clipped, because a mean would hide it.
-    pub fn add(&mut self, raw: &[u16; RANKS], decimation: &Decimation) -> Option<Decimated<RANKS>> {
+    pub fn add(
+        &mut self,
+        raw: &[u16; RANKS],
+        decimation: &Decimation,
+    ) -> Option<DecimatedScan<RANKS>> {
         let full = decimation.raw_full;
         for ((sum, clipped), &code) in self.sums.iter_mut().zip(&mut self.clipped).zip(raw) {
             *sum += u32::from(code);
@@ -69,8 +76,8 @@ impl<const RANKS: usize> Sums<RANKS> {
             return None;
         }
         let codes = core::array::from_fn(|rank| match self.clipped[rank] {
-            Clipped { high: true, .. } => decimation.full(),
-            Clipped { low: true, .. } => 0,
+            ClippedSides { high: true, .. } => decimation.full(),
+            ClippedSides { low: true, .. } => 0,
             _ => mean(self.sums[rank], decimation),
         });
         *self = Self::ZERO;

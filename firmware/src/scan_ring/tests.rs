@@ -461,10 +461,10 @@ proptest! {
                                 // After a gap, search the recent raw scans for the one that the block
                                 // starts with.
                                 let newest = chip.written / RANKS as u64;
-                                let all = newest.saturating_sub(NUMBERS - 10)..=newest;
-                                let found = all.rev().find(|&from| block[0] == mean_of(from));
-                                prop_assert!(found.is_some(), "{:?}", block[0]);
-                                found.unwrap_or_default()
+                                let candidates = newest.saturating_sub(NUMBERS - 10)..=newest;
+                                let start = candidates.rev().find(|&from| block[0] == mean_of(from));
+                                prop_assert!(start.is_some(), "{:?}", block[0]);
+                                start.unwrap_or_default()
                             }
                         };
                         prop_assert_eq!(block, [begin, begin + 3].map(mean_of));

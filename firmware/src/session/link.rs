@@ -9,7 +9,8 @@ use crate::rig::Rig;
 /// A frame that could not be sent within this time is given up: no host is reading. The time is longer than an erase
 /// of a sector, 0.8 s on an STM32F411, during which nothing is sent.
 pub(crate) const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
-/// The same after a frame that was given up, until one is sent: longer than the longest frame takes at 115 200 baud, 0.1 s.
+/// The same after a frame that was given up, until one is sent: longer than the longest frame takes at 115 200 baud,
+/// 0.1 s.
 const UNREAD_TIMEOUT: Duration = Duration::from_millis(250);
 
 /// Counts received bytes and reconnections.

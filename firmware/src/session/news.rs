@@ -4,7 +4,7 @@ use heapless::Vec;
 use massline_protocol::event::{HIT, HitEvent, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock};
 use massline_protocol::message::Status;
 use massline_protocol::{MAX_FRAME, encode_frame};
-use massline_shared::measurement::Streamed;
+use massline_shared::measurement::StreamProgress;
 use massline_shared::signal::Record;
 
 use crate::rig::Rig;
@@ -42,7 +42,7 @@ impl EventSender {
     fn scans(&mut self, rig: &Rig<'_>) -> Option<ScanBlock> {
         const SCANS: u64 = (SCAN_BLOCK_BYTES / Record::SCAN_BYTES) as u64;
         let measurement = rig.measurement.borrow();
-        let Some(Streamed { end, held }) = measurement.streamed() else {
+        let Some(StreamProgress { end, held }) = measurement.streamed() else {
             self.next_scan = None;
             return None;
         };

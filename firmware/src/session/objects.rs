@@ -11,7 +11,7 @@ use massline_protocol::object::{
     ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind, READING,
 };
 use massline_shared::measurement::averaging::DofSpectra;
-use massline_shared::measurement::{Measurement, Recorded};
+use massline_shared::measurement::{Measurement, RecordContent};
 use massline_shared::signal::{RESPONSES, Record, SPECTRUM_BINS, resolution};
 
 use crate::deadline::Deadline;
@@ -117,11 +117,11 @@ impl<F: NorFlash> Objects<'_, '_, F> {
 
     async fn dof_with_lines(&self, object: ObjectId) -> Result<DofHandle, Reason> {
         let store = self.store.lock().await;
-        let found = match LinesId::of_number(object.number) {
+        let handle = match LinesId::of_number(object.number) {
             LinesId { result: CURRENT_CAMPAIGN, dof } => store.dof_of_campaign(dof),
             LinesId { result, dof } => store.dof_of_result(result, dof),
         };
-        found.filter(DofHandle::has_lines).ok_or(Reason::NotFound)
+        handle.filter(DofHandle::has_lines).ok_or(Reason::NotFound)
     }
 
     /// Checksum of a stored DOF. Lets the link and the watchdog run between two pieces.
@@ -141,9 +141,9 @@ impl<F: NorFlash> Objects<'_, '_, F> {
 /// Whether the record holds the requested hit or reading.
 fn has_record(measurement: &Measurement<'_, f32>, object: ObjectId) -> Result<(), Reason> {
     match measurement.recorded() {
-        Recorded::Hit(hit) | Recorded::HitBefore(hit) if hit == object.number => Ok(()),
-        Recorded::Reading if object.number == READING && !measurement.reads() => Ok(()),
-        Recorded::Hit(_) | Recorded::HitBefore(_) => Err(Reason::NotFound),
+        RecordContent::Hit(hit) | RecordContent::HitBefore(hit) if hit == object.number => Ok(()),
+        RecordContent::Reading if object.number == READING && !measurement.reads() => Ok(()),
+        RecordContent::Hit(_) | RecordContent::HitBefore(_) => Err(Reason::NotFound),
         _ if measurement.rests() => Err(Reason::NotFound),
         _ => Err(Reason::Busy),
     }
@@ -155,8 +155,8 @@ fn spectra<'r>(
     measurement: &'r Measurement<'_, f32>,
     object: ObjectId,
 ) -> Result<([[u8; 4]; HEADER_WORDS], &'r DofSpectra<f32>), Reason> {
-    let found = measurement.spectra().filter(|(dof, _)| u32::from(*dof) == object.number);
-    let (dof, spectra) = found.ok_or(Reason::NotFound)?;
+    let entry = measurement.spectra().filter(|(dof, _)| u32::from(*dof) == object.number);
+    let (dof, spectra) = entry.ok_or(Reason::NotFound)?;
     let decay = measurement.layout().map_or(0.0, |layout| layout.test.exponential_decay);
     let bins = (SPECTRUM_BINS as u16).to_le_bytes();
     let adc = measurement.adc();

@@ -11,7 +11,7 @@ use massline_protocol::message::{
 use massline_protocol::object::{ChunkRef, ChunkRequest, DofResult};
 use massline_protocol::{Endpoint, Frame, MAX_FRAME, PlainFrame, crc32, encode_frame};
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::measurement::Recorded;
+use massline_shared::measurement::RecordContent;
 use massline_shared::measurement::campaign::Object;
 use massline_shared::signal::RestStatistics;
 use serde::de::DeserializeOwned;
@@ -89,13 +89,13 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
                 let measurement = rig.measurement.borrow();
                 match measurement.recorded() {
                     _ if measurement.reads() => Err(Reason::Busy),
-                    Recorded::Reading => {
+                    RecordContent::Reading => {
                         reply.with::<GetRestStatistics>(&RestStatistics::of(measurement.record()))
                     }
-                    Recorded::ReadingFailed => Err(Reason::SamplerStopped),
-                    Recorded::Nothing | Recorded::Hit(_) | Recorded::HitBefore(_) => {
-                        Err(Reason::NotFound)
-                    }
+                    RecordContent::ReadingFailed => Err(Reason::SamplerStopped),
+                    RecordContent::Nothing
+                    | RecordContent::Hit(_)
+                    | RecordContent::HitBefore(_) => Err(Reason::NotFound),
                 }
             }
             GetMassLines::KIND => {
@@ -171,7 +171,7 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
     fn mass_lines(&self, index: usize) -> Option<DofResult> {
         let measurement = self.rig.measurement.borrow();
         let result = measurement.result();
-        let place = result.mass_lines.iter().position(|(of, _)| *of == index)?;
+        let place = result.mass_lines.iter().position(|(dof, _)| *dof == index)?;
         Some(DofResult::of(result.dofs.get(place)?, result.mass_lines.get(place)?))
     }
 

@@ -269,7 +269,7 @@ impl Contents {
     }
 
     /// Counts a piece that was found intact in the log.
-    pub fn found(&mut self, serial: u32, length: u16) {
+    pub fn count_intact(&mut self, serial: u32, length: u16) {
         let objects = self.objects().filter(|object| object.serial == serial);
         objects.for_each(|object| object.found = object.found.saturating_add(length));
     }
@@ -353,10 +353,12 @@ impl Contents {
     }
 
     /// The least recently used layout of those without a result, or of all where each has one, which is solved with it.
-    fn least_missed<'l>(&self, of: impl Iterator<Item = &'l LayoutHandle>) -> Option<u32> {
+    fn least_missed<'l>(&self, layouts: impl Iterator<Item = &'l LayoutHandle>) -> Option<u32> {
         let has_result =
             |hash: u32| self.results.iter().any(|stored| stored.entry.layout_hash == hash);
-        of.min_by_key(|stored| (has_result(stored.hash), stored.used)).map(|stored| stored.hash)
+        layouts
+            .min_by_key(|stored| (has_result(stored.hash), stored.used))
+            .map(|stored| stored.hash)
     }
 
     /// True for the serial of a layout that is not in use.

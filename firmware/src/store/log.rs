@@ -25,7 +25,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use massline_protocol::crc32;
 
 use super::record::{HEADER, Header, Kind};
-use transfer::{Found, PIECE, Source};
+use transfer::{AddressContent, PIECE, Source};
 
 /// Fewest pages that a log needs: tail, head, and the page that is opened next.
 const MIN_PAGES: u32 = 3;
@@ -180,13 +180,13 @@ impl<F: NorFlash> Log<F> {
             }
             let address = self.address(cursor.page) + cursor.at;
             match self.look(address, cursor.page, rest).await {
-                Found::Record(header) => {
+                AddressContent::Record(header) => {
                     cursor.at += Self::size(header.length.into());
                     return Some(Record { header, address });
                 }
                 // The place holds another page.
-                Found::Nothing(_) if cursor.at == 0 => cursor.at = Self::PAGE,
-                Found::Nothing(bytes) => cursor.at += bytes,
+                AddressContent::Nothing(_) if cursor.at == 0 => cursor.at = Self::PAGE,
+                AddressContent::Nothing(bytes) => cursor.at += bytes,
             }
         }
         None

@@ -39,7 +39,7 @@ impl<F: NorFlash> Store<F> {
                 && self.contents.is_live(header.serial)
                 && self.log.read(&record, 0, &mut []).await.is_some()
             {
-                self.contents.found(header.serial, header.length);
+                self.contents.count_intact(header.serial, header.length);
             }
         }
     }
@@ -54,18 +54,18 @@ impl<F: NorFlash> Store<F> {
     ) -> Option<usize> {
         let end = usize::from(object.length).min(offset.saturating_add(out.len()));
         let wanted = end.saturating_sub(offset);
-        let (mut cursor, mut found) = (self.log.records(), 0);
-        while found < wanted {
+        let (mut cursor, mut count) = (self.log.records(), 0);
+        while count < wanted {
             let record = self.log.next(&mut cursor).await?;
             let header = record.header;
             let piece = usize::from(header.offset);
             let of_object = header.kind == Kind::Data && header.serial == object.serial;
             if of_object && piece < end && offset < piece + usize::from(header.length) {
                 let to = out.get_mut(piece.saturating_sub(offset)..wanted)?;
-                found += self.log.read(&record, offset.saturating_sub(piece), to).await?;
+                count += self.log.read(&record, offset.saturating_sub(piece), to).await?;
             }
         }
-        Some(found)
+        Some(count)
     }
 
     pub(super) async fn read_whole<'r>(

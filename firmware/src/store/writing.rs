@@ -63,7 +63,7 @@ impl<F: NorFlash> Store<F> {
         change: &dyn Fn(Object) -> Change,
     ) -> Result<(), StoreError> {
         let (serial, length) = (self.writing, source.length());
-        let found = u16::try_from(length).map_err(|_| StoreError::Full)?;
+        let bytes = u16::try_from(length).map_err(|_| StoreError::Full)?;
         let mut offset = 0;
         while offset < length {
             let rest = length - offset;
@@ -73,7 +73,7 @@ impl<F: NorFlash> Store<F> {
             self.append_piece(Kind::Data, serial, offset, count).await?;
             offset += count;
         }
-        let change = change(Object { serial, length: found, found });
+        let change = change(Object { serial, length: bytes, found: bytes });
         let encoded = postcard::to_slice(&change, &mut self.piece).map_err(|_| StoreError::Full)?;
         let count = encoded.len();
         self.make_room(count).await?;

@@ -22,8 +22,8 @@ pub use criterion::LayoutCriterion;
 pub use findings::{LayoutFindings, gravity_to_be_stated};
 pub use forecast::{Forecast, forecast};
 pub use masses::MassRange;
-pub use predicted::{Advice, DesignReport, Predicted};
-pub use suggest::{Options, Suggestion, Wanted, suggest};
+pub use predicted::{Advice, DesignReport, PredictedUncertainty};
+pub use suggest::{Options, RequestedCount, Suggestion, suggest};
 
 use massline_shared::identify::{Method, Methods};
 use massline_shared::layout::TestProfile;

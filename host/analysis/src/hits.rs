@@ -234,10 +234,10 @@ fn compare(hits: &mut [Hit], cut: &[CutHit], rate: f64, options: &Options) -> Re
         let standing = beside.standing();
         if let Some((code, far)) = standing.finding() {
             let severity = standing.treatment(options.test.policy).severity();
-            let found = Diagnostic::whole(code, severity, far as f32);
+            let diagnostic = Diagnostic::whole(code, severity, far as f32);
             // There is room: a hit that is not rejected has few findings.
-            let _ = hit.report.findings.push(found);
-            hit.kept &= !found.is_error();
+            let _ = hit.report.findings.push(diagnostic);
+            hit.kept &= !diagnostic.is_error();
         }
     }
     Ok(())
@@ -288,7 +288,8 @@ impl FrfLines {
         let (mut force, mut lines) = (vec![zero; end], vec![zero; end]);
         let mut scratch = vec![0.0; points];
         analysis.force(record, &mut scratch, &mut force)?;
-        let of_band = |all: &[Complex<f64>]| all.get(band.clone()).unwrap_or_default().to_vec();
+        let of_band =
+            |values: &[Complex<f64>]| values.get(band.clone()).unwrap_or_default().to_vec();
         let mut frf = Vec::new();
         for response in 0..hit.channels.len().saturating_sub(1) {
             analysis.response(record, response, &mut scratch, &mut lines)?;

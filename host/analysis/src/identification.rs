@@ -131,13 +131,13 @@ pub fn identify<L: SpectrumBins<f64>>(
         Selection::All => observed.methods(),
         Selection::Only(_) => selection.methods(),
     };
-    let mut found = answers(observed, &wanted, settings);
+    let mut identification = answers(observed, &wanted, settings);
     let likelihood = |estimate: &&mut Estimate<f64>| estimate.method == Method::MaximumLikelihood;
-    if let Some(estimate) = found.estimates.iter_mut().find(likelihood) {
-        found.priors = suspect_priors(estimate, layout, mass_lines);
-        found.details = details(&learned(layout, estimate), mass_lines, &estimate.body);
+    if let Some(estimate) = identification.estimates.iter_mut().find(likelihood) {
+        identification.priors = suspect_priors(estimate, layout, mass_lines);
+        identification.details = details(&learned(layout, estimate), mass_lines, &estimate.body);
     }
-    for (method, reasons) in &mut found.not_applicable {
+    for (method, reasons) in &mut identification.not_applicable {
         if *method == Method::MaximumLikelihood {
             let priors = inconsistent_priors(layout, mass_lines).into_iter();
             let grave = |d| Diagnostic { severity: Severity::Error, ..d };
@@ -145,11 +145,11 @@ pub fn identify<L: SpectrumBins<f64>>(
             reasons.extend(priors.map(grave).take(reasons.capacity() - reasons.len()));
         }
     }
-    found
+    identification
 }
 
-/// The answers of these methods, without details. Where no repeat hits show their scatter, maximum likelihood learns its
-/// error budget from the residuals.
+/// The answers of these methods, without details. Where no repeat hits show their scatter, maximum likelihood learns
+/// its error budget from the residuals.
 pub fn answers<L: SpectrumBins<f64>>(
     observed: &HostObservations<'_, L>,
     wanted: &[Method],

@@ -16,9 +16,9 @@ use massline_shared::identify::agreement::Outcome as Agreed;
 use massline_shared::identify::maximum_likelihood::BudgetScales;
 use massline_shared::identify::{Consistency, Estimate, Method, is_of_data};
 
-/// χ² of the stated budget over its degrees of freedom from which a single mistake that explains the data is decisive. Below it
-/// one of the hundreds of mistakes that are tried may fit by chance: of healthy tests as rough as stated, one in a thousand
-/// exceeds the limit of chance, and none comes to this.
+/// χ² of the stated budget over its degrees of freedom from which a single mistake that explains the data is decisive.
+/// Below it one of the hundreds of mistakes that are tried may fit by chance: of healthy tests as rough as stated, one
+/// in a thousand exceeds the limit of chance, and none comes to this.
 pub const DECISIVE_CONTRADICTION: f64 = 4.0;
 
 /// Something that puts an answer in doubt.
@@ -39,12 +39,13 @@ pub enum Concern {
     },
     /// Errors of the stated kinds that are larger than stated by these factors explain the data.
     LargerErrors(BudgetScales<f64>),
-    /// The data contradict the stated budget, and neither a single mistake nor larger errors explain that; `None` where the
-    /// layout has no fit at all.
+    /// The data contradict the stated budget, and neither a single mistake nor larger errors explain that; `None` where
+    /// the layout has no fit at all.
     Unexplained(Option<Consistency<f64>>),
     /// No body on its suspension fits the responses.
     ModelMisfit,
-    /// A flexible mode above the band puts every method off but the global fit, and this answer is not by the global fit.
+    /// A flexible mode above the band puts every method off but the global fit, and this answer is not by the global
+    /// fit.
     FlexibleMode,
     /// The methods differ by more than chance.
     MethodsDiffer,
@@ -153,8 +154,8 @@ impl<'a> Evidence<'a> {
         Judgement { concerns }
     }
 
-    /// Data that contradict the error budget beyond the limit, by the stated budget of the nominal layout or, where that was
-    /// not examined, by what the answer itself leaves.
+    /// Data that contradict the error budget beyond the limit, by the stated budget of the nominal layout or, where
+    /// that was not examined, by what the answer itself leaves.
     fn contradiction(&self) -> Option<Concern> {
         let of_answer = || self.answer.stated_consistency(&self.diagnostics);
         let consistency =
@@ -193,23 +194,24 @@ impl<'a> Evidence<'a> {
 
     /// Warnings and errors about the test and the answer. Why another method has no answer is its own affair.
     fn warnings(&self) -> impl Iterator<Item = Diagnostic> + '_ {
-        let all = self.answer.diagnostics.iter().chain(&self.diagnostics);
+        let diagnostics = self.answer.diagnostics.iter().chain(&self.diagnostics);
         let is_reason = |diagnostic: &Diagnostic| {
             let same = |(_, reason): &(Method, Diagnostic)| {
                 (reason.code, reason.subject) == (diagnostic.code, diagnostic.subject)
             };
             self.refusals.iter().any(same)
         };
-        all.filter(move |diagnostic| {
-            diagnostic.severity > Severity::Note
-                && !is_of_other_form(diagnostic.code)
-                && !self.is_explained(diagnostic.code)
-                && !self.is_said_of_the_body(diagnostic.code)
-                && !self.is_relied_on(diagnostic.code)
-                && !self.is_said_of_the_layout(diagnostic.code)
-                && !is_reason(diagnostic)
-        })
-        .copied()
+        diagnostics
+            .filter(move |diagnostic| {
+                diagnostic.severity > Severity::Note
+                    && !is_of_other_form(diagnostic.code)
+                    && !self.is_explained(diagnostic.code)
+                    && !self.is_said_of_the_body(diagnostic.code)
+                    && !self.is_relied_on(diagnostic.code)
+                    && !self.is_said_of_the_layout(diagnostic.code)
+                    && !is_reason(diagnostic)
+            })
+            .copied()
     }
 
     /// True for a warning that says of the answer what [`Concern::Unphysical`] says.
@@ -224,8 +226,9 @@ impl<'a> Evidence<'a> {
 
     /// True for what the fit takes for a part of the hammer's signal where a mistake explains the data.
     fn is_explained(&self, code: Code) -> bool {
-        let suspected =
-            self.examination.is_some_and(|of| matches!(of.outcome, Outcome::Suspected(_)));
+        let suspected = self
+            .examination
+            .is_some_and(|examination| matches!(examination.outcome, Outcome::Suspected(_)));
         suspected && matches!(code, Code::HammerInResponse | Code::MultiplexerKeepsVoltage)
     }
 
@@ -354,9 +357,9 @@ mod tests {
         let consistency = Some(Consistency { chi_squared: 17.0, degrees_of_freedom: 17 });
         let estimate = Estimate { consistency, ..estimate() };
         let verdict = |times| {
-            let found =
+            let diagnostic =
                 Diagnostic::whole(Code::DataInconsistentWithBudget, Severity::Warning, times);
-            Evidence { diagnostics: vec![found], ..Evidence::of(&estimate) }.judge().verdict()
+            Evidence { diagnostics: vec![diagnostic], ..Evidence::of(&estimate) }.judge().verdict()
         };
         assert_eq!((verdict(4.0), verdict(22.1)), (Verdict::UseWithCare, Verdict::DoNotUse));
     }

@@ -1,5 +1,6 @@
 //! What the data of a test say of the object, and what a test would say that is not made yet: solvers beyond those of a
-//! rig, the agreement of methods, single mistakes, judgement, predictions, Monte Carlo. All in double precision, and as data.
+//! rig, the agreement of methods, single mistakes, judgement, predictions, Monte Carlo. All in double precision, and as
+//! data.
 //!
 //! | module | subject |
 //! | --- | --- |

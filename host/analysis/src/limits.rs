@@ -1,5 +1,5 @@
-//! What limits an answer: the shares of the sources of error in its uncertainty, by the Cramér-Rao bound for the body that was
-//! found under the layout and the noise of its test.
+//! What limits an answer: the shares of the sources of error in its uncertainty, by the Cramér-Rao bound for the body
+//! that was found under the layout and the noise of its test.
 
 use massline_physics::suspension::RigidMode;
 use massline_result::{Estimate, MassLine, MeasuredDof, Mode, Modes, TestResult};
@@ -13,8 +13,8 @@ use nalgebra::Vector6;
 
 use crate::design::LayoutCriterion;
 
-/// The smallest noise of a mass line, relative to 1/m, that anything measured has. What is less is the rounding of computed
-/// responses.
+/// The smallest noise of a mass line, relative to 1/m, that anything measured has. What is less is the rounding of
+/// computed responses.
 const LEAST_NOISE: f64 = 1e-9;
 
 /// A test as a bound needs it.
@@ -29,8 +29,8 @@ pub struct BoundedTest {
 
 impl BoundedTest {
     /// A result under the layout that it was solved with; `record_s` is how long the object has rung in a record of the
-    /// suspension profile, s. `None` without an answer, and for suspension modes unless there are six of a test by a rig whose
-    /// records are known.
+    /// suspension profile, s. `None` without an answer, and for suspension modes unless there are six of a test by a
+    /// rig whose records are known.
     pub fn of(result: &TestResult, layout: &HostLayout, record_s: Option<f64>) -> Option<Self> {
         let answer = result.answer()?;
         let layout = as_measured(layout, &result.measured_dofs());
@@ -80,8 +80,8 @@ impl BoundedTest {
     }
 }
 
-/// The layout with the hits that are in the answer, made as often as they were: what scatters from hit to hit is that of
-/// so many. The whole layout where the measured DOFs are not known.
+/// The layout with the hits that are in the answer, made as often as they were: what scatters from hit to hit is that
+/// of so many. The whole layout where the measured DOFs are not known.
 fn as_measured(layout: &HostLayout, measured: &[MeasuredDof]) -> HostLayout {
     let mut layout = layout.clone();
     if measured.is_empty() {
@@ -90,8 +90,11 @@ fn as_measured(layout: &HostLayout, measured: &[MeasuredDof]) -> HostLayout {
     let wanted = f64::from(layout.test.hits_per_dof.max(1));
     layout.hits.retain_mut(|hit: &mut Hit<f64>| {
         let dof = hit.dof.to_string();
-        let Some(of) = measured.iter().find(|of| of.dof == dof) else { return false };
-        if let Some(hits) = of.hits {
+        let Some(measured_dof) = measured.iter().find(|measured_dof| measured_dof.dof == dof)
+        else {
+            return false;
+        };
+        if let Some(hits) = measured_dof.hits {
             let factor = (wanted / f64::from(hits.max(1))).sqrt();
             hit.uncertainty.position *= factor;
             hit.uncertainty.direction *= factor;
@@ -102,14 +105,14 @@ fn as_measured(layout: &HostLayout, measured: &[MeasuredDof]) -> HostLayout {
 }
 
 /// What an answer has learned about its error budget, as the solvers have it.
-fn as_learned(of: &massline_result::LearnedBudget) -> LearnedBudget<f64> {
+fn as_learned(budget: &massline_result::LearnedBudget) -> LearnedBudget<f64> {
     LearnedBudget {
         scales: BudgetScales {
-            hit_position: of.hit_position_scale,
-            hit_direction: of.hit_direction_scale,
-            constant: of.constant_scale,
+            hit_position: budget.hit_position_scale,
+            hit_direction: budget.hit_direction_scale,
+            constant: budget.constant_scale,
         },
-        learned_from: match of.learned_from {
+        learned_from: match budget.learned_from {
             massline_result::LearnedFrom::RepeatHits => LearnedFrom::RepeatHits,
             massline_result::LearnedFrom::Residuals => LearnedFrom::Residuals,
         },
@@ -120,8 +123,8 @@ fn as_learned(of: &massline_result::LearnedBudget) -> LearnedBudget<f64> {
     }
 }
 
-/// The standard deviation of the accelerance of one hit, (m/s²)/N, that leaves the noise of the mass lines after as many
-/// hits as the layout wants; `None` where no noise is known.
+/// The standard deviation of the accelerance of one hit, (m/s²)/N, that leaves the noise of the mass lines after as
+/// many hits as the layout wants; `None` where no noise is known.
 fn noise(lines: &[MassLine], layout: &HostLayout) -> Option<f64> {
     let responses = 3 * layout.sensors.len();
     let averaged =
@@ -134,13 +137,13 @@ fn noise(lines: &[MassLine], layout: &HostLayout) -> Option<f64> {
 
 /// The six modes of a test; `None` when there are others.
 fn six_modes(modes: &Modes) -> Option<[RigidMode; 6]> {
-    let mode = |of: &Mode| RigidMode {
-        omega: std::f64::consts::TAU * of.frequency_hz.value,
-        damping_ratio: of.damping_ratio.value.max(0.0),
-        shape: Vector6::from(of.shape.value),
+    let mode = |mode: &Mode| RigidMode {
+        omega: std::f64::consts::TAU * mode.frequency_hz.value,
+        damping_ratio: mode.damping_ratio.value.max(0.0),
+        shape: Vector6::from(mode.shape.value),
     };
-    let all: Vec<RigidMode> = modes.modes.iter().map(mode).collect();
-    all.try_into().ok()
+    let rigid: Vec<RigidMode> = modes.modes.iter().map(mode).collect();
+    rigid.try_into().ok()
 }
 
 #[cfg(test)]
@@ -164,14 +167,16 @@ mod tests {
         let text = include_str!("../../examples/three-bar-test-1.toml");
         let layout = LayoutFile::parse(text, "test-1.toml").unwrap().layout;
         let lines = [line("1:+Y", Some(20), 0.001), line("2:+Z", None, 0.001)];
-        let made =
+        let measured_dof =
             |dof: &str, hits| MeasuredDof { dof: dof.into(), hits, band_hz: None, coherence: None };
-        let measured = as_measured(&layout, &[made("1:+Y", Some(20)), made("2:+Z", None)]);
+        let measured =
+            as_measured(&layout, &[measured_dof("1:+Y", Some(20)), measured_dof("2:+Z", None)]);
         let dofs: Vec<String> = measured.hits.iter().map(|hit| hit.dof.to_string()).collect();
         assert_eq!(dofs, ["1:+Y", "2:+Z"]);
         // The layout wants 5 hits: 20 halve what scatters.
         let ratio = |k: usize| {
-            let [now, then] = [&measured, &layout].map(|of| of.hits[k].uncertainty.position);
+            let [now, then] =
+                [&measured, &layout].map(|layout| layout.hits[k].uncertainty.position);
             now / then
         };
         assert_eq!([ratio(0), ratio(1)], [0.5, 1.0]);

@@ -1,17 +1,18 @@
-//! During a campaign of the suspension profile: which modes the points measured so far show, and which point to hit next.
+//! During a campaign of the suspension profile: which modes the points measured so far show, and which point to hit
+//! next.
 
 use massline_shared::FrequencyResponses;
 use massline_shared::identify::suspension::clear_modes;
 use massline_shared::layout::{Dof, Hit, HostLayout};
-use massline_shared::modes::{Mode, Reduction, SUSPENSION_MODES, Shown};
+use massline_shared::modes::{Mode, ModeVisibility, Reduction, SUSPENSION_MODES};
 use massline_shared::signal::AdcProperties;
 
 use crate::suspension::{DofLines, HostFit, TestLines};
 use crate::where_to_hit::{HitDirections, NEW};
 use massline_result::{ModesSoFar, NextPoint, SeenMode};
 
-/// A measured hit that shows less than this share of the most that any hit could is not enough: half of it doubles the error of
-/// the shape.
+/// A measured hit that shows less than this share of the most that any hit could is not enough: half of it doubles the
+/// error of the shape.
 pub const WELL: f64 = 0.5;
 /// A further point is named where it shows so many times what the points so far show.
 const MUCH_BETTER: f64 = 1.5;
@@ -60,8 +61,8 @@ impl ModesMonitor {
         self.reports.last().is_some_and(|last| last.dofs != count)
     }
 
-    /// What all DOFs so far show, with a rig that still asks for those of `left`, by their indices in the layout, unless they are
-    /// known. It is also kept for [`Self::into_reports`].
+    /// What all DOFs so far show, with a rig that still asks for those of `left`, by their indices in the layout,
+    /// unless they are known. It is also kept for [`Self::into_reports`].
     pub fn report(&mut self, left: &[usize]) -> &ModesSoFar {
         let report = self.latest(left);
         self.reports.push(report);
@@ -103,12 +104,12 @@ impl ModesMonitor {
     }
 }
 
-/// The point to hit next: of those that are `left`, the one that pushes most unlike the others while modes are missing, then the
-/// one that shows much more of the mode that shows worst. Where there is none, a point that the layout would need. `measured`
-/// has the hits so far.
+/// The point to hit next: of those that are `left`, the one that pushes most unlike the others while modes are missing,
+/// then the one that shows much more of the mode that shows worst. Where there is none, a point that the layout would
+/// need. `measured` has the hits so far.
 fn next(
     measured: &HostLayout,
-    modes: &[(Mode<f64>, Shown<f64>)],
+    modes: &[(Mode<f64>, ModeVisibility<f64>)],
     left: &[&Hit<f64>],
 ) -> Option<NextPoint> {
     let reference = measured.sensor_centroid();
@@ -145,17 +146,17 @@ fn next(
 fn shown_modes(
     layout: &HostLayout,
     readings: &FrequencyResponses<'_, f64>,
-) -> Vec<(Mode<f64>, Shown<f64>)> {
+) -> Vec<(Mode<f64>, ModeVisibility<f64>)> {
     let mut memory = Box::new(Reduction::new());
     let Ok(fit) = HostFit::new(layout, readings, &mut memory) else { return Vec::new() };
     let clear = clear_modes(fit.modes(), layout.characteristic_length());
-    let shown = |mode: &Mode<f64>| Shown::of(&mode.shape, layout, 0..layout.hits.len());
+    let shown = |mode: &Mode<f64>| ModeVisibility::of(&mode.shape, layout, 0..layout.hits.len());
     clear.filter_map(|mode| Some((mode.clone(), shown(mode)?))).collect()
 }
 
 /// What may be lacking in readings that have no answer.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lacking {
+pub struct MissingModes {
     /// How many of the suspension modes do not show.
     pub missing: usize,
     /// Where all show: the frequency of the one that hardly does, Hz, and its share of the largest possible.
@@ -168,18 +169,20 @@ pub struct Lacking {
 pub fn lacking_modes(
     layout: &HostLayout,
     readings: &FrequencyResponses<'_, f64>,
-) -> Option<Lacking> {
+) -> Option<MissingModes> {
     let modes = shown_modes(layout, readings);
     let missing = SUSPENSION_MODES.saturating_sub(modes.len());
     let hardly = worst_of(&modes).filter(|(_, shown)| missing == 0 && shown.is_hardly_shown());
     let hardly = hardly.map(|(mode, shown)| (mode.frequency_hz, shown.share()));
     (missing > 0 || hardly.is_some()).then(|| {
         let hit = next(layout, &modes, &[]).map(|point| point.dof);
-        Lacking { missing, hardly, hit }
+        MissingModes { missing, hardly, hit }
     })
 }
 
-fn worst_of(modes: &[(Mode<f64>, Shown<f64>)]) -> Option<&(Mode<f64>, Shown<f64>)> {
+fn worst_of(
+    modes: &[(Mode<f64>, ModeVisibility<f64>)],
+) -> Option<&(Mode<f64>, ModeVisibility<f64>)> {
     modes.iter().min_by(|a, b| a.1.share().total_cmp(&b.1.share()))
 }
 

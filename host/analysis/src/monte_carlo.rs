@@ -151,7 +151,8 @@ impl MonteCarlo<'_> {
     /// The Cramér-Rao bound at the truth, with the errors that the bench really has and the mean noise that the
     /// mass line fits estimate.
     ///
-    /// In the suspension profile: the root mean square of the standard deviations of the global fit, which reaches the bound.
+    /// In the suspension profile: the root mean square of the standard deviations of the global fit, which reaches the
+    /// bound.
     fn bound(&self, runs: &[Run]) -> Option<[f64; 10]> {
         if self.layout.test.profile == TestProfile::Suspension {
             return mean_sigma(Method::GlobalFit, runs);
@@ -185,16 +186,20 @@ impl MonteCarlo<'_> {
         let truth: [f64; 10] = self.bench.truth().theta().into();
         let bound = self.bound(runs);
         let profile = self.layout.test.profile;
-        let of = |method| {
+        let statistics = |method| {
             let answers: Vec<_> = runs.iter().map(|run| answer_of(method, run)).collect();
             MethodStatistics::of(Some(method), &answers, &truth, bound.as_ref())
         };
         let methods = match profile {
-            TestProfile::MassLine => Method::of_mass_lines().map(of).collect(),
+            TestProfile::MassLine => Method::of_mass_lines().map(statistics).collect(),
             TestProfile::Suspension => {
                 let combined: Vec<_> = runs.iter().map(combined_answer).collect();
                 let combined = MethodStatistics::of(None, &combined, &truth, bound.as_ref());
-                Method::of_modes().chain([Method::GlobalFit]).map(of).chain([combined]).collect()
+                Method::of_modes()
+                    .chain([Method::GlobalFit])
+                    .map(statistics)
+                    .chain([combined])
+                    .collect()
             }
         };
         let failed = || runs.iter().filter_map(|run| run.as_ref().err());
@@ -294,7 +299,7 @@ fn combined_answer(run: &Run) -> Result<Agreement<f64>, Option<Diagnostics>> {
 fn answer_of(method: Method, run: &Run) -> Result<Estimate<f64>, Option<Diagnostics>> {
     let measured = run.as_ref().map_err(|_| None)?;
     let answer = measured.estimates.iter().find(|estimate| estimate.method == method);
-    let refusal = || measured.refusals.iter().find(|(of, _)| *of == method);
+    let refusal = || measured.refusals.iter().find(|(refused, _)| *refused == method);
     answer.cloned().ok_or_else(|| refusal().map(|(_, reasons)| reasons.clone()))
 }
 

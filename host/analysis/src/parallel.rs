@@ -25,21 +25,21 @@ pub fn pieces<M, T: Send>(
     let next = AtomicU64::new(0);
     let piece = |memory: &mut M, _| {
         let number = next.fetch_add(1, Ordering::Relaxed);
-        let made = act(memory, number);
+        let result = act(memory, number);
         let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
         let (count, progress) = &mut *done;
         *count += 1;
         progress(*count);
-        (number, made)
+        (number, result)
     };
     let turns = (0..count).into_par_iter().take_any_while(|_| !is_interrupted());
-    let mut made: Vec<_> = turns.map_init(memory, piece).collect();
-    made.sort_unstable_by_key(|(number, _)| *number);
-    made.into_iter().map(|(_, made)| made).collect()
+    let mut results: Vec<_> = turns.map_init(memory, piece).collect();
+    results.sort_unstable_by_key(|(number, _)| *number);
+    results.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Calls `act` for each number below `count` and returns the results in the order of the numbers. Within a computation that is
-/// divided already, it runs on its own thread: there is no other work for one that waits.
+/// Calls `act` for each number below `count` and returns the results in the order of the numbers. Within a computation
+/// that is divided already, it runs on its own thread: there is no other work for one that waits.
 pub fn each<M, T: Send>(
     count: u32,
     progress: impl FnMut(u32, u32) + Send,
@@ -48,12 +48,12 @@ pub fn each<M, T: Send>(
 ) -> Vec<T> {
     let progress = Mutex::new((0, progress));
     let one = |memory: &mut M, number: u32| {
-        let made = act(memory, number);
+        let result = act(memory, number);
         let mut done = progress.lock().unwrap_or_else(PoisonError::into_inner);
         let (finished, progress) = &mut *done;
         *finished += 1;
         progress(*finished, count);
-        made
+        result
     };
     if rayon::current_thread_index().is_some() {
         let mut memory = memory();
@@ -72,8 +72,8 @@ mod tests {
     fn the_order_is_that_of_the_numbers_and_progress_counts_every_piece() {
         let mut heard = Vec::new();
         let progress = |done| heard.push(done);
-        let made = pieces(1000, &|| false, progress, || (), |(), number| number * number);
-        assert_eq!(made, (0..1000).map(|number| number * number).collect::<Vec<_>>());
+        let squares = pieces(1000, &|| false, progress, || (), |(), number| number * number);
+        assert_eq!(squares, (0..1000).map(|number| number * number).collect::<Vec<_>>());
         assert_eq!(heard, (1..=1000).collect::<Vec<_>>());
     }
 
@@ -81,7 +81,7 @@ mod tests {
     fn after_an_interruption_no_piece_is_begun() {
         let pressed = AtomicBool::new(false);
         let threads = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
-        let made = threads.install(|| {
+        let numbers = threads.install(|| {
             let press = |done| {
                 if done == 10 {
                     pressed.store(true, Ordering::SeqCst);
@@ -90,7 +90,7 @@ mod tests {
             pieces(u64::MAX, &|| pressed.load(Ordering::SeqCst), press, || (), |(), number| number)
         });
         // Each of the other three threads may have started one more piece.
-        assert!((10..=13).contains(&made.len()), "{made:?}");
-        assert!(made.is_sorted());
+        assert!((10..=13).contains(&numbers.len()), "{numbers:?}");
+        assert!(numbers.is_sorted());
     }
 }

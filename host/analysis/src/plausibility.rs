@@ -139,8 +139,9 @@ pub fn suspicions(test: &NominalTest, estimates: &[Estimate<f64>]) -> Vec<Suspic
 
 /// Names the factor between the answer's mass and the expected one.
 fn unit_of_responses(test: &NominalTest, answer: &Estimate<f64>) -> Option<String> {
-    let prior = test.layout.priors.iter().find(|of| of.property == 0).map(|of| of.value);
-    let reference = test.reference.as_ref().and_then(|of| of.mass_kg);
+    let prior =
+        test.layout.priors.iter().find(|prior| prior.property == 0).map(|prior| prior.value);
+    let reference = test.reference.as_ref().and_then(|reference| reference.mass_kg);
     let expected = [("[prior]", prior), ("[reference]", reference)];
     expected.into_iter().find_map(|(table, mass)| {
         let mass = mass.filter(|mass| *mass > 0.0)?;
@@ -169,8 +170,8 @@ fn opposite_products(reference: &Reference, answer: &Estimate<f64>) -> Option<St
     let scatter = answer
         .covariance
         .as_ref()
-        .map_or(0.0, |all| (7..10).map(|k| all[(k, k)]).sum::<f64>().sqrt());
-    (size > 2.0 * scatter && size > 0.0 && norm(|(found, expected)| found + expected) < OPPOSITE * size).then(|| {
+        .map_or(0.0, |covariance| (7..10).map(|k| covariance[(k, k)]).sum::<f64>().sqrt());
+    (size > 2.0 * scatter && size > 0.0 && norm(|(value, expected)| value + expected) < OPPOSITE * size).then(|| {
         "the products of inertia of [reference] have the opposite signs of the answer's: its source probably states \
          +∫xy dm, and J_xy here is the element of the tensor, −∫xy dm"
             .to_owned()

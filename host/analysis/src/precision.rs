@@ -32,13 +32,13 @@ impl<'a> PrecisionReport<'a> {
     pub fn of(layout: &'a HostLayout, dofs: &[DofResult]) -> Self {
         let lines = lines_of_dofs(dofs, layout);
         let measured = lines.len();
-        let found = Self { layout, measured, precision: None, further: None, body: None };
+        let report = Self { layout, measured, precision: None, further: None, body: None };
         let wanted: Methods = Method::of_mass_lines().collect();
         let observed = HostObservations::of_mass_lines(layout, &lines);
         let estimates = answers(&observed, &wanted, &IdentifySettings::default()).estimates;
         let length = layout.characteristic_length();
         let precision = Precision::of(&estimates, layout.target, length);
-        let (Some(precision), Some(best)) = (precision, estimates.first()) else { return found };
+        let (Some(precision), Some(best)) = (precision, estimates.first()) else { return report };
         let (sensors, hits) = (layout.sensors.len(), layout.hits.len());
         let candidates = HitCandidates::Following;
         // What was learned is in the layout.
@@ -47,7 +47,7 @@ impl<'a> PrecisionReport<'a> {
         let mut memory = vec![0.0; solvers::workspace(&wanted, sensors, hits)];
         while search.step(&budget, &lines, &mut memory) == Progress::Going {}
         let body = Some(best.body);
-        Self { precision: Some(precision), further: search.found(), body, ..found }
+        Self { precision: Some(precision), further: search.best_hit(), body, ..report }
     }
 
     /// True when the target is reached.
@@ -170,7 +170,7 @@ mod tests {
         let body = RigidBody::from_theta(&SVector::from([
             1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706,
         ]));
-        let of = |index: usize| {
+        let result = |index: usize| {
             let mut lines =
                 MassLines::<f32, Rig>::without_scatter(rig.accelerance(&body, index).unwrap());
             (lines.hits, lines.noise) = (5, lines.noise.map(|_| 0.002));
@@ -180,7 +180,7 @@ mod tests {
                 MeasuredDof { dof: rig.hits[index].dof, band_hz: [10.0, 120.0], coherence: None };
             DofResult::of(&details, &(index, lines))
         };
-        (0..count).map(of).collect()
+        (0..count).map(result).collect()
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Which findings of a rig stand beside the program's own answer.
 //!
-//! A rig finds two kinds of things: what it has seen while measuring, which stands, and what it concludes by solving with
-//! the layout that it has. The program solves with the layout that it is given, perhaps one that was corrected after the
-//! test, and comes to conclusions of its own; those of the rig would contradict them.
+//! A rig finds two kinds of things: what it has seen while measuring, which stands, and what it concludes by solving
+//! with the layout that it has. The program solves with the layout that it is given, perhaps one that was corrected
+//! after the test, and comes to conclusions of its own; those of the rig would contradict them.
 
 use massline_shared::diagnosis::{Code, Diagnostic};
 
@@ -74,7 +74,7 @@ mod tests {
         let measured =
             [Code::NoPlateau, Code::SuspensionInBand, Code::DofSkipped, Code::HitsDisagree];
         let concluded = [Code::MotionNotRigid, Code::NotConverged, Code::ScaleNotLearned];
-        let all: Vec<_> = measured.into_iter().chain(concluded).map(warning).collect();
-        assert_eq!(of_measuring(&all), measured.map(warning));
+        let warnings: Vec<_> = measured.into_iter().chain(concluded).map(warning).collect();
+        assert_eq!(of_measuring(&warnings), measured.map(warning));
     }
 }

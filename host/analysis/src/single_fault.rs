@@ -8,8 +8,8 @@
 //! | contradicts the stated budget, and no mistake explains it, but the learned budget does | the errors are larger than stated, and by how much is said |
 //!
 //! A mistake is one of a list (a reversed axis, swapped cables or nodes, a hit at another node), or one of unknown size
-//! that is fitted (a gain, a coordinate, a point beside its node). Mistakes whose χ² is hardly larger than the least are
-//! named beside it, because the data cannot distinguish them. Each suspect has the ten properties as they would be
+//! that is fitted (a gain, a coordinate, a point beside its node). Mistakes whose χ² is hardly larger than the least
+//! are named beside it, because the data cannot distinguish them. Each suspect has the ten properties as they would be
 //! without the mistake; they are never the answer.
 
 mod judgement;
@@ -19,7 +19,7 @@ mod sized;
 mod sized_fit;
 
 use massline_protocol::object::MeasurementResult;
-use massline_shared::Estimated;
+use massline_shared::EstimatedValue;
 use massline_shared::capacity::Unbounded;
 use massline_shared::identify::maximum_likelihood::BudgetScales;
 use massline_shared::identify::single_fault::SingleFault;
@@ -98,11 +98,11 @@ pub enum Mistake {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FaultSize {
     /// The readings over their true values.
-    Gain(Estimated<f64>),
+    Gain(EstimatedValue<f64>),
     /// The true minus the written coordinate, m.
-    Displacement(Estimated<f64>),
+    Displacement(EstimatedValue<f64>),
     /// The true minus the nominal point, body frame, m.
-    Displacements([Estimated<f64>; 3]),
+    Displacements([EstimatedValue<f64>; 3]),
 }
 
 /// A mistake with the χ² of its fit.
@@ -124,8 +124,8 @@ pub enum Outcome {
     NothingSuspicious,
     /// One mistake explains the data, or several that the data cannot distinguish: the best first.
     Suspected(Vec<Suspect>),
-    /// The data contradict the stated budget, no single mistake explains them, and errors of the stated kinds do that are
-    /// larger by these factors.
+    /// The data contradict the stated budget, no single mistake explains them, and errors of the stated kinds do that
+    /// are larger by these factors.
     LargerErrors(BudgetScales<f64>),
     /// The data contradict the budget, and neither a single mistake nor larger errors explain that.
     Unexplained,
@@ -145,8 +145,8 @@ pub struct Examination {
     /// Mistakes that were not tried, because hits and sensors do not determine the ten properties with them.
     pub untried: Vec<SingleFault<f64>>,
     /// Mistakes that these data would not reveal, of those that have no size: the smallest of the others never show.
-    /// `None` without a search: when the nominal layout has no fit that agrees with the data, and for layouts larger than
-    /// a rig's, where the search takes too long.
+    /// `None` without a search: when the nominal layout has no fit that agrees with the data, and for layouts larger
+    /// than a rig's, where the search takes too long.
     pub hidden: Option<Vec<SingleFault<f64>>>,
 }
 

@@ -32,16 +32,16 @@ use massline_shared::identify::{Estimate, Method};
 use massline_shared::layout::HostLayout;
 use massline_shared::modes::{LinesPerSide, Reduction};
 
-use adequacy::{Adequacy, Judged, judge, refuse_misfit, warn_of_misfit};
+use adequacy::{Adequacy, GlobalFitJudgement, judge, refuse_misfit, warn_of_misfit};
 pub use comparison::{Comparison, compare};
 pub use first_look::{FirstLook, find_modes};
 pub use global::GlobalAnswer;
 pub use mass_lines::MassLineAnswers;
-pub use methods::{Answered, ModeChoice, Variant, answered};
+pub use methods::{ModalAnswers, ModeChoice, Variant, answered};
 pub use modes::{ModeRow, OrderRow, PoleRow, SuspensionModes};
 pub use reciprocity::reciprocity_of_mass_lines;
 use rigidity::not_rigid;
-pub use survey::{Asked, Survey};
+pub use survey::{Survey, SurveyedAnswer};
 pub use test_lines::{DofLines, TestLines};
 
 /// A fit with the capacity of the host.
@@ -88,7 +88,7 @@ pub fn solve(
     progress: impl FnMut(u32, u32) + Send,
 ) -> Result<SuspensionSolution, Diagnostics> {
     // Sensors and hits have the errors that the mass lines have shown, where there are any.
-    let layout = mass_lines.map_or(layout, |of| &of.budget);
+    let layout = mass_lines.map_or(layout, |answers| &answers.budget);
     let upright;
     let mut memory = Box::new(Reduction::new());
     let default = GlobalFitSettings::default();
@@ -110,7 +110,7 @@ pub fn solve(
 struct FirstAnswers<'a> {
     fit: HostFit<'a>,
     findings: Vec<Diagnostic>,
-    modal: Answered,
+    modal: ModalAnswers,
     global: Result<GlobalAnswer, Diagnostics>,
 }
 
@@ -155,7 +155,7 @@ impl<'a> FirstAnswers<'a> {
     /// # Errors
     /// As [`judge`].
     fn judged(&mut self, readings: &FrequencyResponses<'_, f64>) -> Result<Adequacy, Diagnostics> {
-        let Judged { adequacy, instead } =
+        let GlobalFitJudgement { adequacy, instead } =
             judge(&self.fit, readings, best(&self.modal), &self.global)?;
         if let Some(instead) = instead {
             self.global = Ok(instead);
@@ -180,37 +180,43 @@ impl<'a> FirstAnswers<'a> {
         }
         let global = global.ok();
         let compared = global.as_ref().filter(|_| global_wanted);
-        let of_lines =
-            mass_lines.into_iter().flat_map(|of| of.estimates.iter().map(move |e| (of, e)));
-        let asked: Vec<Asked<'_>> = (compared.into_iter().map(Asked::Global))
-            .chain(modal.answers.iter().map(|(variant, _)| Asked::Modal(*variant)))
-            .chain(of_lines.clone().map(|(of, estimate)| Asked::MassLines(estimate.method, of)))
+        let of_lines = mass_lines
+            .into_iter()
+            .flat_map(|answers| answers.estimates.iter().map(move |e| (answers, e)));
+        let asked: Vec<SurveyedAnswer<'_>> = (compared.into_iter().map(SurveyedAnswer::Global))
+            .chain(modal.answers.iter().map(|(variant, _)| SurveyedAnswer::Modal(*variant)))
+            .chain(
+                of_lines
+                    .clone()
+                    .map(|(answers, estimate)| SurveyedAnswer::MassLines(estimate.method, answers)),
+            )
             .collect();
         let survey = Survey::of(layout, Some(&fit), &asked, progress);
         let first = usize::from(compared.is_some());
         let mut estimates: Vec<(usize, Estimate<f64>)> =
-            compared.map(|found| (0, found.solution.estimate.clone())).into_iter().collect();
+            compared.map(|answer| (0, answer.solution.estimate.clone())).into_iter().collect();
         estimates.extend(survey.estimates(&mut modal, first, layout.characteristic_length()));
         let of_lines = (first + modal.answers.len()..).zip(of_lines.map(|(_, estimate)| estimate));
-        let all = estimates.iter().map(|(place, estimate)| (*place, estimate)).chain(of_lines);
+        let answers = estimates.iter().map(|(place, estimate)| (*place, estimate)).chain(of_lines);
         let mut of_modes = findings.clone();
         if adequacy == Adequacy::Flexible {
             of_modes.extend(adequacy.finding_of_modes());
         }
         SuspensionSolution {
-            comparison: Comparison::of(&survey, all, adequacy.doubt()),
+            comparison: Comparison::of(&survey, answers, adequacy.doubt()),
             estimates: warned(estimates, adequacy, &findings),
             modes: SuspensionModes {
                 fitted_gravity: adequacy.fitted_gravity(),
                 ..SuspensionModes::new(&fit, &survey, of_modes)
             },
             not_applicable: modal.not_applicable,
-            global: global.map(|found| found.solution),
+            global: global.map(|answer| answer.solution),
         }
     }
 }
 
-/// The suspension modes with their uncertainty, without any method. What speaks against a body on its suspension is a warning.
+/// The suspension modes with their uncertainty, without any method. What speaks against a body on its suspension is a
+/// warning.
 ///
 /// # Errors
 /// Those of [`SuspensionFit::new`].
@@ -253,7 +259,7 @@ pub fn modes(
 }
 
 /// The best modal answer.
-fn best(modal: &Answered) -> Option<&RigidBody<f64>> {
+fn best(modal: &ModalAnswers) -> Option<&RigidBody<f64>> {
     modal.answers.first().map(|(_, answer)| &answer.body)
 }
 
@@ -266,17 +272,17 @@ fn findings(
     readings: &FrequencyResponses<'_, f64>,
     memory: &Reduction<f64>,
 ) -> Result<Vec<Diagnostic>, Diagnostics> {
-    let mut all = mode_findings(fit.modes(), &memory.responses()).to_vec();
-    all.extend(fit.one_more());
-    all.extend(reciprocity::reciprocity_of_modes(fit, readings));
+    let mut diagnostics = mode_findings(fit.modes(), &memory.responses()).to_vec();
+    diagnostics.extend(fit.one_more());
+    diagnostics.extend(reciprocity::reciprocity_of_modes(fit, readings));
     if fit.layout().lacks_gravity() {
-        all.push(Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0));
+        diagnostics.push(Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0));
     }
     match not_rigid(fit, readings) {
         Some(error) if error.is_error() => return Err(Diagnostics::from_array([error])),
-        warning => all.extend(warning),
+        warning => diagnostics.extend(warning),
     }
-    Ok(all)
+    Ok(diagnostics)
 }
 
 /// The global fit from a modal answer.
@@ -292,14 +298,14 @@ fn global_fit(
         Diagnostics::from_array([Diagnostic::whole(code, Severity::Error, count as f32)])
     };
     let start = start.filter(|_| count > 0).ok_or_else(few)?;
-    let found = GlobalAnswer::of_shown_directions(layout, readings, start, settings)
+    let answer = GlobalAnswer::of_shown_directions(layout, readings, start, settings)
         .map_err(|reasons| if count < FEWEST_MODES { few() } else { reasons })?;
-    let estimate = &found.solution.estimate;
+    let estimate = &answer.solution.estimate;
     let length = layout.characteristic_length();
     let undetermined =
         estimate.sigma().and_then(|sigma| undetermined_property(&estimate.theta(), &sigma, length));
     match undetermined {
-        None => Ok(found),
+        None => Ok(answer),
         Some(_) if count < FEWEST_MODES => Err(few()),
         Some((property, share)) => Err(refusal_of_property(property, share)),
     }
@@ -311,12 +317,12 @@ fn warned(
     adequacy: Adequacy,
     findings: &[Diagnostic],
 ) -> Vec<Estimate<f64>> {
-    let mut all: Vec<_> = estimates.into_iter().map(|(_, estimate)| estimate).collect();
-    for estimate in &mut all {
+    let mut answers: Vec<_> = estimates.into_iter().map(|(_, estimate)| estimate).collect();
+    for estimate in &mut answers {
         add_doubts(estimate, findings);
     }
-    warn_of_misfit(&mut all, adequacy);
-    all
+    warn_of_misfit(&mut answers, adequacy);
+    answers
 }
 
 /// Warns every other method of a flexible mode above the band where the global fit has found one, with the largest

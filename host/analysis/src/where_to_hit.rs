@@ -3,7 +3,7 @@
 use std::fmt;
 
 use massline_shared::layout::{Dof, HostLayout, balanced_force, motion_at};
-use massline_shared::modes::{Shown, candidates};
+use massline_shared::modes::{ModeVisibility, candidates};
 use nalgebra::{Matrix6xX, Vector6};
 
 use crate::suspension::ModeRow;
@@ -42,7 +42,7 @@ impl fmt::Display for Place {
 /// For a mode that no hit shows well, what share of the possible the best one shows, and a hit that shows most.
 pub fn better_hit(row: &ModeRow, layout: &HostLayout) -> Option<(f64, Place)> {
     let shape = motion_at(&row.shape, &layout.sensor_centroid());
-    let shown = Shown::of(&shape, layout, 0..layout.hits.len())?;
+    let shown = ModeVisibility::of(&shape, layout, 0..layout.hits.len())?;
     shown.is_hardly_shown().then(|| (shown.share(), Place::of(shown.better, layout)))
 }
 
@@ -51,7 +51,8 @@ pub fn new_direction(layout: &HostLayout) -> Option<Place> {
     HitDirections::of(layout)?.newest(layout)
 }
 
-/// The directions of force and torque, about the sensors' centroid and in balanced variables, that the hits of a layout span.
+/// The directions of force and torque, about the sensors' centroid and in balanced variables, that the hits of a layout
+/// span.
 pub struct HitDirections {
     /// Orthonormal.
     directions: Vec<Vector6<f64>>,
@@ -86,7 +87,8 @@ impl HitDirections {
         left.norm() / force.norm()
     }
 
-    /// The hit along an axis of the body, at a point of this layout, of which most lies outside; `None` where it is little.
+    /// The hit along an axis of the body, at a point of this layout, of which most lies outside; `None` where it is
+    /// little.
     pub fn newest(&self, layout: &HostLayout) -> Option<Place> {
         let (share, dof) = candidates(layout)
             .map(|(dof, force)| (self.share_outside(&force), dof))

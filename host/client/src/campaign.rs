@@ -47,8 +47,8 @@ pub trait Observer {
         let _ = block;
     }
 
-    /// Returns the next command for the rig. Called repeatedly, at least every 40 ms; the observer may use the client, for
-    /// example to read the record of a hit that waits for confirmation.
+    /// Returns the next command for the rig. Called repeatedly, at least every 40 ms; the observer may use the client,
+    /// for example to read the record of a hit that waits for confirmation.
     ///
     /// # Errors
     /// An error makes `follow` end.
@@ -389,8 +389,8 @@ pub fn restarted(status: &Status) -> Error {
         _ => {
             let ending = if accepted == 1 { "" } else { "s" };
             format!(
-                "it keeps the {accepted} accepted hit{ending} of the DOFs that were finished; only the hits of the DOF under \
-                 way are to be repeated: the same command resumes, --restart starts over"
+                "it keeps the {accepted} accepted hit{ending} of the DOFs that were finished; only the hits of the DOF \
+                 under way are to be repeated: the same command resumes, --restart starts over"
             )
         }
     };
@@ -410,8 +410,8 @@ pub fn open_dof(status: &Status) -> Option<u8> {
 /// that have no hits were skipped.
 pub fn dofs_left(status: &Status) -> Vec<usize> {
     let skipped = |dof: usize| {
-        let is_that = |found: &Diagnostic| {
-            found.code == Code::DofSkipped && found.subject == Subject::Hit(dof as u8)
+        let is_that = |diagnostic: &Diagnostic| {
+            diagnostic.code == Code::DofSkipped && diagnostic.subject == Subject::Hit(dof as u8)
         };
         status.diagnostics.iter().any(is_that)
     };

@@ -38,8 +38,8 @@ impl StoredDof {
     /// Reads an object of kind [`ObjectKind::Lines`]; `None` when it is none.
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let (head, compact) = split_dof::<LinesHead>(bytes)?;
-        let of = |bytes| expand_response::<f32>(bytes).map(|lines| lines.to_vec());
-        let responses = compact.iter().map(of).collect::<Option<_>>()?;
+        let expand = |bytes| expand_response::<f32>(bytes).map(|lines| lines.to_vec());
+        let responses = compact.iter().map(expand).collect::<Option<_>>()?;
         Some(Self { head, responses })
     }
 }

@@ -96,8 +96,8 @@ pub enum ClientError {
     },
     /// Something else than a rig answers.
     #[error(
-        "{port} answers, but not as a massline rig: {first}; `massline device list` shows the ports. If it is a rig, the line \
-         garbles what the rig sends"
+        "{port} answers, but not as a massline rig: {first}; `massline device list` shows the ports. If it is a rig, \
+         the line garbles what the rig sends"
     )]
     NoRig {
         /// Path of the port.
@@ -107,8 +107,8 @@ pub enum ClientError {
     },
     /// What is sent comes back.
     #[error(
-        "{port} returns what is sent to it: this is an echo (a loopback plug, a terminal, or TX wired to RX), and not a \
-         massline rig"
+        "{port} returns what is sent to it: this is an echo (a loopback plug, a terminal, or TX wired to RX), and not \
+         a massline rig"
     )]
     Echo {
         /// Path of the port.
@@ -116,8 +116,8 @@ pub enum ClientError {
     },
     /// The other side closes each connection.
     #[error(
-        "{port} closes the connection when it is asked ({attempts} times in {}), without an answer: a server runs there, but \
-         not a massline rig",
+        "{port} closes the connection when it is asked ({attempts} times in {}), without an answer: a server runs \
+         there, but not a massline rig",
         seconds(*.waited)
     )]
     Closing {
@@ -286,7 +286,8 @@ fn explain(request: &str, raw: u16, results_to_delete: u8) -> String {
     let text = match Reason::try_from(raw).ok() {
         Some(Reason::UnknownMessage) => "its firmware does not know this request; update it",
         Some(Reason::Malformed) => {
-            "it could not read the request: the link garbles it, or its firmware is of another build; update it (`massline flash`)"
+            "it could not read the request: the link garbles it, or its firmware is of another build; update it \
+             (`massline flash`)"
         }
         Some(Reason::NotFound) => {
             "nothing is stored under that number; `massline results list` shows what is"
@@ -300,11 +301,12 @@ fn explain(request: &str, raw: u16, results_to_delete: u8) -> String {
         Some(Reason::StoreFull) => {
             return match results_to_delete {
                 0 if request == START => {
-                    "its store cannot hold a test of so many hit points, even without any result: take fewer of them in \
-                     `hits`, or a board with more flash"
+                    "its store cannot hold a test of so many hit points, even without any result: take fewer of them \
+                     in `hits`, or a board with more flash"
                         .into()
                 }
-                0 => "its store is full; `massline results delete` makes room, and a layout with fewer hits needs less".into(),
+                0 => "its store is full; `massline results delete` makes room, and a layout with fewer hits needs \
+                     less".into(),
                 1 => "its store has too little room; delete the oldest result with `massline results delete`".into(),
                 more => format!(
                     "its store has too little room; delete the {more} oldest results with `massline results delete`"
@@ -322,8 +324,8 @@ fn explain(request: &str, raw: u16, results_to_delete: u8) -> String {
             "a later hit has replaced the record of the last accepted one"
         }
         Some(Reason::BlockNeedsMassLines) => {
-            "a block of known mass is weighed by mass lines, and its layout has the suspension profile; use a layout with the \
-             profile mass-line"
+            "a block of known mass is weighed by mass lines, and its layout has the suspension profile; use a layout \
+             with the profile mass-line"
         }
         Some(Reason::SafeMode) => {
             "it is in safe mode, because its last three starts have failed; `massline device identify` shows what went \

@@ -164,10 +164,10 @@ impl Client {
                 let (port, waited) = (self.transport.name(), seconds(started.elapsed()));
                 let missing =
                     if self.peer.is_strange() { "no answer of a rig" } else { "no answer" };
-                let said = format!(
+                let notice = format!(
                     "{missing} from {port} for {waited}; asking again ({attempt} of {attempts})"
                 );
-                (self.listener)(&said);
+                (self.listener)(&notice);
             }
             self.send(&bytes)?;
             let deadline = Instant::now() + self.timing.answer;
@@ -289,12 +289,12 @@ impl Client {
         self.unread.clear();
         *self.deframer = Deframer::new();
         let (port, reconnect) = (self.port().to_owned(), self.timing.reconnect);
-        let mut told = false;
+        let mut is_reported = false;
         loop {
             match self.transport.reconnect() {
                 Ok(()) => {
                     self.reconnects += 1;
-                    if told {
+                    if is_reported {
                         (self.listener)(&format!("{port} is back"));
                     }
                     return Ok(());
@@ -303,16 +303,16 @@ impl Client {
                     if e.kind() != io::ErrorKind::Unsupported
                         && started.elapsed() < self.timing.reconnect =>
                 {
-                    if !told {
-                        let what = match e.kind() {
+                    if !is_reported {
+                        let problem = match e.kind() {
                             io::ErrorKind::ResourceBusy => "is in use by another program".into(),
                             _ => format!("is gone ({lost}): connect the rig again"),
                         };
                         (self.listener)(&format!(
-                            "{port} {what}; waiting up to {} for it",
+                            "{port} {problem}; waiting up to {} for it",
                             seconds(reconnect)
                         ));
-                        told = true;
+                        is_reported = true;
                     }
                     self.unless_interrupted(|| format!("was gone ({lost})"))?;
                     std::thread::sleep(self.timing.pause);

@@ -39,5 +39,5 @@ pub trait ProgressObserver {
     ///
     /// # Errors
     /// When the user wants to stop.
-    fn at(&mut self, step: Step, done: u64, of: u64) -> Result<()>;
+    fn at(&mut self, step: Step, done: u64, total: u64) -> Result<()>;
 }

@@ -17,15 +17,15 @@ use massline_files::limited::at_most;
 
 /// How far a campaign was followed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Followed {
+pub struct FollowedCampaign {
     #[serde(deserialize_with = "at_most::<HOST_HITS, _, _>")]
-    finished: Vec<Finished>,
-    open: Option<Open>,
+    finished: Vec<FinishedDof>,
+    open: Option<OpenDof>,
 }
 
 /// A DOF that is finished.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Finished {
+struct FinishedDof {
     dof: u8,
     /// Checksum of its mass lines.
     mass_lines: u32,
@@ -33,7 +33,7 @@ struct Finished {
 
 /// The DOF that waits for a hit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Open {
+struct OpenDof {
     dof: u8,
     /// Number of the last hit that was graded.
     last_hit: u32,
@@ -41,24 +41,24 @@ struct Open {
     settled: u32,
 }
 
-impl Followed {
+impl FollowedCampaign {
     /// Notes how far the campaign is according to this status.
     pub fn status(&mut self, status: &Status) {
         let phase = Phase::try_from(status.phase).ok();
         if let Some(dof) = open_dof(status) {
             // It is open again.
-            self.finished.retain(|of| of.dof != dof);
+            self.finished.retain(|known| known.dof != dof);
         }
         let paused = (phase == Some(Phase::Paused)).then_some(status.dof);
         if let Some(dof) = open_dof(status).or(paused) {
-            self.open = Some(Open { dof, last_hit: status.last_hit, settled: settled(status) });
+            self.open = Some(OpenDof { dof, last_hit: status.last_hit, settled: settled(status) });
         }
     }
 
     /// Notes the mass lines of a DOF that is finished.
-    pub fn finished(&mut self, of: &DofResult) {
-        self.finished.retain(|known| known.dof != of.index);
-        self.finished.push(Finished { dof: of.index, mass_lines: checksum(of) });
+    pub fn finished(&mut self, result: &DofResult) {
+        self.finished.retain(|known| known.dof != result.index);
+        self.finished.push(FinishedDof { dof: result.index, mass_lines: checksum(result) });
     }
 
     /// The DOFs whose hits are others on the rig now. One without hits is left out: what is read of its next ones takes
@@ -76,18 +76,19 @@ impl Followed {
             }
         }
         let open = self.open.filter(|known| known.is_changed(&status));
-        let is_finished = |dof: u8| self.finished.iter().any(|of| of.dof == dof);
-        changed.extend(open.map(|of| of.dof).filter(|&dof| !is_finished(dof)));
-        let has_hits = |dof: &u8| status.accepted.get(usize::from(*dof)).is_some_and(|&of| of > 0);
+        let is_finished = |dof: u8| self.finished.iter().any(|known| known.dof == dof);
+        changed.extend(open.map(|known| known.dof).filter(|&dof| !is_finished(dof)));
+        let has_hits =
+            |dof: &u8| status.accepted.get(usize::from(*dof)).is_some_and(|&hits| hits > 0);
         changed.retain(has_hits);
         Ok(changed)
     }
 }
 
-impl Open {
-    /// Whether accepted hits were taken back or discarded meanwhile, as the counters of hits show: without that, every hit
-    /// that was graded meanwhile was accepted or rejected, or is in hand. One that was in hand before may have been accepted
-    /// or rejected too.
+impl OpenDof {
+    /// Whether accepted hits were taken back or discarded meanwhile, as the counters of hits show: without that, every
+    /// hit that was graded meanwhile was accepted or rejected, or is in hand. One that was in hand before may have been
+    /// accepted or rejected too.
     fn is_changed(&self, status: &Status) -> bool {
         let graded = i64::from(status.last_hit) - i64::from(self.last_hit);
         let settled = i64::from(settled(status)) - i64::from(self.settled);
@@ -99,13 +100,13 @@ impl Open {
 
 /// Hits of all DOFs that were accepted or rejected.
 fn settled(status: &Status) -> u32 {
-    let accepted: u32 = status.accepted.iter().map(|&of| u32::from(of)).sum();
+    let accepted: u32 = status.accepted.iter().map(|&hits| u32::from(hits)).sum();
     accepted + u32::from(status.rejected)
 }
 
-fn checksum(of: &DofResult) -> u32 {
+fn checksum(result: &DofResult) -> u32 {
     // Nothing in it cannot be encoded.
-    crc32(&postcard::to_allocvec(of).unwrap_or_default())
+    crc32(&postcard::to_allocvec(result).unwrap_or_default())
 }
 
 #[cfg(test)]
@@ -133,7 +134,7 @@ mod tests {
     #[test]
     fn a_hit_in_hand_that_is_accepted_during_a_pause_replaces_none() {
         // Hit 3 is being averaged, and hit 4 was rejected.
-        let before = Open { dof: 0, last_hit: 3, settled: 2 };
+        let before = OpenDof { dof: 0, last_hit: 3, settled: 2 };
         for (phase, last_hit, accepted, rejected, changed) in [
             (Phase::Armed, 3, 3, 0, false),
             (Phase::Armed, 4, 3, 1, false),
@@ -145,7 +146,7 @@ mod tests {
             assert_eq!(before.is_changed(&now), changed, "{now:?}");
         }
         // Hit 3 is taken back, and hit 4 accepted.
-        let before = Open { dof: 0, last_hit: 3, settled: 3 };
+        let before = OpenDof { dof: 0, last_hit: 3, settled: 3 };
         assert!(before.is_changed(&status(Phase::Armed, 4, 3, 0)));
         assert!(!before.is_changed(&status(Phase::Armed, 4, 4, 0)));
     }

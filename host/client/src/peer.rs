@@ -44,7 +44,8 @@ impl Peer {
         self.closed += 1;
     }
 
-    /// Why this is no rig, after it was sent `request`, `attempts` times in all; `None` for a rig, and when it has shown nothing.
+    /// Why this is no rig, after it was sent `request`, `attempts` times in all; `None` for a rig, and when it has
+    /// shown nothing.
     pub fn stranger(
         &self,
         port: &str,
@@ -59,7 +60,7 @@ impl Peer {
             () if self.is_rig => None,
             () if is_echo => Some(ClientError::Echo { port }),
             () if !self.first.is_empty() => {
-                Some(ClientError::NoRig { port, first: shown(&self.first) })
+                Some(ClientError::NoRig { port, first: quote_start(&self.first) })
             }
             () if self.closed >= attempts => Some(ClientError::Closing { port, attempts, waited }),
             () => None,
@@ -68,7 +69,7 @@ impl Peer {
 }
 
 /// The first bytes as text, with an escape for what is no text.
-fn shown(bytes: &[u8]) -> String {
+fn quote_start(bytes: &[u8]) -> String {
     let start = &bytes[..bytes.len().min(SHOWN)];
     let ellipsis = if bytes.len() > SHOWN { "…" } else { "" };
     format!("\"{}{ellipsis}\"", start.escape_ascii())
@@ -115,7 +116,7 @@ mod tests {
 
     #[test]
     fn the_first_bytes_are_shown_with_escapes() {
-        assert_eq!(shown(b"$GPGGA,1\r\n"), "\"$GPGGA,1\\r\\n\"");
-        assert_eq!(shown(&[0xFF; 33]), format!("\"{}…\"", "\\xff".repeat(32)));
+        assert_eq!(quote_start(b"$GPGGA,1\r\n"), "\"$GPGGA,1\\r\\n\"");
+        assert_eq!(quote_start(&[0xFF; 33]), format!("\"{}…\"", "\\xff".repeat(32)));
     }
 }

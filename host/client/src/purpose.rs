@@ -50,7 +50,8 @@ mod tests {
 
     #[test]
     fn every_request_is_named_in_words() {
-        let unnamed: Vec<_> = ENDPOINTS.iter().filter(|of| purpose(of.0) == UNKNOWN).collect();
+        let unnamed: Vec<_> =
+            ENDPOINTS.iter().filter(|endpoint| purpose(endpoint.0) == UNKNOWN).collect();
         assert!(unnamed.is_empty(), "{unnamed:?}");
     }
 }

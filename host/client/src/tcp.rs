@@ -59,16 +59,16 @@ impl TcpAddress {
 
     /// The socket addresses of the host. A name server that does not answer is waited for until `deadline`.
     fn resolve(&self, deadline: Instant) -> io::Result<Vec<SocketAddr>> {
-        let (sender, found) = channel();
-        let of = (self.host.clone(), self.port);
+        let (sender, receiver) = channel();
+        let target = (self.host.clone(), self.port);
         // The system cannot be told how long to look a name up: the thread ends when it has.
         thread::Builder::new().name("resolve".into()).spawn(move || {
-            let addresses = of.to_socket_addrs().map(Iterator::collect);
+            let addresses = target.to_socket_addrs().map(Iterator::collect);
             // Nobody waits any more after the deadline.
             let _ = sender.send(addresses);
         })?;
         let late = |_| io::Error::new(ErrorKind::TimedOut, "the host's name is not found in time");
-        found.recv_timeout(deadline.saturating_duration_since(Instant::now())).map_err(late)?
+        receiver.recv_timeout(deadline.saturating_duration_since(Instant::now())).map_err(late)?
     }
 
     fn connect(&self, within: Duration) -> io::Result<TcpStream> {
@@ -199,8 +199,8 @@ mod tests {
     use super::*;
     use std::net::TcpListener;
 
-    fn address(of: &TcpListener) -> TcpAddress {
-        let name = format!("tcp://{}", of.local_addr().unwrap());
+    fn address(listener: &TcpListener) -> TcpAddress {
+        let name = format!("tcp://{}", listener.local_addr().unwrap());
         TcpAddress::parse(&name).unwrap().unwrap()
     }
 

@@ -303,7 +303,7 @@ fn object_server(
 fn an_object_arrives_whole() {
     let mut client = object_server(|_, _| Ok(())).client();
     let mut last = (0, 0);
-    assert_eq!(client.download(OBJECT, |n, of| last = (n, of)).unwrap(), object_bytes());
+    assert_eq!(client.download(OBJECT, |n, total| last = (n, total)).unwrap(), object_bytes());
     assert_eq!(last, (5000, 5000));
 }
 
@@ -330,29 +330,29 @@ fn a_link_that_does_not_come_back_is_a_named_error() {
 }
 
 /// What a client tells its listener.
-fn told(client: Client) -> (Client, Arc<Mutex<Vec<String>>>) {
-    let said = Arc::new(Mutex::new(Vec::new()));
-    let listener = said.clone();
-    (client.telling(move |text| listener.lock().unwrap().push(text.to_owned())), said)
+fn record_notices(client: Client) -> (Client, Arc<Mutex<Vec<String>>>) {
+    let notices = Arc::new(Mutex::new(Vec::new()));
+    let listener = notices.clone();
+    (client.telling(move |text| listener.lock().unwrap().push(text.to_owned())), notices)
 }
 
 #[test]
 fn a_rig_that_is_unplugged_or_silent_is_named_while_it_is_waited_for() {
     let mut rig = FakeRig::new(|_| Err(unplugged()));
     rig.comes_back = false;
-    let (mut client, said) = told(rig.client());
+    let (mut client, notices) = record_notices(rig.client());
     client.status().unwrap_err();
-    let said = said.lock().unwrap().clone();
+    let notices = notices.lock().unwrap().clone();
     assert_eq!(
-        said,
+        notices,
         ["fake is gone (unplugged): connect the rig again; waiting up to 0.2 s for it"]
     );
-    let (mut client, said) = told(FakeRig::new(|_| Ok(Vec::new())).client());
+    let (mut client, notices) = record_notices(FakeRig::new(|_| Ok(Vec::new())).client());
     client.status().unwrap_err();
-    let said = said.lock().unwrap().clone();
-    assert_eq!(said.len(), 2);
-    assert!(said[1].starts_with("no answer from fake for "), "{said:?}");
-    assert!(said[1].ends_with("asking again (3 of 3)"), "{said:?}");
+    let notices = notices.lock().unwrap().clone();
+    assert_eq!(notices.len(), 2);
+    assert!(notices[1].starts_with("no answer from fake for "), "{notices:?}");
+    assert!(notices[1].ends_with("asking again (3 of 3)"), "{notices:?}");
 }
 
 /// Whoever follows a campaign hears of a silent rig after the attempts of one request.

@@ -44,7 +44,7 @@ use massline_shared::signal::{AdcProperties, resolution};
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::CalibrationTable;
-use crate::file::{self, Existing};
+use crate::file::{self, ExistingFile};
 use crate::layout_file::{LayoutFile, nodes_of};
 use crate::limited::at_most;
 use crate::uff::Frf;
@@ -194,8 +194,8 @@ impl Archive {
         self.answers.as_ref()
     }
 
-    /// The archive of a result, written now; without spectra and records of hits. `calibration` is left out unless it is
-    /// the one that the result was measured with.
+    /// The archive of a result, written now; without spectra and records of hits. `calibration` is left out unless it
+    /// is the one that the result was measured with.
     pub fn new(
         identity: &Identity,
         layout: ArchivedLayout,
@@ -254,7 +254,7 @@ impl Archive {
         let archive: Self = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
             check::malformed(file, format!("{}: {}", e.path(), in_words(e.inner())))
         })?;
-        check::contents(&archive).map_err(|what| check::malformed(file, what))?;
+        check::contents(&archive).map_err(|reason| check::malformed(file, reason))?;
         if !checksum::is_intact(bytes, stated) {
             return Err(check::edited(file));
         }
@@ -280,7 +280,7 @@ impl Archive {
     ///
     /// # Errors
     /// Exit 2 when the file exists and is kept, or cannot be written.
-    pub fn write(&self, path: &Path, existing: Existing) -> Result<()> {
+    pub fn write(&self, path: &Path, existing: ExistingFile) -> Result<()> {
         file::write(path, &self.to_bytes(&path.display().to_string())?, existing)
     }
 
@@ -290,17 +290,17 @@ impl Archive {
     }
 
     /// The frequency responses of all DOFs with lines, or else H1 of those with spectra, at every sensor, corrected for
-    /// cross-axis sensitivities. They are those at `s = σ + iω`, with σ of [`Self::decay_per_s`]. From spectra, empty when
-    /// the calibration is not known.
+    /// cross-axis sensitivities. They are those at `s = σ + iω`, with σ of [`Self::decay_per_s`]. From spectra, empty
+    /// when the calibration is not known.
     pub fn frfs(&self) -> Vec<Frf> {
         let sensors = &self.layout.resolved.sensors;
         let nodes: Vec<u16> = sensors.iter().map(|sensor| sensor.node).collect();
         if !self.lines.is_empty() {
             let spacing = resolution::<f64>(&self.rig.sampler.adc, TestProfile::Suspension);
-            return self.lines.iter().flat_map(|of| of.frfs(&nodes, spacing)).collect();
+            return self.lines.iter().flat_map(|lines| lines.frfs(&nodes, spacing)).collect();
         }
         let Some(calibration) = self.calibration() else { return Vec::new() };
-        let frfs = |of: &ArchivedSpectra| of.frfs(&nodes, &calibration.calibration);
+        let frfs = |spectra: &ArchivedSpectra| spectra.frfs(&nodes, &calibration.calibration);
         self.spectra.iter().flat_map(frfs).collect()
     }
 
@@ -309,7 +309,7 @@ impl Archive {
         if !self.lines.is_empty() {
             return Some(self.layout.resolved.test.exponential_decay);
         }
-        self.spectra.first().map(|of| of.decay_per_s)
+        self.spectra.first().map(|spectra| spectra.decay_per_s)
     }
 }
 
@@ -320,7 +320,7 @@ pub fn is_archive(path: &Path) -> bool {
 
 /// True for a path whose extension is that of archives.
 pub fn is_named(path: &Path) -> bool {
-    path.extension().is_some_and(|of| of.eq_ignore_ascii_case(EXTENSION))
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(EXTENSION))
 }
 
 fn unfaithful(file: &str, why: &str) -> Error {

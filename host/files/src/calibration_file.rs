@@ -82,8 +82,8 @@ impl CalibrationFile {
         let mut record = self.record.clone();
         for (k, sensor) in layout.sensors.iter().take(SENSORS).enumerate() {
             let Some(wanted) = &sensor.calibration else { continue };
-            let found = self.sensors.iter().find(|s| s.id() == Some(wanted.as_str()));
-            let found = found.ok_or_else(|| {
+            let table = self.sensors.iter().find(|s| s.id() == Some(wanted.as_str()));
+            let table = table.ok_or_else(|| {
                 let ids = self.sensors.iter().filter_map(SensorTable::id);
                 Error::input(
                     "calibration_unknown",
@@ -96,7 +96,7 @@ impl CalibrationFile {
                     ),
                 )
             })?;
-            found.write(k, &mut record);
+            table.write(k, &mut record);
         }
         Ok(record)
     }
@@ -189,9 +189,9 @@ mod tests {
         };
         for gain in ["0", "0.0", "1e-50", "1e39"] {
             let error = hammer("0.1", gain);
-            let said = "c.toml:3: hammer.sensitivity_v_per_n: ";
+            let beginning = "c.toml:3: hammer.sensitivity_v_per_n: ";
             assert!(
-                error.starts_with(said) && error.contains("a number that is not zero"),
+                error.starts_with(beginning) && error.contains("a number that is not zero"),
                 "{error}"
             );
         }
@@ -224,8 +224,8 @@ mod tests {
         assert!(error(sensor).contains("at most 12"), "{}", error(sensor));
         let sensor = "[[sensor]]\nzero_v = [1, 1, 1]\nsensitivity_v_per_m_per_s2 = [1, 1, 1]\n\
                       cross_axis = { xy = 0.5, xz = 0, yx = 0, yz = 0, zx = 0, zy = 0 }";
-        let said = "c.toml:4: sensor.cross_axis: ";
-        assert!(error(sensor).starts_with(said), "{}", error(sensor));
+        let beginning = "c.toml:4: sensor.cross_axis: ";
+        assert!(error(sensor).starts_with(beginning), "{}", error(sensor));
         let sensor =
             "[[sensor]]\nzero_v = [1,\n  0.5,\n  1e39]\nsensitivity_v_per_m_per_s2 = [1, 1, 1]";
         assert!(error(sensor).starts_with("c.toml:4: "), "{}", error(sensor));

@@ -2,7 +2,8 @@
 
 use jiff::Timestamp;
 
-/// The time by the clock of this computer, seconds since 1970-01-01 00:00 UTC; zero for a time that 32 bits do not hold.
+/// The time by the clock of this computer, seconds since 1970-01-01 00:00 UTC; zero for a time that 32 bits do not
+/// hold.
 pub fn unix_seconds() -> u32 {
     u32::try_from(Timestamp::now().as_second()).unwrap_or(0)
 }

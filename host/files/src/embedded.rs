@@ -1,8 +1,9 @@
 //! Results inside an HTML report: how the page holds them, and how they are read again.
 //!
-//! A report holds the archive or the document of each of its results, so that it can be solved, exported and drawn like the
-//! file that it was made of. Of several results, `report.html#result-2` is the second one; in a browser the same address
-//! leads to its place in the page. Only the records of single hits are left out: they would take most of the page.
+//! A report holds the archive or the document of each of its results, so that it can be solved, exported and drawn like
+//! the file that it was made of. Of several results, `report.html#result-2` is the second one; in a browser the same
+//! address leads to its place in the page. Only the records of single hits are left out: they would take most of the
+//! page.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -10,8 +11,8 @@ use std::path::{Path, PathBuf};
 
 use crate::file;
 
-/// What stands before the number of a result, and before and after its JSON text. HTML that follows a title or another text
-/// cannot have it, because there `<` is escaped.
+/// What stands before the number of a result, and before and after its JSON text. HTML that follows a title or another
+/// text cannot have it, because there `<` is escaped.
 const OPEN: &str = "<script type=\"application/json\" id=\"data-";
 const CLOSE: &str = "</script>";
 /// The first bytes of a report.
@@ -52,7 +53,7 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let page = String::from_utf8_lossy(&bytes);
     let results = results(&page);
     let (count, name) = (results.len(), file.display());
-    let found = match (count, number) {
+    let choice = match (count, number) {
         (0, _) if !page.trim_end().ends_with("</html>") => Err(
             "this page holds no result of massline: its end is missing, so copy or write it again"
                 .to_owned(),
@@ -70,7 +71,7 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
             "this report holds {count} results, {name}{FRAGMENT}1 to {FRAGMENT}{count}, and {number} is none of them"
         )),
     };
-    let number = found.map_err(io::Error::other)?;
+    let number = choice.map_err(io::Error::other)?;
     Ok(results[number - 1].as_bytes().to_vec())
 }
 
@@ -148,16 +149,16 @@ mod tests {
     fn of_several_results_one_is_named() {
         let both = page(&["{\"a\":1}", "{\"a\":2}"]);
         assert_eq!(read_page(&both, "#result-2").unwrap(), "{\"a\":2}");
-        let said = |page: &str, fragment| read_page(page, fragment).unwrap_err().to_string();
-        assert!(said(&both, "").contains("report.html#result-1"));
-        let third = said(&both, "#result-3");
+        let message = |page: &str, fragment| read_page(page, fragment).unwrap_err().to_string();
+        assert!(message(&both, "").contains("report.html#result-1"));
+        let third = message(&both, "#result-3");
         assert!(
             third.contains("2 results") && third.contains("#result-2, and 3 is none"),
             "{third}"
         );
-        assert!(said(&both, "#result-0").contains("and 0"));
-        assert!(said(&page(&[]), "").contains("no result"));
-        assert!(said("{}", "#result-1").contains("only a report"));
+        assert!(message(&both, "#result-0").contains("and 0"));
+        assert!(message(&page(&[]), "").contains("no result"));
+        assert!(message("{}", "#result-1").contains("only a report"));
     }
 
     #[test]

@@ -133,8 +133,8 @@ pub fn label(bytes: &[u8]) -> Cow<'_, str> {
     readings(bytes).next().unwrap_or_default()
 }
 
-/// The reading of a label that is a unit, and what the unit means: `meaning` gives what a text means as a unit. There is
-/// none when no reading is a unit, or when two readings are units that differ.
+/// The reading of a label that is a unit, and what the unit means: `meaning` gives what a text means as a unit. There
+/// is none when no reading is a unit, or when two readings are units that differ.
 pub fn unit_of<'b, T: PartialEq>(
     bytes: &'b [u8],
     meaning: impl Fn(&str) -> Option<T>,

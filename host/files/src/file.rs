@@ -14,7 +14,7 @@ pub use system::open;
 
 /// What happens to a file that exists already.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Existing {
+pub enum ExistingFile {
     /// It stays, and writing is refused.
     #[default]
     Kept,
@@ -69,7 +69,7 @@ pub fn line(stream: &mut impl BufRead, most: usize) -> io::Result<Option<String>
 ///
 /// # Errors
 /// Exit 2 when the file exists and is kept, its folder does not exist, or its name is that of the standard streams.
-pub fn check(path: &Path, existing: Existing) -> Result<()> {
+pub fn check(path: &Path, existing: ExistingFile) -> Result<()> {
     if path == Path::new("-") {
         return Err(cannot(path, "it names no file here; give the name of a file"));
     }
@@ -82,7 +82,7 @@ pub fn check(path: &Path, existing: Existing) -> Result<()> {
     if is_stream(path) {
         return Ok(());
     }
-    if existing == Existing::Kept && (is_regular(path) || path.is_symlink()) {
+    if existing == ExistingFile::Kept && (is_regular(path) || path.is_symlink()) {
         return Err(exists(path));
     }
     Ok(())
@@ -93,7 +93,7 @@ pub fn check(path: &Path, existing: Existing) -> Result<()> {
 ///
 /// # Errors
 /// Exit 2 when the file exists and is kept, or cannot be written.
-pub fn write(path: &Path, bytes: &[u8], existing: Existing) -> Result<()> {
+pub fn write(path: &Path, bytes: &[u8], existing: ExistingFile) -> Result<()> {
     check(path, existing)?;
     if path.exists() && (is_stream(path) || !is_regular(path)) {
         // A shell may have redirected the stream into a file that it appends to.
@@ -118,11 +118,11 @@ pub fn write(path: &Path, bytes: &[u8], existing: Existing) -> Result<()> {
     temporary.as_file().sync_all().map_err(failed)?;
     let named = match existing {
         // Sticks for cameras and boards (FAT) cannot refuse to replace; it has been checked above.
-        Existing::Kept => temporary.persist_noclobber(path).or_else(|e| match e.error.kind() {
+        ExistingFile::Kept => temporary.persist_noclobber(path).or_else(|e| match e.error.kind() {
             ErrorKind::AlreadyExists => Err(e),
             _ => e.file.persist(path),
         }),
-        Existing::Replaced => temporary.persist(path),
+        ExistingFile::Replaced => temporary.persist(path),
     };
     named.map(|_| ()).map_err(|e| failed(e.error))
 }
@@ -139,7 +139,7 @@ fn is_stream(path: &Path) -> bool {
 }
 
 fn is_regular(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|of| of.is_file())
+    fs::metadata(path).is_ok_and(|metadata| metadata.is_file())
 }
 
 fn exists(path: &Path) -> Error {
@@ -161,10 +161,10 @@ mod tests {
     fn an_existing_file_is_kept_unless_it_may_be_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.toml");
-        write(&path, b"one", Existing::Kept).unwrap();
-        assert_eq!(write(&path, b"two", Existing::Kept).unwrap_err().code(), "file_exists");
+        write(&path, b"one", ExistingFile::Kept).unwrap();
+        assert_eq!(write(&path, b"two", ExistingFile::Kept).unwrap_err().code(), "file_exists");
         assert_eq!(fs::read(&path).unwrap(), b"one");
-        write(&path, b"two", Existing::Replaced).unwrap();
+        write(&path, b"two", ExistingFile::Replaced).unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"two");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "a temporary file is left");
     }
@@ -178,7 +178,7 @@ mod tests {
         fs::write(&path, "zero").unwrap();
         let usual = fs::metadata(&path).unwrap().permissions().mode();
         symlink(&path, &link).unwrap();
-        write(&link, b"one", Existing::Replaced).unwrap();
+        write(&link, b"one", ExistingFile::Replaced).unwrap();
         assert!(link.is_symlink());
         assert_eq!(fs::read(&path).unwrap(), b"one");
         assert_eq!(fs::metadata(&path).unwrap().permissions().mode(), usual);
@@ -188,16 +188,16 @@ mod tests {
     fn folders_that_are_missing_or_in_the_way_are_named() {
         let folder = tempfile::tempdir().unwrap();
         let missing = folder.path().join("none").join("a");
-        let error = write(&missing, b"", Existing::Kept).unwrap_err();
+        let error = write(&missing, b"", ExistingFile::Kept).unwrap_err();
         assert!(error.to_string().contains("there is no folder"), "{error}");
-        let error = write(folder.path(), b"", Existing::Replaced).unwrap_err();
+        let error = write(folder.path(), b"", ExistingFile::Replaced).unwrap_err();
         assert!(error.to_string().contains("it is a folder"), "{error}");
     }
 
     #[cfg(target_os = "linux")]
     #[test]
     fn a_full_disk_is_an_error_of_the_file() {
-        let error = write(Path::new("/dev/full"), b"text", Existing::Kept).unwrap_err();
+        let error = write(Path::new("/dev/full"), b"text", ExistingFile::Kept).unwrap_err();
         assert_eq!((error.code(), error.exit_code()), ("cannot_write", 2), "{error}");
     }
 
@@ -209,8 +209,11 @@ mod tests {
         assert_eq!(read(&path, 11).unwrap().len(), 11);
         assert_eq!(read(&path, 10).unwrap_err().kind(), ErrorKind::FileTooLarge);
         let long = read(Path::new(env!("CARGO_MANIFEST_DIR")), 10).unwrap_err();
-        let said = unreadable(Path::new("x"), &long);
-        assert!(said.contains("give the name of a file") && !said.contains("path"), "{said}");
+        let message = unreadable(Path::new("x"), &long);
+        assert!(
+            message.contains("give the name of a file") && !message.contains("path"),
+            "{message}"
+        );
         let missing = read(Path::new("no-such-file"), 10).unwrap_err();
         assert!(unreadable(Path::new("x"), &missing).ends_with("; check the path"));
     }

@@ -135,11 +135,11 @@ impl Reference {
 
 /// The ten properties when all are known.
 pub fn all_known(properties: [Option<f64>; 10]) -> Option<[f64; 10]> {
-    let mut all = [0.0; 10];
-    for (to, from) in all.iter_mut().zip(properties) {
+    let mut values = [0.0; 10];
+    for (to, from) in values.iter_mut().zip(properties) {
         *to = from?;
     }
-    Some(all)
+    Some(values)
 }
 
 impl LayoutFile {
@@ -151,8 +151,8 @@ impl LayoutFile {
         Self::read_in_profile(path, None)
     }
 
-    /// As [`LayoutFile::read`], in another profile than the file states, where one is given. Settings that the file leaves
-    /// out, its band and its windows have the defaults of that profile.
+    /// As [`LayoutFile::read`], in another profile than the file states, where one is given. Settings that the file
+    /// leaves out, its band and its windows have the defaults of that profile.
     ///
     /// # Errors
     /// As [`LayoutFile::read`].
@@ -250,7 +250,7 @@ impl LayoutFile {
 
     /// Where the file states a setting of the test.
     pub fn place_of(&self, setting: Setting) -> Option<&Place> {
-        self.places.iter().find(|(of, _)| *of == setting).map(|(_, place)| place)
+        self.places.iter().find(|(key, _)| *key == setting).map(|(_, place)| place)
     }
 
     /// The hash that identifies this layout on the wire and in files; `None` as for

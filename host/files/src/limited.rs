@@ -10,7 +10,7 @@ use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 pub fn at_most<'de, const MOST: usize, T: Deserialize<'de>, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<T>, D::Error> {
-    Ok(Limited::<MOST, T>::deserialize(deserializer)?.0)
+    Ok(LimitedList::<MOST, T>::deserialize(deserializer)?.0)
 }
 
 /// Reads a list of at most `MOST` lists of at most `EACH` elements.
@@ -21,13 +21,13 @@ where
     T: Deserialize<'de>,
     D: Deserializer<'de>,
 {
-    let lists = Limited::<MOST, Limited<EACH, T>>::deserialize(deserializer)?.0;
+    let lists = LimitedList::<MOST, LimitedList<EACH, T>>::deserialize(deserializer)?.0;
     Ok(lists.into_iter().map(|list| list.0).collect())
 }
 
-struct Limited<const MOST: usize, T>(Vec<T>);
+struct LimitedList<const MOST: usize, T>(Vec<T>);
 
-impl<'de, const MOST: usize, T: Deserialize<'de>> Deserialize<'de> for Limited<MOST, T> {
+impl<'de, const MOST: usize, T: Deserialize<'de>> Deserialize<'de> for LimitedList<MOST, T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_seq(Elements::<MOST, T>(PhantomData)).map(Self)
     }
@@ -72,8 +72,8 @@ mod tests {
         assert_eq!(read(r#"{"one":[1,2],"two":[[1],[]]}"#).unwrap(), good);
         for wrong in [r#"{"one":[1,2,3]}"#, r#"{"one":[],"two":[[1,1]]}"#, r#"{"two":[[],[],[]]}"#]
         {
-            let said = read(wrong).unwrap_err().to_string();
-            assert!(said.contains("expected a list of at most"), "{said}");
+            let message = read(wrong).unwrap_err().to_string();
+            assert!(message.contains("expected a list of at most"), "{message}");
         }
     }
 }

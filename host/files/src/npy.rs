@@ -48,8 +48,8 @@ pub fn shape_text(shape: &[u64]) -> String {
     format!("({}{comma})", sizes.join(", "))
 }
 
-fn malformed(what: impl Into<String>) -> HeaderError {
-    HeaderError::Malformed(what.into())
+fn malformed(reason: impl Into<String>) -> HeaderError {
+    HeaderError::Malformed(reason.into())
 }
 
 /// The text of the header: as long as the file states, but not longer than the file.

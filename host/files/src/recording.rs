@@ -84,7 +84,7 @@ pub struct Recording {
     /// The segments of the file; one when the recording is continuous.
     pub segments: Vec<Segment>,
     /// What the file has beside these channels.
-    pub left_out: Vec<LeftOut>,
+    pub left_out: Vec<LeftOutColumn>,
     /// What a person should know about the file.
     pub notes: Vec<String>,
 }
@@ -104,7 +104,7 @@ pub struct Source {
 
 /// A column that is not used, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LeftOut {
+pub struct LeftOutColumn {
     /// Its name.
     pub name: String,
     /// Why.
@@ -247,7 +247,7 @@ impl Recording {
                     whole
                         .0
                         .iter()
-                        .map(|all| all.get(rows.clone()).unwrap_or_default().to_vec())
+                        .map(|samples| samples.get(rows.clone()).unwrap_or_default().to_vec())
                         .collect()
                 };
                 self.notes
@@ -260,7 +260,7 @@ impl Recording {
             let channel = self.remove(place);
             if let Some(reason) = reason {
                 let (name, reason) = (column(place, &channel), reason.to_owned());
-                self.left_out.push(LeftOut { name, reason });
+                self.left_out.push(LeftOutColumn { name, reason });
             }
         }
         Ok(())

@@ -1,5 +1,5 @@
-//! Numbers of a file that are kept in single precision, each checked where it is read, so that the reader of the file can
-//! say where a wrong one stands.
+//! Numbers of a file that are kept in single precision, each checked where it is read, so that the reader of the file
+//! can say where a wrong one stands.
 
 /// A number in single precision, if `is_good`; other numbers than zero that would become zero or infinite are not.
 ///

@@ -8,12 +8,12 @@ use massline_shared::calibration::tumble::{
 use massline_shared::signal::HAMMER;
 use serde::{Deserialize, Serialize};
 
-use crate::file::{self, Existing};
+use crate::file::{self, ExistingFile};
 use crate::toml_file;
 use massline_result::{Error, Result};
 
-/// Of two positions, one axis of each sensor differs by 1 g or more; a sensor that has not been turned differs by far less
-/// than this, g.
+/// Of two positions, one axis of each sensor differs by 1 g or more; a sensor that has not been turned differs by far
+/// less than this, g.
 const TURNED_G: f64 = 0.5;
 /// Error code for the file of readings.
 const MALFORMED: &str = "readings_malformed";
@@ -81,8 +81,8 @@ impl TumbleFile {
     }
 
     /// The positions still missing, in their order.
-    pub fn wanted(&self) -> Vec<Position> {
-        self.test.wanted().collect()
+    pub fn missing_positions(&self) -> Vec<Position> {
+        self.test.missing_positions().collect()
     }
 
     /// Checks that the sensors were turned since the other readings.
@@ -127,7 +127,7 @@ impl TumbleFile {
         let table = TumbleTable { reading: self.test.readings().iter().map(reading).collect() };
         // Texts and numbers only, so this cannot fail.
         let text = toml::to_string(&table).unwrap_or_default();
-        file::write(&self.path, text.as_bytes(), Existing::Replaced)
+        file::write(&self.path, text.as_bytes(), ExistingFile::Replaced)
     }
 
     /// Discards all readings and their file.
@@ -148,8 +148,8 @@ impl TumbleFile {
     /// Exit 3 with all problems of the readings, sensor by sensor.
     pub fn solve(&self, limits: &TumbleLimits<f64>) -> Result<Tumble<f64>> {
         let mut problems: Vec<String> = Vec::new();
-        let found = self.test.solve(limits, |problem| problems.push(sentence(&problem)));
-        found.ok_or_else(|| {
+        let result = self.test.solve(limits, |problem| problems.push(sentence(&problem)));
+        result.ok_or_else(|| {
             if problems.is_empty() {
                 return Error::undetermined("no_readings", "there is no reading of a sensor yet");
             }
@@ -243,14 +243,14 @@ mod tests {
         let path = directory.path().join("tumble.toml");
         let mut readings = TumbleFile::open(&path).unwrap();
         for position in Position::ALL {
-            assert_eq!(readings.wanted().first(), Some(&position));
+            assert_eq!(readings.missing_positions().first(), Some(&position));
             readings.add(position, reading(position, NOISE), &TumbleLimits::default()).unwrap();
             readings = TumbleFile::open(&path).unwrap();
         }
-        assert!(readings.wanted().is_empty());
-        let found = readings.solve(&TumbleLimits::default()).unwrap();
+        assert!(readings.missing_positions().is_empty());
+        let tumble = readings.solve(&TumbleLimits::default()).unwrap();
         let mut record = CalibrationRecord::default();
-        record.take_tumble(&found.sensors, found.hammer_zero);
+        record.take_tumble(&tumble.sensors, tumble.hammer_zero);
         // The record is in single precision: 1e-7 of 2 V, relative to 0.1 V.
         let nominal = CalibrationRecord::default().calibration;
         for k in 1..7 {

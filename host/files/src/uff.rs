@@ -34,7 +34,7 @@ use crate::encoding::Text;
 use function::read_function;
 use lines::Lines;
 use unit_system::UnitSystem;
-pub use units::{Understood, UnitSource};
+pub use units::{UnderstoodFunction, UnitSource};
 
 /// Largest universal file that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 27;
@@ -204,7 +204,8 @@ const NAMED: usize = 4;
 
 /// Says which functions the datasets 164 hold for, where they differ.
 fn note_of_systems(systems: &[UnitSystem]) -> Option<String> {
-    let names: Vec<String> = systems.iter().take(NAMED).map(|of| of.dataset.to_string()).collect();
+    let names: Vec<String> =
+        systems.iter().take(NAMED).map(|system| system.dataset.to_string()).collect();
     let more = if systems.len() > NAMED { " and others" } else { "" };
     (systems.len() > 1).then(|| {
         format!(
@@ -242,10 +243,13 @@ impl Function {
     }
 
     /// The accelerance, as [`Function::accelerance`], and what the function was understood to be.
-    pub fn converted(&self, quantity: Option<Quantity>) -> Result<(Frf, Understood), UffError> {
+    pub fn converted(
+        &self,
+        quantity: Option<Quantity>,
+    ) -> Result<(Frf, UnderstoodFunction), UffError> {
         if !self.is_frequency_response() {
-            let found = self.function_type;
-            return Err(self.error(UffFault::FunctionType { found }));
+            let function_type = self.function_type;
+            return Err(self.error(UffFault::FunctionType { found: function_type }));
         }
         self.check_increment()?;
         let units = units::conversion(self, quantity)?;

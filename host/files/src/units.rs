@@ -10,8 +10,8 @@ mod symbols;
 use massline_shared::STANDARD_GRAVITY;
 use thiserror::Error;
 
-/// Gravity on Earth, m/s²: from 9.76 on the highest mountains near the equator to 9.83 at the poles, and what two digits
-/// make of it.
+/// Gravity on Earth, m/s²: from 9.76 on the highest mountains near the equator to 9.83 at the poles, and what two
+/// digits make of it.
 pub const GRAVITY_ON_EARTH: std::ops::RangeInclusive<f64> = 9.75..=9.85;
 
 /// Metres in a foot.

@@ -104,11 +104,11 @@ fn rc(cutoff: Hertz<f32>) -> String {
 
 /// The result of a tumble test, with the hum in its readings and what they show of the multiplexer.
 pub fn tumble_json(
-    found: &Tumble<f64>,
+    tumble: &Tumble<f64>,
     hum: Vec<document::Hum>,
     memory: Option<Memory>,
 ) -> document::Tumble {
-    let sensors = found.sensors.iter().map(|sensor| TumbledSensor {
+    let sensors = tumble.sensors.iter().map(|sensor| TumbledSensor {
         zero_v: sensor.zero.into(),
         zero_sigma_v: sensor.zero_sigma.into(),
         sensitivity_v_per_m_per_s2: rows(&sensor.sensitivity),
@@ -123,8 +123,8 @@ pub fn tumble_json(
 }
 
 /// The same for people; `memory` is what the readings show of the multiplexer.
-pub fn tumble_text(found: &Tumble<f64>, record: &CalibrationRecord, memory: &str) -> String {
-    let tilts = found.sensors.iter().map(|s| format!("{:.1}", 1e3 * s.tilt)).collect::<Vec<_>>();
+pub fn tumble_text(tumble: &Tumble<f64>, record: &CalibrationRecord, memory: &str) -> String {
+    let tilts = tumble.sensors.iter().map(|s| format!("{:.1}", 1e3 * s.tilt)).collect::<Vec<_>>();
     format!(
         "{}\npositions tilted by {} mrad rms\n{memory}\nnext, calibrate the hammer: massline calibrate block",
         record_text(record),
@@ -133,37 +133,37 @@ pub fn tumble_text(found: &Tumble<f64>, record: &CalibrationRecord, memory: &str
 }
 
 /// The result of a block test, relative to the calibration before it.
-pub fn block_json(found: &Block) -> document::Block {
+pub fn block_json(block: &Block) -> document::Block {
     let sensor = |SensorRatio { ratio, sigma }: &SensorRatio<f64>| document::SensorRatio {
         ratio: rows(ratio),
         sigma: rows(sigma),
     };
     document::Block {
-        sensors: found.sensors.iter().map(sensor).collect(),
-        hammer: found.hammer.map(|hammer| HammerRatio {
+        sensors: block.sensors.iter().map(sensor).collect(),
+        hammer: block.hammer.map(|hammer| HammerRatio {
             ratio: hammer.ratio,
             sigma: hammer.sigma,
             largest_departure: hammer.departure.0,
             consistent: hammer.is_consistent(),
         }),
-        rc_cutoffs: found.cutoffs.iter().map(cutoff_json).collect(),
-        electronics: electronics::json(&found.electronics),
-        diagnostics: warnings_json(found),
+        rc_cutoffs: block.cutoffs.iter().map(cutoff_json).collect(),
+        electronics: electronics::json(&block.electronics),
+        diagnostics: warnings_json(block),
     }
 }
 
 /// The rig's warnings about the hits.
-fn warnings_json(found: &Block) -> Vec<Finding> {
-    findings(&found.warnings, message)
+fn warnings_json(block: &Block) -> Vec<Finding> {
+    findings(&block.warnings, message)
 }
 
 fn cutoff_json(cutoff: &RcCutoff) -> document::RcCutoff {
-    let found = cutoff.found.as_ref().ok();
+    let measured = cutoff.found.as_ref().ok();
     document::RcCutoff {
         sensor: cutoff.sensor + 1,
         axis: AXIS_LETTERS[cutoff.axis],
-        cutoff_hz: found.map(|found| found.cutoff_hz),
-        sigma_hz: found.map(|found| found.sigma_hz),
+        cutoff_hz: measured.map(|measured| measured.cutoff_hz),
+        sigma_hz: measured.map(|measured| measured.sigma_hz),
         before_hz: cutoff.before_hz,
         verdict: cutoff.verdict().into(),
         reason: cutoff.found.err().map(|error| error.name().into()),
@@ -184,15 +184,18 @@ pub fn cutoffs_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
                 None => reasons.push((reason, name)),
             }
         }
-        let number = |of: fn(&FoundCutoff) -> f64| {
-            cutoff.found.as_ref().map_or("-".into(), |found| format!("{:.1}", of(found)))
+        let number = |quantity: fn(&FoundCutoff) -> f64| {
+            cutoff
+                .found
+                .as_ref()
+                .map_or("-".into(), |measured| format!("{:.1}", quantity(measured)))
         };
         table.add_row([
             (cutoff.sensor + 1).to_string(),
             axis.into(),
             rc(Hertz(cutoff.before_hz as f32)),
-            number(|found| found.cutoff_hz),
-            number(|found| found.sigma_hz),
+            number(|measured| measured.cutoff_hz),
+            number(|measured| measured.sigma_hz),
             cutoff.verdict().into(),
         ]);
     }
@@ -208,8 +211,8 @@ pub fn cutoffs_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
 }
 
 /// The same for people.
-pub fn block_text(found: &Block, record: &CalibrationRecord) -> String {
-    let said = match &found.hammer {
+pub fn block_text(block: &Block, record: &CalibrationRecord) -> String {
+    let sentence = match &block.hammer {
         Some(hammer) => {
             format!("true force over the force before: {}", with_sigma(hammer.ratio, hammer.sigma))
         }
@@ -217,33 +220,33 @@ pub fn block_text(found: &Block, record: &CalibrationRecord) -> String {
                  and know the cross-axis sensitivities better"
             .into(),
     };
-    let cutoffs = cutoffs_text(&found.cutoffs, record.calibration.channels[HAMMER].cutoff);
+    let cutoffs = cutoffs_text(&block.cutoffs, record.calibration.channels[HAMMER].cutoff);
     format!(
-        "{}\n{said}\n\n{cutoffs}\n\n{}",
+        "{}\n{sentence}\n\n{cutoffs}\n\n{}",
         record_text(record),
-        electronics::text(&found.electronics)
+        electronics::text(&block.electronics)
     )
 }
 
 /// The verdict on every channel, and what else the hits show.
 pub fn drifts_json(
-    all: &[Drift],
+    drifts: &[Drift],
     tolerance: f64,
     verdict: Verdict,
     record: &CalibrationRecord,
-    found: &Block,
+    block: &Block,
 ) -> CalibrationCheck {
-    let channels = all.iter().map(|d| AxisDrift {
+    let channels = drifts.iter().map(|d| AxisDrift {
         sensor: d.sensor + 1,
         axis: AXIS_LETTERS[d.axis],
         drift: d.drift,
         sigma: d.sigma,
         verdict: d.verdict.name().into(),
     });
-    let sensors = by_sensor(all).into_iter().map(|of| SensorCheck {
-        sensor: of.sensor + 1,
-        outcome: of.verdict.outcome().into(),
-        largest_drift: of.largest,
+    let sensors = by_sensor(drifts).into_iter().map(|sensor_drift| SensorCheck {
+        sensor: sensor_drift.sensor + 1,
+        outcome: sensor_drift.verdict.outcome().into(),
+        largest_drift: sensor_drift.largest,
         limit: tolerance,
     });
     CalibrationCheck {
@@ -251,8 +254,8 @@ pub fn drifts_json(
         sensors: sensors.collect(),
         channels: channels.collect(),
         calibrated: record.date.as_str().to_owned(),
-        electronics: electronics::json(&found.electronics),
-        diagnostics: warnings_json(found),
+        electronics: electronics::json(&block.electronics),
+        diagnostics: warnings_json(block),
     }
 }
 
@@ -285,10 +288,10 @@ pub fn check_line(worst: DriftVerdict, from_data_sheets: bool) -> &'static str {
 }
 
 /// The drift of every channel as a table, and the outcome for each sensor.
-pub fn drifts_text(all: &[Drift], tolerance: f64) -> String {
+pub fn drifts_text(drifts: &[Drift], tolerance: f64) -> String {
     let mut table = table::table();
     table.set_header(["sensor", "axis", "drift, %", "± sd", "verdict"]);
-    for d in all {
+    for d in drifts {
         table.add_row([
             (d.sensor + 1).to_string(),
             AXIS_LETTERS[d.axis].to_string(),
@@ -298,12 +301,12 @@ pub fn drifts_text(all: &[Drift], tolerance: f64) -> String {
         ]);
     }
     let mut text = table.to_string();
-    for of in by_sensor(all) {
+    for sensor_drift in by_sensor(drifts) {
         text += &format!(
             "\nsensor {}: {} (largest drift {:+.2} %, limit {:.2} %)",
-            of.sensor + 1,
-            of.verdict.outcome(),
-            100.0 * of.largest,
+            sensor_drift.sensor + 1,
+            sensor_drift.verdict.outcome(),
+            100.0 * sensor_drift.largest,
             100.0 * tolerance,
         );
     }
@@ -348,8 +351,8 @@ pub fn misplaced_error(position: Position, (sensor, lies): (usize, Position)) ->
     Error::undetermined(
         "tumble_position",
         format!(
-            "position {position} is not stored: by the calibration on the rig, sensor {sensor} lies as {lies}; turn it. If that \
-             calibration is of other sensors, replace it first: massline calibrate push"
+            "position {position} is not stored: by the calibration on the rig, sensor {sensor} lies as {lies}; turn \
+             it. If that calibration is of other sensors, replace it first: massline calibrate push"
         ),
     )
 }

@@ -1,8 +1,8 @@
-//! The JSON documents that commands print with `--json`, as types. Schemas of those that other programs read are generated
-//! from them ([`Described`]).
+//! The JSON documents that commands print with `--json`, as types. Schemas of those that other programs read are
+//! generated from them ([`DocumentKind`]).
 //!
-//! [`words`](crate::words) and the commands fill them. A key whose value is not known is `null`; numbers are in SI units,
-//! which their keys state.
+//! [`words`](crate::words) and the commands fill them. A key whose value is not known is `null`; numbers are in SI
+//! units, which their keys state.
 //!
 //! Most of them are read as well as written, which a test does with each. Receipts (`hits`, `list`, `rig_files`,
 //! `written`) are only written: they say what a command did, and nothing here reads them again.
@@ -30,15 +30,15 @@ pub use calibration::{
     RcCutoff, SensorCalibration, SensorCheck, SensorRatio, Tumble, TumbleCalibration,
     TumbledSensor,
 };
-pub use described::Described;
+pub use described::DocumentKind;
 pub use device::{
     BatteryCharge, ChannelCheck, CounterFinding, DeviceAbort, DeviceBrownOut, DeviceCheck,
-    DeviceErase, DeviceIdentity, DeviceList, DeviceStats, Doctor, Looked, Port,
+    DeviceErase, DeviceIdentity, DeviceList, DeviceStats, Doctor, DoctorFinding, Port,
 };
 pub use electronics::{Asymmetry, Electronics, Memory};
 pub use failure::{Cause, Failure};
 pub use hits::{
-    ColumnLeftOut, Decided, GradedHit, HitFinding, Hits, RecordedChannel, RecordingSummary,
+    ColumnLeftOut, DecidingNumber, GradedHit, HitFinding, Hits, RecordedChannel, RecordingSummary,
 };
 pub use layout::{
     Advice, AssumedBody, CandidateCounts, Forecast, ForecastAnswer, HitTotal, JudgedLayout,
@@ -46,7 +46,7 @@ pub use layout::{
     ShownLayout, ShownSensor,
 };
 pub use list::{
-    DeletedResults, History, KeptResult, ListedArchive, ResultsList, Summary, Unreadable,
+    DeletedResults, History, KeptResult, ListedArchive, ResultsList, Summary, UnreadableFile,
 };
 pub use rig_files::{AddressRange, Flashing, RecordedTape};
 pub use simulation::{

@@ -1,8 +1,8 @@
 //! Results as files of other programs: simulators, finite element models, numerics.
 //!
-//! [`read_subject`] reads a result, [`Exported::in_frame`] and [`Exported::in_units`] say how it is wanted,
-//! [`Exported::check`] refuses what no body can have, and [`Format::write`] makes the bytes of a file. [`Format`] is the
-//! one list of formats: command line, help and tests read it.
+//! [`read_subject`] reads a result, [`ExportedResult::in_frame`] and [`ExportedResult::in_units`] say how it is wanted,
+//! [`ExportedResult::check`] refuses what no body can have, and [`Format::write`] makes the bytes of a file.
+//! [`Format`] is the one list of formats: command line, help and tests read it.
 //!
 //! Every file states its units, its frame and the convention of its products of inertia. Results of this program hold
 //! elements of the tensor about the centre of mass, `J_xy = −∫ x y dm`; a format with another convention is converted,
@@ -35,7 +35,7 @@ use massline_result::{Error, Result};
 
 pub use document::{MAX_BYTES, of_document, of_result, read_document, read_subject};
 pub use frame::{Frame, Placement};
-pub use subject::{Exported, Matrix10, Vector10};
+pub use subject::{ExportedResult, Matrix10, Vector10};
 pub use test_data::one_line;
 pub use test_data::{Node, Responses, TestData};
 pub use uff::universal_file;
@@ -71,7 +71,7 @@ pub enum Format {
 /// What distinguishes a format.
 struct Entry {
     /// The bytes of a file.
-    write: fn(&Exported) -> Result<Vec<u8>>,
+    write: fn(&ExportedResult) -> Result<Vec<u8>>,
     /// True when the bytes are no text.
     is_binary: bool,
     /// True when the format itself defines its units as SI.
@@ -82,19 +82,20 @@ struct Entry {
 
 impl Format {
     fn entry(self) -> Entry {
-        let of = |write| Entry { write, is_binary: false, is_si: false, holds_responses: false };
+        let plain_entry =
+            |write| Entry { write, is_binary: false, is_si: false, holds_responses: false };
         match self {
-            Self::Urdf => Entry { is_si: true, ..of(urdf::write) },
-            Self::Sdf => Entry { is_si: true, ..of(sdf::write) },
-            Self::Mjcf => Entry { is_si: true, ..of(mjcf::write) },
-            Self::Conm2 => of(nastran::write),
-            Self::Abaqus => of(abaqus::write),
-            Self::Yaml => of(yaml::write),
-            Self::Csv => of(csv::write),
-            Self::Json => of(json::write),
-            Self::Npz => Entry { is_binary: true, ..of(npz::write) },
-            Self::Uff => Entry { is_si: true, holds_responses: true, ..of(uff::write) },
-            Self::Mat => Entry { is_binary: true, ..of(mat::write) },
+            Self::Urdf => Entry { is_si: true, ..plain_entry(urdf::write) },
+            Self::Sdf => Entry { is_si: true, ..plain_entry(sdf::write) },
+            Self::Mjcf => Entry { is_si: true, ..plain_entry(mjcf::write) },
+            Self::Conm2 => plain_entry(nastran::write),
+            Self::Abaqus => plain_entry(abaqus::write),
+            Self::Yaml => plain_entry(yaml::write),
+            Self::Csv => plain_entry(csv::write),
+            Self::Json => plain_entry(json::write),
+            Self::Npz => Entry { is_binary: true, ..plain_entry(npz::write) },
+            Self::Uff => Entry { is_si: true, holds_responses: true, ..plain_entry(uff::write) },
+            Self::Mat => Entry { is_binary: true, ..plain_entry(mat::write) },
         }
     }
 
@@ -146,7 +147,7 @@ impl Format {
     ///
     /// # Errors
     /// Exit 2 when the result lacks what the format is for: frequency responses for a universal file.
-    pub fn write(self, exported: &Exported) -> Result<Vec<u8>> {
+    pub fn write(self, exported: &ExportedResult) -> Result<Vec<u8>> {
         (self.entry().write)(exported)
     }
 }

@@ -1,5 +1,5 @@
-//! How a result is shown: sentences, text for terminals, JSON documents, pictures, pages, and files of other programs. Nothing
-//! here computes a property, and only here are sentences made of findings.
+//! How a result is shown: sentences, text for terminals, JSON documents, pictures, pages, and files of other programs.
+//! Nothing here computes a property, and only here are sentences made of findings.
 //!
 //! | module | subject |
 //! | --- | --- |

@@ -1,4 +1,5 @@
-//! Results as one HTML page for people: readable on a phone, printable on A4, without any other file and without network.
+//! Results as one HTML page for people: readable on a phone, printable on A4, without any other file and without
+//! network.
 //!
 //! | module | subject |
 //! | --- | --- |
@@ -33,7 +34,7 @@ use massline_files::clock;
 use massline_result::{Error, Result};
 
 use section::Section;
-use several::Several;
+use several::ResultComparison;
 
 /// The page.
 #[derive(Template)]
@@ -43,7 +44,7 @@ struct Page {
     written: String,
     program: &'static str,
     sections: Vec<Section>,
-    several: Option<Several>,
+    several: Option<ResultComparison>,
 }
 
 /// The report of one result, or of several side by side.
@@ -61,7 +62,7 @@ pub fn html(sources: &[ResultFile]) -> Result<String> {
         written: for_people(&clock::now()),
         program: env!("CARGO_PKG_VERSION"),
         sections: sections.collect::<Result<_>>()?,
-        several: Several::of(sources)?,
+        several: ResultComparison::of(sources)?,
     };
     page.render().map_err(|e| {
         Error::internal(

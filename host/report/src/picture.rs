@@ -1,7 +1,7 @@
 //! Pictures of a test and of its result, as SVG and PNG files.
 //!
-//! A picture is one file here with a [`Drawing`]: what it shows, taken from the data of a result, and how it is drawn. The
-//! list of [`Picture`]s says which there are; `massline plot` and the report read that list.
+//! A picture is one file here with a [`Drawing`]: what it shows, taken from the data of a result, and how it is drawn.
+//! The list of [`Picture`]s says which there are; `massline plot` and the report read that list.
 
 mod assurance;
 mod bitmap;
@@ -36,7 +36,7 @@ pub use driving_points::DrivingPoints;
 pub use estimates::{Estimates, Series};
 pub use hits::HitsOfDof;
 pub use indicators::Indicators;
-pub use layout::{InSpace, ellipsoid};
+pub use layout::{LayoutInSpace, ellipsoid};
 pub use list::{DrawnFile, Picture};
 pub use nodes::{NamedNode, nodes_without_sensor};
 pub use pulls::{Pull, Pulls};

@@ -20,7 +20,8 @@ pub struct Chain<'a> {
 pub struct Readings {
     /// The force, N.
     pub force: Vec<f64>,
-    /// The acceleration of each axis, m/s², without cross-axis sensitivity; zeros for a channel that the rig does not have.
+    /// The acceleration of each axis, m/s², without cross-axis sensitivity; zeros for a channel that the rig does not
+    /// have.
     pub responses: Vec<Vec<f64>>,
 }
 
@@ -46,8 +47,8 @@ impl Chain<'_> {
     /// The readings of a channel without its rest value.
     fn of_channel(&self, codes: &[Scan], channel: usize) -> Vec<f64> {
         let scale = f64::from(self.calibration.per_code(&self.adc, channel));
-        let all = Samples::<f64>::readings(codes, channel, 0);
-        let mut values: Vec<f64> = all.map(|code| scale * code).collect();
+        let readings = Samples::<f64>::readings(codes, channel, 0);
+        let mut values: Vec<f64> = readings.map(|code| scale * code).collect();
         // The scans next to the trigger may belong to the hit.
         let rest = (usize::from(self.pre_trigger_scans) * 7 / 8).clamp(1, values.len().max(1));
         let mean = values.iter().take(rest).sum::<f64>() / rest as f64;

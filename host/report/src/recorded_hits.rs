@@ -1,11 +1,11 @@
 //! The graded hits of a recording, and what was understood of it, as text and as JSON.
 
 use massline_analysis::hits::{Hit, Hits, Understanding};
-use massline_files::recording::{LeftOut, RateSource, Scale, Source, UnitSource, six_digits};
+use massline_files::recording::{LeftOutColumn, RateSource, Scale, Source, UnitSource, six_digits};
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 
 use crate::document::{
-    self, ColumnLeftOut, Decided, GradedHit, HitFinding, RecordedChannel, RecordingSummary,
+    self, ColumnLeftOut, DecidingNumber, GradedHit, HitFinding, RecordedChannel, RecordingSummary,
 };
 use crate::table::{align_right, table};
 use crate::words::{code_name, counted, message};
@@ -41,7 +41,7 @@ pub fn understanding_text(understanding: &Understanding) -> String {
         let left_out = understanding
             .left_out
             .iter()
-            .map(|LeftOut { name, reason }| format!("\"{name}\" ({reason})"));
+            .map(|LeftOutColumn { name, reason }| format!("\"{name}\" ({reason})"));
         text += &format!("; left out: {}", left_out.collect::<Vec<_>>().join(", "));
     }
     text
@@ -85,7 +85,7 @@ pub fn understanding_json(understanding: &Understanding) -> RecordingSummary {
         left_out: understanding
             .left_out
             .iter()
-            .map(|LeftOut { name, reason }| ColumnLeftOut {
+            .map(|LeftOutColumn { name, reason }| ColumnLeftOut {
                 name: name.clone(),
                 reason: reason.clone(),
             })
@@ -118,7 +118,7 @@ fn unit_source_name(source: UnitSource) -> &'static str {
 
 /// `rejected`, `warning` or `accepted`, by its most severe finding.
 fn verdict(hit: &Hit) -> &'static str {
-    match hit.report.findings.iter().map(|found| found.severity).max() {
+    match hit.report.findings.iter().map(|diagnostic| diagnostic.severity).max() {
         Some(Severity::Error) => "rejected",
         Some(Severity::Warning) => "warning",
         Some(Severity::Note) | None => "accepted",
@@ -140,10 +140,10 @@ fn hit_json(hit: &Hit) -> GradedHit {
 }
 
 /// A finding as JSON, with the decisive number under a key that names its unit.
-fn finding_json(found: &Diagnostic) -> HitFinding {
-    let mut decided = Decided::default();
-    let number = match found.code {
-        Code::Overload if found.subject == Subject::Channel(0) => &mut decided.extreme_n,
+fn finding_json(diagnostic: &Diagnostic) -> HitFinding {
+    let mut decided = DecidingNumber::default();
+    let number = match diagnostic.code {
+        Code::Overload if diagnostic.subject == Subject::Channel(0) => &mut decided.extreme_n,
         Code::Overload => &mut decided.extreme_m_per_s2,
         Code::TooWeak => &mut decided.peak_force_n,
         Code::ForceSpectrumLow => &mut decided.level_db,
@@ -152,13 +152,13 @@ fn finding_json(found: &Diagnostic) -> HitFinding {
         Code::DoubleHit => &mut decided.second_peak_relative,
         _ => &mut decided.share_relative,
     };
-    *number = Some(found.value.into());
+    *number = Some(diagnostic.value.into());
     // A finding about no particular response concerns the force.
-    let channel = if let Subject::Channel(channel) = found.subject { channel } else { 0 };
+    let channel = if let Subject::Channel(channel) = diagnostic.subject { channel } else { 0 };
     HitFinding {
-        code: code_name(found),
-        severity: found.severity.name(),
-        channel: (!is_of_distance(found.code)).then_some(channel),
+        code: code_name(diagnostic),
+        severity: diagnostic.severity.name(),
+        channel: (!is_of_distance(diagnostic.code)).then_some(channel),
         decided,
     }
 }
@@ -191,12 +191,12 @@ pub fn hits_text(hits: &Hits) -> String {
             hit.distance.map_or("-".into(), |d| format!("{:.1} %", 100.0 * d)),
             verdict(hit).into(),
         ]);
-        for found in &hit.report.findings {
+        for diagnostic in &hit.report.findings {
             sentences += &format!(
                 "segment {}: {}: {}\n",
                 hit.segment,
-                code_name(found),
-                sentence(hits, found)
+                code_name(diagnostic),
+                sentence(hits, diagnostic)
             );
         }
     }
@@ -208,39 +208,39 @@ pub fn hits_text(hits: &Hits) -> String {
 }
 
 /// The sentence of a finding, with the channels of this recording.
-fn sentence(hits: &Hits, found: &Diagnostic) -> String {
-    let name = match found.subject {
+fn sentence(hits: &Hits, diagnostic: &Diagnostic) -> String {
+    let name = match diagnostic.subject {
         Subject::Channel(response @ 1..) => hits.channels.get(usize::from(response)),
         _ => None,
     }
     .map(|channel| &channel.name);
-    match (found.code, name) {
+    match (diagnostic.code, name) {
         (Code::HitInconsistent, _) => format!(
             "its responses per force are {:.0} % away from those of the other hits; hit the \
              same point in the same direction every time",
-            100.0 * found.value
+            100.0 * diagnostic.value
         ),
         (Code::HitElsewhere, _) => format!(
             "its responses per force are {:.0} % away from those of the other hits: it may have landed elsewhere; \
              hit the marked point",
-            100.0 * found.value
+            100.0 * diagnostic.value
         ),
         (Code::HitsInDoubt, _) => format!(
             "its responses per force are {:.0} % away from those of the only other hit, so one of the two may have \
              landed elsewhere; hit once more",
-            100.0 * found.value
+            100.0 * diagnostic.value
         ),
         (Code::ForceSpectrumLow, _) => format!(
             "the force hardly excites the top of the band ({:.0} dB against 0 Hz); take a harder tip, \
              or lower the HIGH of --band-hz",
-            found.value
+            diagnostic.value
         ),
         (Code::Overload | Code::PreTriggerNotQuiet | Code::ClippedRecord, Some(name))
             if !name.is_empty() =>
         {
-            format!("\"{name}\": {}", message(found))
+            format!("\"{name}\": {}", message(diagnostic))
         }
-        _ => message(found),
+        _ => message(diagnostic),
     }
 }
 
@@ -251,8 +251,8 @@ mod tests {
     #[test]
     fn programs_read_the_number_and_the_channel_of_a_finding() {
         let json = |code, subject| {
-            let found = Diagnostic::about(code, Severity::Error, subject, 0.5);
-            serde_json::json!(finding_json(&found)).to_string()
+            let diagnostic = Diagnostic::about(code, Severity::Error, subject, 0.5);
+            serde_json::json!(finding_json(&diagnostic)).to_string()
         };
         let overload = json(Code::Overload, Subject::Channel(5));
         let expected = r#""channel":5,"code":"overload","extreme_m_per_s2":0.5,"severity":"error""#;

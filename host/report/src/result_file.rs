@@ -18,7 +18,7 @@ use modes::check_modes;
 pub use names::distinct_names;
 pub use responses::{Band, DofResponses, FileResponses, HitResponses};
 use title::whole_title;
-pub use title::{shortened, shown};
+pub use title::{shorten_for_picture, shortened};
 
 /// A result with its test.
 pub struct ResultFile {
@@ -51,8 +51,8 @@ impl ResultFile {
         Self::new(result, None, name.clone(), &name, layout)
     }
 
-    /// A result of a file, with the archive that it is in; `stem` is what files are called that are made of it. An archive has
-    /// its own layout, with which its answers were found.
+    /// A result of a file, with the archive that it is in; `stem` is what files are called that are made of it. An
+    /// archive has its own layout, with which its answers were found.
     ///
     /// # Errors
     /// When the layout of an archive cannot be read, or when its suspension modes are more than a picture has room for.
@@ -64,8 +64,8 @@ impl ResultFile {
         layout: Option<&LayoutFile>,
     ) -> Result<Self> {
         if let Some(modes) = &result.suspension {
-            check_modes(modes).map_err(|what| {
-                let text = format!("{name}: suspension.{what}");
+            check_modes(modes).map_err(|reason| {
+                let text = format!("{name}: suspension.{reason}");
                 Error::input("result_value_wrong", text)
             })?;
         }
@@ -73,15 +73,16 @@ impl ResultFile {
         let of_archive = text.map(|text| LayoutFile::parse(text, &name)).transpose()?;
         let layout = if archive.is_some() { of_archive.as_ref() } else { layout };
         let stored = archive.as_ref().map(|archive| &archive.layout.resolved);
-        let said = Some(result.title.as_str()).filter(|title| !title.is_empty());
+        let result_title = Some(result.title.as_str()).filter(|title| !title.is_empty());
         let title = layout.map(|file| file.title.as_str()).filter(|title| !title.is_empty());
-        let whole_title = whole_title(said, title).unwrap_or_else(|| one_line(stem));
-        let of_layout = layout.and_then(|file| file.reference).map(|of| of.properties());
+        let whole_title = whole_title(result_title, title).unwrap_or_else(|| one_line(stem));
+        let of_layout =
+            layout.and_then(|file| file.reference).map(|reference| reference.properties());
         let stated = result.expected();
         let is_stated = stated.iter().any(Option::is_some);
         let expected = if is_stated { stated } else { of_layout.unwrap_or(stated) };
         Ok(Self {
-            title: shown(&whole_title),
+            title: shorten_for_picture(&whole_title),
             whole_title,
             layout_file: layout.cloned(),
             layout: stored.or(layout.map(|file| &file.layout)).cloned(),
@@ -98,7 +99,8 @@ impl ResultFile {
         &self.result
     }
 
-    /// What the ten properties should be, as far as it is known: those of a simulated object, or the layout's reference.
+    /// What the ten properties should be, as far as it is known: those of a simulated object, or the layout's
+    /// reference.
     pub fn expected(&self) -> [Option<f64>; 10] {
         self.expected
     }
@@ -123,8 +125,8 @@ impl ResultFile {
         self.archive.as_ref().map_or(&self.result.hit_log, |archive| &archive.hit_log)
     }
 
-    /// The JSON text from which this result can be read again: the archive without the records of hits, which would take most
-    /// of a page, or the document.
+    /// The JSON text from which this result can be read again: the archive without the records of hits, which would
+    /// take most of a page, or the document.
     ///
     /// # Errors
     /// When the archive cannot be written.

@@ -14,10 +14,10 @@ use crate::words::{channel_name, message};
 /// As a document.
 pub fn json(at_rest: &RigAtRest) -> DeviceCheck {
     let channels = at_rest.channels().iter().enumerate();
-    let finding = |found: &Diagnostic| Finding {
-        code: found.code.into(),
-        severity: found.severity.into(),
-        message: message(found),
+    let finding = |diagnostic: &Diagnostic| Finding {
+        code: diagnostic.code.into(),
+        severity: diagnostic.severity.into(),
+        message: message(diagnostic),
     };
     DeviceCheck {
         channels: channels.map(|(channel, at_rest)| channel_json(channel, at_rest)).collect(),
@@ -35,16 +35,16 @@ pub fn text(at_rest: &RigAtRest) -> String {
         return text + "no fault found (checked at rest only)";
     }
     text += "what is wrong";
-    for found in &at_rest.findings {
+    for diagnostic in &at_rest.findings {
         // Writing to a String cannot fail.
-        let _ = write!(text, "\n- {}: {}", found.code, message(found));
+        let _ = write!(text, "\n- {}: {}", diagnostic.code, message(diagnostic));
     }
     text
 }
 
 fn channel_table(channels: &[ChannelAtRest<f64>]) -> String {
-    let head = |all: [&str; 6]| {
-        let [channel, level, noise, hum_50, hum_60, screen] = all;
+    let head = |headings: [&str; 6]| {
+        let [channel, level, noise, hum_50, hum_60, screen] = headings;
         format!("{channel:12}{level:>8}{noise:>9}{hum_50:>9}{hum_60:>9}{screen:>9}\n")
     };
     let mut text = head(["channel", "level", "noise", "50 Hz", "60 Hz", "screen"]);
@@ -76,9 +76,9 @@ fn channel_json(channel: usize, at_rest: &ChannelAtRest<f64>) -> ChannelCheck {
 }
 
 /// Code and subject of a finding, as in `axis_silent: sensor 1 x`.
-pub fn name(found: &Diagnostic) -> String {
-    let code = found.code.to_string();
-    match found.subject {
+pub fn name(diagnostic: &Diagnostic) -> String {
+    let code = diagnostic.code.to_string();
+    match diagnostic.subject {
         Subject::Channel(channel) => format!("{code}: {}", channel_name(channel.into())),
         Subject::Sensor(sensor) => format!("{code}: sensor {}", u16::from(sensor) + 1),
         _ => code,

@@ -93,15 +93,19 @@ impl Solution {
         let mut refusals = refusals_in(identification, layout);
         refusals.extend(self.failed.iter().cloned());
         // What a rig has reported itself is not repeated.
-        let is_new = |found: &&Diagnostic| {
-            let same = |seen: &Diagnostic| (seen.code, seen.subject) == (found.code, found.subject);
+        let is_new = |diagnostic: &&Diagnostic| {
+            let same = |seen: &Diagnostic| {
+                (seen.code, seen.subject) == (diagnostic.code, diagnostic.subject)
+            };
             !self.seen_by_rig.iter().any(same)
         };
-        let found = identification.priors.iter().chain(&self.diagnostics).filter(is_new);
-        let found: Vec<Diagnostic> = self.seen_by_rig.iter().chain(found).copied().collect();
-        let mut diagnostics = findings(&found, message_of);
+        let new_diagnostics = identification.priors.iter().chain(&self.diagnostics).filter(is_new);
+        let all_diagnostics: Vec<Diagnostic> =
+            self.seen_by_rig.iter().chain(new_diagnostics).copied().collect();
+        let mut diagnostics = findings(&all_diagnostics, message_of);
         let examination = self.examination.as_ref();
-        diagnostics.extend(examination.iter().flat_map(|of| findings_in(of, layout)));
+        diagnostics
+            .extend(examination.iter().flat_map(|examination| findings_in(examination, layout)));
         diagnostics.extend(self.suspicions.iter().map(Suspicion::finding));
         diagnostics.extend(self.missing.iter().map(|missing| Finding {
             code: FindingCode::LinesMissing,
@@ -125,7 +129,7 @@ impl Solution {
             not_applicable: refusals,
             agreement: agreement(&self.comparison, &identification.estimates, layout, verdict),
             diagnostics,
-            single_faults: examination.map(|of| single_faults_in(of, layout)),
+            single_faults: examination.map(|examination| single_faults_in(examination, layout)),
             details: details_in(identification, layout),
             suspension: modes.map(|(modes, band)| suspension_modes(modes, *band, layout)),
             global_fit: self.global_fit.as_ref().map(global_fit),

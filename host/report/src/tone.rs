@@ -53,7 +53,8 @@ pub fn plain(text: &str) -> String {
     tones.into_iter().chain([RESET]).fold(text.to_owned(), |text, tone| text.replace(tone, ""))
 }
 
-/// True for a character that a terminal obeys: control characters, and those that turn the direction of the text after them.
+/// True for a character that a terminal obeys: control characters, and those that turn the direction of the text after
+/// them.
 fn is_obeyed(c: char) -> bool {
     let turns = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     turns || (c.is_control() && !matches!(c, '\n' | '\t'))

@@ -47,7 +47,7 @@ pub use digits::{
 pub use estimate::estimate_of;
 pub use global_fit::{global_fit, global_fit_text};
 pub use hammer::{calibrate_hammer, hammer_text};
-pub use hit::{HitSaid, swing_words};
+pub use hit::{HitAssessment, swing_words};
 pub use identification::{details_in, estimates_in, refusals_in};
 pub use masses::{mass_warning, masses_text};
 pub use measurement::{answered_by_rig, estimates_of, measured};
@@ -76,29 +76,32 @@ pub fn hash_text(hash: u32) -> Option<String> {
 }
 
 /// Diagnostics as findings of a result; `message_of` makes their sentences.
-pub fn findings(found: &[Diagnostic], message_of: impl Fn(&Diagnostic) -> String) -> Vec<Finding> {
+pub fn findings(
+    diagnostics: &[Diagnostic],
+    message_of: impl Fn(&Diagnostic) -> String,
+) -> Vec<Finding> {
     let entry = |d: &Diagnostic| Finding {
         code: d.code.into(),
         severity: d.severity.into(),
         message: message_of(d),
     };
-    found.iter().map(entry).collect()
+    diagnostics.iter().map(entry).collect()
 }
 
 /// Most findings with one code that are printed.
 const MOST_ALIKE: usize = 4;
 
 /// Findings as lines of text. Of many with the same code only the first are printed.
-pub fn sentences<'f>(found: impl IntoIterator<Item = &'f Finding>) -> String {
+pub fn sentences<'f>(findings: impl IntoIterator<Item = &'f Finding>) -> String {
     let mut text = String::new();
-    let found: Vec<&Finding> = found.into_iter().collect();
-    for (place, one) in found.iter().enumerate() {
+    let findings: Vec<&Finding> = findings.into_iter().collect();
+    for (place, one) in findings.iter().enumerate() {
         let alike = |other: &&&Finding| (&other.code, other.severity) == (&one.code, one.severity);
-        let before = found[..place].iter().filter(alike).count();
+        let before = findings[..place].iter().filter(alike).count();
         if before < MOST_ALIKE {
             text += &line_of(one);
         } else if before == MOST_ALIKE {
-            let more = found[place..].iter().filter(alike).count();
+            let more = findings[place..].iter().filter(alike).count();
             text += &format!("{}: {more} more of {}; --json has all\n", one.severity, one.code);
         }
     }

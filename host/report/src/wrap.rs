@@ -47,9 +47,9 @@ const UNITS: [&str; 32] = [
     "UTC",
 ];
 
-/// The text with every line of more than `width` columns broken at spaces; continuation lines are indented. A number is not
-/// parted from its unit. Lines that fit, such as those of tables, stay as they are, and so does a single word that is too
-/// long.
+/// The text with every line of more than `width` columns broken at spaces; continuation lines are indented. A number is
+/// not parted from its unit. Lines that fit, such as those of tables, stay as they are, and so does a single word that
+/// is too long.
 pub fn wrapped(text: &str, width: usize) -> String {
     let options = Options::new(width)
         .subsequent_indent(INDENT)
@@ -64,7 +64,8 @@ pub fn wrapped(text: &str, width: usize) -> String {
     text.split('\n').map(broken).collect::<Vec<_>>().join("\n")
 }
 
-/// The line with [`KEPT`] for each space between a number and its unit, about ±, and within a command between backticks.
+/// The line with [`KEPT`] for each space between a number and its unit, about ±, and within a command between
+/// backticks.
 fn kept_together(line: &str) -> String {
     let mut together = String::with_capacity(line.len());
     let (mut before, mut is_command) = (None, false);

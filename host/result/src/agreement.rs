@@ -7,7 +7,7 @@ use massline_shared::diagnosis::Code;
 use massline_shared::identify::Method;
 use massline_shared::identify::agreement::Outcome;
 
-use crate::named::Named;
+use crate::named::NamedValue;
 use crate::properties::Properties;
 
 /// What all methods say together on the same data.
@@ -15,18 +15,18 @@ use crate::properties::Properties;
 #[schemars(rename = "agreement")]
 pub struct Agreement {
     /// `agree`; `some_off` where the others agree without a few methods; `differ`; `null` where that cannot be said.
-    pub outcome: Option<Named<Outcome>>,
+    pub outcome: Option<NamedValue<Outcome>>,
     /// What puts all of them in doubt.
     pub doubt: Option<Doubt>,
     /// The methods that are off.
-    pub off: Vec<Named<Method>>,
+    pub off: Vec<NamedValue<Method>>,
     /// All of this as a sentence.
     #[serde(rename = "verdict")]
     pub sentence: String,
     /// The methods and their standard deviations from the changes that all of them share.
-    pub methods: Vec<OfMethod>,
+    pub methods: Vec<MethodSigma>,
     /// The combined answer.
-    pub combined: Option<Combined>,
+    pub combined: Option<CombinedAnswer>,
     /// For every two methods the property in which they differ most.
     pub pairs: Vec<Pair>,
 }
@@ -56,9 +56,9 @@ impl Doubt {
 /// A method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "of_method")]
-pub struct OfMethod {
+pub struct MethodSigma {
     /// The method.
-    pub method: Named<Method>,
+    pub method: NamedValue<Method>,
     /// Standard deviations of its answer.
     pub sigma: Option<Properties<f64>>,
 }
@@ -66,7 +66,7 @@ pub struct OfMethod {
 /// The combined answer, by generalised least squares.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "combined")]
-pub struct Combined {
+pub struct CombinedAnswer {
     /// The ten properties.
     pub value: Properties<f64>,
     /// Their standard deviations.
@@ -82,7 +82,7 @@ pub struct Combined {
 #[schemars(rename = "pair")]
 pub struct Pair {
     /// The methods.
-    pub methods: [Option<Named<Method>>; 2],
+    pub methods: [Option<NamedValue<Method>>; 2],
     /// The property.
     pub property: String,
     /// The difference, in its SI unit.

@@ -17,17 +17,18 @@ pub struct CalibrationSigma {
 }
 
 impl From<calibration::CalibrationSigma> for CalibrationSigma {
-    fn from(of: calibration::CalibrationSigma) -> Self {
+    fn from(deviations: calibration::CalibrationSigma) -> Self {
         let [gain, cross_axis, hammer_gain] =
-            [of.gain, of.cross_axis, of.hammer_gain].map(f64::from);
+            [deviations.gain, deviations.cross_axis, deviations.hammer_gain].map(f64::from);
         Self { gain, cross_axis, hammer_gain }
     }
 }
 
 impl From<CalibrationSigma> for calibration::CalibrationSigma {
-    fn from(of: CalibrationSigma) -> Self {
+    fn from(deviations: CalibrationSigma) -> Self {
         let [gain, cross_axis, hammer_gain] =
-            [of.gain, of.cross_axis, of.hammer_gain].map(|sigma| sigma as f32);
+            [deviations.gain, deviations.cross_axis, deviations.hammer_gain]
+                .map(|sigma| sigma as f32);
         Self { gain, cross_axis, hammer_gain }
     }
 }

@@ -26,7 +26,7 @@ impl Contradiction {
     }
 }
 
-type Checked = Result<(), Contradiction>;
+type CheckOutcome = Result<(), Contradiction>;
 
 /// Difference of two elements that are the same by symmetry, relative to their size: the rounding of a rig's numbers.
 const SYMMETRY: f64 = 1e-6;
@@ -39,9 +39,9 @@ impl TestResult {
     ///
     /// # Errors
     /// The first contradiction.
-    pub fn check(&self) -> Checked {
-        let all = self.results.iter().enumerate();
-        for (k, estimate) in all {
+    pub fn check(&self) -> CheckOutcome {
+        let estimates = self.results.iter().enumerate();
+        for (k, estimate) in estimates {
             estimate.check().map_err(|e| e.within(&format!("results[{k}]")))?;
             if self.results[..k].iter().any(|other| other.method == estimate.method) {
                 let twice = format!("{} stands in the list already", estimate.method);
@@ -64,13 +64,13 @@ impl TestResult {
     }
 
     /// The verdict is that of the gravest reason, and there is one where there is an answer.
-    fn check_verdict(&self) -> Checked {
+    fn check_verdict(&self) -> CheckOutcome {
         let wrong = |wrong: String| Err(Contradiction::of("verdict", wrong));
         let (Some(answer), Some(verdict)) = (self.answer(), self.verdict) else {
             return match (self.answer(), self.verdict) {
                 (Some(_), None) => wrong("it is missing, and there is an answer".into()),
-                (None, Some(of)) => {
-                    wrong(format!("\"{}\" is about an answer, and there is none", of.name()))
+                (None, Some(verdict)) => {
+                    wrong(format!("\"{}\" is about an answer, and there is none", verdict.name()))
                 }
                 _ => Ok(()),
             };
@@ -95,12 +95,12 @@ impl TestResult {
 }
 
 impl Estimate {
-    /// Checks that matrices are symmetric, that standard deviations are the roots of the variances, and that intervals contain
-    /// their values.
+    /// Checks that matrices are symmetric, that standard deviations are the roots of the variances, and that intervals
+    /// contain their values.
     ///
     /// # Errors
     /// The first contradiction.
-    pub fn check(&self) -> Checked {
+    pub fn check(&self) -> CheckOutcome {
         let inertia = &self.inertia_kg_m2.value;
         is_symmetric(inertia, "inertia_kg_m2.value")?;
         if let Some(covariance) = &self.covariance {
@@ -112,7 +112,7 @@ impl Estimate {
             is_symmetric(covariance, "covariance")?;
         }
         self.check_sigma()?;
-        let intervals = self.interval95.iter().flat_map(|all| all.in_order());
+        let intervals = self.interval95.iter().flat_map(|intervals| intervals.in_order());
         for (([low, high], parameter), value) in
             intervals.zip(&INERTIAL_PARAMETERS).zip(self.theta())
         {
@@ -131,7 +131,7 @@ impl Estimate {
     }
 
     /// The standard deviations of the ten properties are not negative, and the roots of the variances.
-    fn check_sigma(&self) -> Checked {
+    fn check_sigma(&self) -> CheckOutcome {
         let Some(sigma) = self.sigma() else { return Ok(()) };
         for (k, sigma) in sigma.into_iter().enumerate() {
             let place = match k {
@@ -159,7 +159,7 @@ impl Estimate {
 }
 
 /// Checks a matrix with this place.
-fn is_symmetric<const N: usize>(rows: &[[f64; N]; N], place: &str) -> Checked {
+fn is_symmetric<const N: usize>(rows: &[[f64; N]; N], place: &str) -> CheckOutcome {
     for i in 0..N {
         for j in 0..i {
             let scale = (rows[i][i].abs() * rows[j][j].abs()).sqrt().max(rows[i][j].abs());

@@ -111,17 +111,17 @@ pub struct ErrorBudget {
     /// What it was learned from.
     pub learned_from: LearnedFrom,
     /// Scatter of the position of a hit.
-    pub hit_position_m: StatedAndLearned,
+    pub hit_position_m: BudgetTerm,
     /// Scatter of the direction of a hit.
-    pub hit_direction_rad: StatedAndLearned,
+    pub hit_direction_rad: BudgetTerm,
     /// Factor of all that stays the same during a test.
-    pub constant_scale: StatedAndLearned,
+    pub constant_scale: BudgetTerm,
 }
 
 /// A standard deviation, or a factor of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "stated_and_learned")]
-pub struct StatedAndLearned {
+pub struct BudgetTerm {
     /// As the layout states it.
     pub stated: f64,
     /// As the data have it.

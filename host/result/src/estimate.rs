@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::details::LearnedFrom;
 use crate::finding::Finding;
-use crate::named::Named;
+use crate::named::NamedValue;
 use crate::properties::{Properties, Spread};
 
 /// The answer of a method: the ten properties in the body frame.
@@ -17,7 +17,7 @@ use crate::properties::{Properties, Spread};
 #[schemars(rename = "estimate")]
 pub struct Estimate {
     /// The method.
-    pub method: Named<Method>,
+    pub method: NamedValue<Method>,
     /// The mass.
     pub mass_kg: Spread<f64>,
     /// The centre of mass.
@@ -57,8 +57,8 @@ impl Estimate {
         Some(ten(self.mass_kg.sigma?, self.center_of_mass_m.sigma?, self.inertia_kg_m2.sigma?))
     }
 
-    /// Half the widths of their 95 % intervals; `None` where they are not known, also of standard deviations that cover the
-    /// scatter between hits only.
+    /// Half the widths of their 95 % intervals; `None` where they are not known, also of standard deviations that cover
+    /// the scatter between hits only.
     pub fn half_widths(&self) -> Option<[f64; 10]> {
         let sigma = self.complete_sigma()?;
         Some(match &self.interval95 {
@@ -78,8 +78,8 @@ impl Estimate {
         Some(<[f64; 3]>::from(sigma).map(|sigma| HALF_WIDTH_95 * sigma))
     }
 
-    /// The covariance with which normal 95 % intervals are those of the answer: a learned budget widens them property by
-    /// property. `None` where they are not known.
+    /// The covariance with which normal 95 % intervals are those of the answer: a learned budget widens them property
+    /// by property. `None` where they are not known.
     pub fn widened_covariance(&self) -> Option<SMatrix<f64, 10, 10>> {
         let (covariance, half) = (self.covariance?, self.half_widths()?);
         let widening: [f64; 10] = std::array::from_fn(|k| {
@@ -100,7 +100,8 @@ impl Estimate {
         }
     }
 
-    /// Whether the standard deviations cover the scatter between hits only: 1.96 of them hold the truth in 64 of 100 tests.
+    /// Whether the standard deviations cover the scatter between hits only: 1.96 of them hold the truth in 64 of 100
+    /// tests.
     pub fn covers_scatter_only(&self) -> bool {
         self.diagnostics.iter().any(|finding| finding.code == Code::SigmaCoversScatterOnly)
     }

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::finding_code::FindingCode;
-use crate::named::Named;
+use crate::named::NamedValue;
 use crate::verdict::Verdict;
 
 /// A note, a warning or an error about a test.
@@ -16,7 +16,7 @@ pub struct Finding {
     /// What was found.
     pub code: FindingCode,
     /// `note`, `warning` or `error`.
-    pub severity: Named<Severity>,
+    pub severity: NamedValue<Severity>,
     /// A sentence for people.
     pub message: String,
 }
@@ -38,8 +38,8 @@ pub struct VerdictReason {
     pub verdict: Verdict,
     /// A sentence for people.
     pub message: String,
-    /// How many more findings of its code there are, none of them with a larger value; those about the whole test are in
-    /// `diagnostics`, those about the answer in that of `results`.
+    /// How many more findings of its code there are, none of them with a larger value; those about the whole test are
+    /// in `diagnostics`, those about the answer in that of `results`.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub alike: usize,
 }
@@ -60,7 +60,7 @@ impl VerdictReason {
 #[schemars(rename = "refusal")]
 pub struct Refusal {
     /// The method.
-    pub method: Named<Method>,
+    pub method: NamedValue<Method>,
     /// Stable name of the first reason.
     pub code: String,
     /// All reasons as sentences.
@@ -72,7 +72,7 @@ pub struct Refusal {
 /// An error that the test cannot see.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "unseen")]
-pub struct Unseen {
+pub struct UnseenError {
     /// Stable name.
     pub source: String,
     /// What it is and how far it is covered.

@@ -90,8 +90,9 @@ impl FromStr for FindingCode {
 
     fn from_str(name: &str) -> Result<Self, String> {
         let of_table = || Code::ALL.iter().find(|code| code.name() == name).copied();
-        let of_program =
-            || Self::OF_PROGRAM.iter().find(|(_, of)| *of == name).map(|(code, _)| *code);
+        let of_program = || {
+            Self::OF_PROGRAM.iter().find(|(_, code_name)| *code_name == name).map(|(code, _)| *code)
+        };
         let unknown = || {
             let number = name.strip_prefix(UNKNOWN_PREFIX)?.parse().ok()?;
             matches!(Code::from_number(number), Code::Unknown(_)).then_some(Code::Unknown(number))

@@ -24,11 +24,12 @@ pub struct LoggedHit {
     /// Impulse of the force, in the suspension profile.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub impulse_n_s: Option<f32>,
-    /// How much the object moved before the hit, relative to the largest peak, in the suspension profile; 0 where no response
-    /// moved by more than its noise.
+    /// How much the object moved before the hit, relative to the largest peak, in the suspension profile; 0 where no
+    /// response moved by more than its noise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest: Option<f32>,
-    /// How much of the response is left at the end of the record, relative to the largest peak, in the suspension profile.
+    /// How much of the response is left at the end of the record, relative to the largest peak, in the suspension
+    /// profile.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub remainder: Option<f32>,
     /// When it was graded, by the clock of the computer, RFC 3339 in UTC; `null` for a simulated hit.

@@ -46,7 +46,8 @@ pub struct Mode {
     pub frequency_hz: Spread<f64>,
     /// Damping ratio.
     pub damping_ratio: Spread<f64>,
-    /// Mass-normalised shape at the origin of the body frame: three displacements, 1/√kg, and three rotations, 1/(m √kg).
+    /// Mass-normalised shape at the origin of the body frame: three displacements, 1/√kg, and three rotations, 1/(m
+    /// √kg).
     pub shape: Spread<[f64; 6]>,
     /// Imaginary over real part of the residues.
     pub complexity: Option<f64>,

@@ -15,7 +15,7 @@ use serde::{Serialize, Serializer};
 
 /// One of a few things, written as its name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Named<T>(pub T);
+pub struct NamedValue<T>(pub T);
 
 /// A type whose values all have a name.
 pub trait HasNames: Copy + 'static {
@@ -28,10 +28,10 @@ pub trait HasNames: Copy + 'static {
 }
 
 macro_rules! has_names {
-    ($($type:ty: $what:literal, $all:expr;)*) => {
+    ($($type:ty: $kind:literal, $values:expr;)*) => {
         $(impl HasNames for $type {
-            const WHAT: &'static str = $what;
-            const ALL: &'static [Self] = &$all;
+            const WHAT: &'static str = $kind;
+            const ALL: &'static [Self] = &$values;
 
             fn name_of(self) -> &'static str {
                 self.name()
@@ -49,13 +49,13 @@ has_names! {
     FrfEstimator: "frf_estimator", FrfEstimator::ALL;
 }
 
-impl<T> From<T> for Named<T> {
+impl<T> From<T> for NamedValue<T> {
     fn from(value: T) -> Self {
         Self(value)
     }
 }
 
-impl<T> Deref for Named<T> {
+impl<T> Deref for NamedValue<T> {
     type Target = T;
 
     fn deref(&self) -> &T {
@@ -63,36 +63,36 @@ impl<T> Deref for Named<T> {
     }
 }
 
-impl<T: PartialEq> PartialEq<T> for Named<T> {
+impl<T: PartialEq> PartialEq<T> for NamedValue<T> {
     fn eq(&self, other: &T) -> bool {
         self.0 == *other
     }
 }
 
-impl<T: HasNames> fmt::Display for Named<T> {
+impl<T: HasNames> fmt::Display for NamedValue<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.0.name_of())
     }
 }
 
-impl<T: HasNames> Serialize for Named<T> {
+impl<T: HasNames> Serialize for NamedValue<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.0.name_of())
     }
 }
 
-impl<'de, T: HasNames> Deserialize<'de> for Named<T> {
+impl<'de, T: HasNames> Deserialize<'de> for NamedValue<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let name = Cow::<str>::deserialize(deserializer)?;
-        let found = T::ALL.iter().find(|value| value.name_of() == name);
-        found.copied().map(Self).ok_or_else(|| {
+        let value = T::ALL.iter().find(|value| value.name_of() == name);
+        value.copied().map(Self).ok_or_else(|| {
             let names: Vec<&str> = T::ALL.iter().map(|value| value.name_of()).collect();
             de::Error::custom(format_args!("\"{name}\" is not one of {}", names.join(", ")))
         })
     }
 }
 
-impl<T: HasNames> JsonSchema for Named<T> {
+impl<T: HasNames> JsonSchema for NamedValue<T> {
     fn schema_name() -> Cow<'static, str> {
         T::WHAT.into()
     }

@@ -1,6 +1,6 @@
 //! The ten properties of a body.
 
-use massline_shared::Estimated;
+use massline_shared::EstimatedValue;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -14,14 +14,14 @@ pub struct Spread<T> {
     pub sigma: Option<T>,
 }
 
-impl From<Estimated<f64>> for Spread<f64> {
-    fn from(Estimated { value, sigma }: Estimated<f64>) -> Self {
+impl From<EstimatedValue<f64>> for Spread<f64> {
+    fn from(EstimatedValue { value, sigma }: EstimatedValue<f64>) -> Self {
         Self { value, sigma: Some(sigma) }
     }
 }
 
-/// The same thing for each of the ten properties. Masses are in kg, distances in m, moments and products of inertia in kg m²;
-/// `J_xy` is the element of the tensor, `−∫ x y dm`.
+/// The same thing for each of the ten properties. Masses are in kg, distances in m, moments and products of inertia in
+/// kg m²; `J_xy` is the element of the tensor, `−∫ x y dm`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "properties_of_{T}")]
 pub struct Properties<T> {
@@ -54,15 +54,15 @@ pub struct Properties<T> {
 }
 
 impl<T: Copy> From<[T; 10]> for Properties<T> {
-    fn from(all: [T; 10]) -> Self {
-        Self::of(all)
+    fn from(values: [T; 10]) -> Self {
+        Self::of(values)
     }
 }
 
 impl<T: Copy> Properties<T> {
     /// Ten things in the order m, c_x, c_y, c_z, J_xx, J_yy, J_zz, J_xy, J_xz, J_yz.
-    pub fn of(all: [T; 10]) -> Self {
-        let [m, c_x, c_y, c_z, j_xx, j_yy, j_zz, j_xy, j_xz, j_yz] = all;
+    pub fn of(values: [T; 10]) -> Self {
+        let [m, c_x, c_y, c_z, j_xx, j_yy, j_zz, j_xy, j_xz, j_yz] = values;
         Self { m, c_x, c_y, c_z, j_xx, j_yy, j_zz, j_xy, j_xz, j_yz }
     }
 

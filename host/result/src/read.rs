@@ -9,8 +9,8 @@ use crate::test_result::SCHEMA_VERSION;
 use crate::test_result::TestResult;
 
 /// What to do with a document that is not as expected.
-pub const ADVICE: &str = "give an archive, or the whole output of massline solve, measure, results get, simulate or replay \
-                          with --json";
+pub const ADVICE: &str = "give an archive, or the whole output of massline solve, measure, results get, simulate or \
+                          replay with --json";
 
 /// A document with what can be shown of a test.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,8 +63,8 @@ struct Cause {
     message: String,
 }
 
-/// Reads the first document in some bytes. The second part is the error of the command, where it has failed after its answer
-/// and has printed that as a second document.
+/// Reads the first document in some bytes. The second part is the error of the command, where it has failed after its
+/// answer and has printed that as a second document.
 ///
 /// # Errors
 /// See [`ReadError`].
@@ -125,24 +125,24 @@ fn parse<T: DeserializeOwned>(text: &str) -> Result<T, ReadError> {
     })
 }
 
-/// What is wrong with a value of a JSON text, for people: without the names of types in this program, and without the position
-/// in the text, which is of no use beside the place.
+/// What is wrong with a value of a JSON text, for people: without the names of types in this program, and without the
+/// position in the text, which is of no use beside the place.
 pub fn in_words(error: &serde_json::Error) -> String {
     let whole = error.to_string();
     let text = whole.split(" at line ").next().unwrap_or(&whole);
-    let Some((found, expected)) = text.split_once(", expected ") else { return text.to_owned() };
+    let Some((mismatch, expected)) = text.split_once(", expected ") else { return text.to_owned() };
     let expected = match expected {
         "f32" | "f64" => "a number",
         "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number that is not negative",
         "i8" | "i16" | "i32" | "i64" => "a whole number",
-        of if of.starts_with("struct ") => "an object",
+        type_name if type_name.starts_with("struct ") => "an object",
         other => other,
     };
-    format!("{found}, expected {expected}")
+    format!("{mismatch}, expected {expected}")
 }
 
-fn malformed(what: String) -> ReadError {
-    ReadError::Malformed(what)
+fn malformed(reason: String) -> ReadError {
+    ReadError::Malformed(reason)
 }
 
 fn missing(key: &str) -> ReadError {

@@ -13,18 +13,18 @@ use crate::error_source::ErrorSource;
 use crate::estimate::Estimate;
 use crate::fault::SingleFaults;
 use crate::file_path::FilePath;
-use crate::finding::{Finding, Refusal, Unseen, VerdictReason};
+use crate::finding::{Finding, Refusal, UnseenError, VerdictReason};
 use crate::frequency_responses::FrequencyResponsesRead;
 use crate::hit_log::LoggedHit;
 use crate::measured::{GlobalFit, MassLine, MeasuredDof};
 use crate::modes::{Modes, ModesSoFar};
-use crate::named::Named;
+use crate::named::NamedValue;
 use crate::precision::Precision;
 use crate::properties::Properties;
 use crate::verdict::Verdict;
 
-/// The version of the JSON documents. It is incremented whenever a key is renamed or removed or changes its meaning, but not
-/// when a key is added.
+/// The version of the JSON documents. It is incremented whenever a key is renamed or removed or changes its meaning,
+/// but not when a key is added.
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// The result of a test, from a rig or from a file with frequency responses.
@@ -51,8 +51,8 @@ pub struct TestResult {
     /// Findings about the test.
     #[serde(default)]
     pub diagnostics: Vec<Finding>,
-    /// What the uncertainty of the answer comes from, as shares of the variances that any method must have; none where that is
-    /// not known.
+    /// What the uncertainty of the answer comes from, as shares of the variances that any method must have; none where
+    /// that is not known.
     #[serde(default)]
     pub error_sources: Vec<ErrorSource>,
     /// The search for a single mistake, where one was done.
@@ -65,7 +65,7 @@ pub struct TestResult {
     pub global_fit: Option<GlobalFit>,
     /// Errors that such a test cannot see.
     #[serde(default)]
-    pub cannot_see: Vec<Unseen>,
+    pub cannot_see: Vec<UnseenError>,
     /// Notes on the way from the data to the answer.
     #[serde(default)]
     pub notes: Vec<String>,
@@ -83,17 +83,17 @@ pub struct TestResult {
     pub layout_hash: Option<String>,
     /// Checksum of the calibration, eight hexadecimal digits.
     pub calibration: Option<String>,
-    /// What the calibration has contributed to the error budget, as old as it was at the start of the campaign; `null` where
-    /// it has contributed nothing.
+    /// What the calibration has contributed to the error budget, as old as it was at the start of the campaign; `null`
+    /// where it has contributed nothing.
     pub calibration_sigma: Option<CalibrationSigma>,
     /// What was measured; `null` for a file, which may hold both.
-    pub profile: Option<Named<TestProfile>>,
+    pub profile: Option<NamedValue<TestProfile>>,
     /// Estimator of the frequency responses; `null` for a file, which holds them.
-    pub frf_estimator: Option<Named<FrfEstimator>>,
+    pub frf_estimator: Option<NamedValue<FrfEstimator>>,
     /// What was understood of a file with frequency responses.
     pub frequency_responses: Option<FrequencyResponsesRead>,
     /// Terms of the mass lines.
-    pub terms: Option<Named<Terms>>,
+    pub terms: Option<NamedValue<Terms>>,
     /// The band of the mass lines, where all DOFs share one.
     pub band_hz: Option<[f64; 2]>,
     /// Whether the bands were found from the data.
@@ -151,7 +151,7 @@ pub enum SolvedBy {
 #[schemars(rename = "rig_answer")]
 pub struct RigAnswer {
     /// The method.
-    pub method: Named<Method>,
+    pub method: NamedValue<Method>,
     /// The property in which they differ most.
     pub property: String,
     /// The rig's value minus the program's, in the SI unit of the property.
@@ -170,7 +170,8 @@ impl TestResult {
         self.results.first()
     }
 
-    /// What the ten properties should be, as far as it is known: those of a simulated object, or the layout's reference.
+    /// What the ten properties should be, as far as it is known: those of a simulated object, or the layout's
+    /// reference.
     pub fn expected(&self) -> [Option<f64>; 10] {
         let of_layout = self.reference.map_or([None; 10], |reference| reference.in_order());
         self.truth.map_or(of_layout, |truth| truth.map(Some))
@@ -178,7 +179,7 @@ impl TestResult {
 
     /// The answer of a method.
     pub fn answer_by(&self, method: Method) -> Option<&Estimate> {
-        self.results.iter().find(|of| of.method == method)
+        self.results.iter().find(|estimate| estimate.method == method)
     }
 
     /// Whether the result is the same after it was written and read: every number in it is one.
@@ -189,14 +190,14 @@ impl TestResult {
 
     /// Every finding about the test and its answer, each once.
     pub fn findings(&self) -> Vec<&Finding> {
-        let mut all: Vec<&Finding> = Vec::new();
+        let mut findings: Vec<&Finding> = Vec::new();
         let of_answer = self.answer().into_iter().flat_map(|answer| &answer.diagnostics);
         for finding in self.diagnostics.iter().chain(of_answer) {
-            if !all.contains(&finding) {
-                all.push(finding);
+            if !findings.contains(&finding) {
+                findings.push(finding);
             }
         }
-        all
+        findings
     }
 
     /// The DOFs that are in the answers, with mass lines or with lines about the suspension modes.

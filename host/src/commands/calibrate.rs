@@ -114,7 +114,7 @@ impl OriginArgs {
             return Err(Error::input("sensor_ids", message));
         }
         let id = |option: &str, text: &str| {
-            short(text).map_err(|what| Error::input("id_too_long", format!("{option}: {what}")))
+            short(text).map_err(|reason| Error::input("id_too_long", format!("{option}: {reason}")))
         };
         let sensors = self.sensor_ids.iter().map(|text| id("--sensor-ids", text));
         Ok(Origin {

@@ -13,7 +13,7 @@ use crate::rig_solution::solve_test;
 use crate::support::bench_test::{BenchArgs, BenchTest, nominal_calibration};
 use crate::support::compare::{Comparison, side_by_side};
 use crate::support::files::ReplaceArgs;
-use crate::support::show::{self, DetailsArgs, Next};
+use crate::support::show::{self, DetailsArgs, NextStep};
 use crate::support::simulated::{ReportArgs, RigArgs, results_of};
 use massline_analysis::identification::Selection;
 use massline_analysis::single_fault::NominalTest;
@@ -46,7 +46,7 @@ Examples:
 #[command(args_conflicts_with_subcommands = true)]
 pub struct Args {
     #[command(subcommand)]
-    other: Option<Other>,
+    other: Option<OtherDemo>,
     #[command(flatten)]
     bench: BenchArgs,
     #[command(flatten)]
@@ -64,7 +64,7 @@ pub struct Args {
 
 /// Other demonstrations.
 #[derive(Debug, clap::Subcommand)]
-enum Other {
+enum OtherDemo {
     /// The methods that use the suspension modes, on a wheel that has no mass line.
     Wheel(wheel::Args),
 }
@@ -74,7 +74,7 @@ enum Other {
 /// # Errors
 /// When the bench is bad, or the rig does not start, gets stuck or has no answer.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    if let Some(Other::Wheel(args)) = &args.other {
+    if let Some(OtherDemo::Wheel(args)) = &args.other {
         return wheel::run(args, output);
     }
     let existing = args.replace.existing();
@@ -98,7 +98,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         };
         let result = if args.report.is_wanted() {
             let archive =
-                test.archived(&file, &nominal_calibration(&bench).into(), output, |of| of)?;
+                test.archived(&file, &nominal_calibration(&bench).into(), output, |source| source)?;
             let result = archive.result.clone();
             archives.push((name.to_owned(), archive));
             result
@@ -110,7 +110,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         let solution = solve_test(stored, &nominal, Selection::All);
         let result = TestResult { details: None, ..solution.result() };
         if solution.no_answer.is_some() {
-            return show::print(&solution, &result, (extent, &Next::Details), output);
+            return show::print(&solution, &result, (extent, &NextStep::Details), output);
         }
         let length = layout.characteristic_length();
         let seed = args.bench.seed;
@@ -135,9 +135,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             };
         }
         format!(
-            "{text}{table}\n± 95 %; {INERTIA_CONVENTION}; J_1, J_2, J_3: principal moments\n%: of m, L and m L²; L = rms distance of the sensors of a test from \
-             their centroid\n{}",
-            Next::Details.text(extent)
+            "{text}{table}\n± 95 %; {INERTIA_CONVENTION}; J_1, J_2, J_3: principal moments\n%: of m, L and m L²; L = \
+             rms distance of the sensors of a test from their centroid\n{}",
+            NextStep::Details.text(extent)
         )
         .trim_end()
         .to_owned()

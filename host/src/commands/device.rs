@@ -1,5 +1,5 @@
-//! `massline device`: finds rigs, shows their identity and counters, tests them at rest, aborts campaigns, raises the level at which a chip
-//! resets itself, erases the store of a rig in safe mode.
+//! `massline device`: finds rigs, shows their identity and counters, tests them at rest, aborts campaigns, raises the
+//! level at which a chip resets itself, erases the store of a rig in safe mode.
 
 pub mod brown_out;
 mod check;
@@ -82,7 +82,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         }
         Command::Identify(port) => {
             let (mut client, identity) = port.connect(output)?;
-            let doing = Doing::of(&mut client, &identity)?;
+            let doing = RigActivity::of(&mut client, &identity)?;
             let value = identity_json(client.port(), &identity, doing);
             output.answer(&value, |_| identity_text(client.port(), &identity, doing))
         }
@@ -105,14 +105,14 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 
 /// What a rig is doing.
 #[derive(Clone, Copy, Debug)]
-struct Doing {
+struct RigActivity {
     phase: &'static str,
     /// 0 without one, and in safe mode, where the store is not read.
     layout_hash: u32,
     result: u32,
 }
 
-impl Doing {
+impl RigActivity {
     /// Asks the rig; in safe mode it does not answer that.
     fn of(client: &mut Client, identity: &Identity) -> Result<Self> {
         if is_in_safe_mode(identity) {
@@ -131,18 +131,20 @@ fn is_in_safe_mode(identity: &Identity) -> bool {
 const SAFE_MODE: &str = "
 Its last three starts ended in a panic or a hang, so it runs nothing but its link and its panel. Press its reset
 button or switch it off and on: it starts as usual. If it comes back to this, what it stores may be the cause:
-`massline device erase` erases that. If that does not help either, flash the newest firmware and report what is said here.";
+`massline device erase` erases that. If that does not help either, flash the newest firmware and report what is
+said here.";
 
 /// Aborts the campaign on the rig, if there is one.
 fn abort(client: &mut Client, output: &mut Output) -> Result<()> {
     let status = client.status()?;
-    let there = has_campaign(&status)?;
+    let is_running = has_campaign(&status)?;
     let hits: u32 = status.accepted.iter().map(|&hits| u32::from(hits)).sum();
-    if there {
+    if is_running {
         client.command(campaign::Command::Abort)?;
     }
-    let value = DeviceAbort { aborted: there, discarded_hits: if there { hits } else { 0 } };
-    output.answer(&value, |_| match there {
+    let value =
+        DeviceAbort { aborted: is_running, discarded_hits: if is_running { hits } else { 0 } };
+    output.answer(&value, |_| match is_running {
         true => {
             format!("aborted, stored results stay; discarded: {}", counted(hits, "accepted hit"))
         }
@@ -168,7 +170,7 @@ fn ports_text(ports: &[PortFacts]) -> String {
     lines.join("\n")
 }
 
-fn identity_json(port: &str, identity: &Identity, doing: Doing) -> DeviceIdentity {
+fn identity_json(port: &str, identity: &Identity, doing: RigActivity) -> DeviceIdentity {
     DeviceIdentity {
         port: port.to_owned(),
         protocol: format!("{}.{}", identity.protocol_major, identity.protocol_minor),
@@ -194,7 +196,7 @@ fn identity_json(port: &str, identity: &Identity, doing: Doing) -> DeviceIdentit
     }
 }
 
-fn identity_text(port: &str, identity: &Identity, doing: Doing) -> String {
+fn identity_text(port: &str, identity: &Identity, doing: RigActivity) -> String {
     let dirty = if identity.git_dirty { ", changed" } else { "" };
     let none = if is_in_safe_mode(identity) { "not read" } else { "none" };
     let mut text = format!(

@@ -1,4 +1,5 @@
-//! `massline doctor`: what is plugged in, what may be opened, what is missing on this computer, and what to do about it.
+//! `massline doctor`: what is plugged in, what may be opened, what is missing on this computer, and what to do about
+//! it.
 
 use std::process::{Command, Stdio};
 
@@ -13,7 +14,7 @@ use massline_client::flash::drive::{self, Kind};
 use massline_client::flash::usb;
 use massline_client::udev;
 use massline_client::{self, Client, ClientError, PortFacts, Timing, list_ports};
-use massline_report::document::{Doctor, Looked};
+use massline_report::document::{Doctor, DoctorFinding};
 
 /// Arguments of `massline doctor`.
 #[derive(Debug, clap::Args)]
@@ -61,25 +62,25 @@ impl State {
 struct Finding {
     subject: String,
     state: State,
-    found: String,
+    observation: String,
     /// What to do.
     advice: Option<String>,
 }
 
 impl Finding {
-    fn new(subject: impl Into<String>, state: State, found: impl Into<String>) -> Self {
-        Self { subject: subject.into(), state, found: found.into(), advice: None }
+    fn new(subject: impl Into<String>, state: State, observation: impl Into<String>) -> Self {
+        Self { subject: subject.into(), state, observation: observation.into(), advice: None }
     }
 
     fn advising(self, advice: impl Into<String>) -> Self {
         Self { advice: Some(advice.into()), ..self }
     }
 
-    fn to_json(&self) -> Looked {
-        Looked {
+    fn to_json(&self) -> DoctorFinding {
+        DoctorFinding {
             subject: self.subject.clone(),
             state: self.state.name().into(),
-            found: self.found.clone(),
+            found: self.observation.clone(),
             advice: self.advice.clone(),
         }
     }
@@ -101,7 +102,7 @@ pub fn run(_: &Args, output: &mut Output) -> Result<()> {
             let state = output.toned(finding.state.name(), finding.state.tone());
             let advice = finding.advice.iter().flat_map(|text| text.lines());
             let advice: String = advice.map(|line| format!("\n    {line}")).collect();
-            format!("{state}  {}: {}{advice}", finding.subject, finding.found)
+            format!("{state}  {}: {}{advice}", finding.subject, finding.observation)
         };
         findings.iter().map(line).collect::<Vec<_>>().join("\n")
     })
@@ -142,11 +143,11 @@ fn behind(port: &PortFacts) -> Finding {
     match asked {
         Ok(rig) => {
             let dirty = if rig.git_dirty { ", changed" } else { "" };
-            let found = format!(
+            let observation = format!(
                 "a rig: {}, firmware {} (commit {}{dirty})",
                 rig.board, rig.firmware, rig.git_hash
             );
-            Finding::new(subject, State::Good, found)
+            Finding::new(subject, State::Good, observation)
         }
         Err(error) if error.code() == ClientError::DENIED => {
             Finding::new(subject, State::Bad, error.to_string())
@@ -160,16 +161,17 @@ fn behind(port: &PortFacts) -> Finding {
 fn in_boot_loader(board: &Board) -> Option<Finding> {
     let subject = format!("{} in its boot loader", board.name);
     let advice = format!("massline flash --board {}", board.name);
-    let found = match board.boot_loader.as_ref()? {
-        BootLoader::Dfu(loader) => usb::is_connected(loader)
-            .map(|there| there.then(|| Finding::new(&subject, State::Good, "it may be opened"))),
+    let finding = match board.boot_loader.as_ref()? {
+        BootLoader::Dfu(loader) => usb::is_connected(loader).map(|is_connected| {
+            is_connected.then(|| Finding::new(&subject, State::Good, "it may be opened"))
+        }),
         BootLoader::Uf2(_) | BootLoader::StLink(_) => {
             let drive = drive::find(Kind::of(board)?, None).ok();
             Ok(drive.map(|at| Finding::new(&subject, State::Good, at.display().to_string())))
         }
     };
-    match found {
-        Ok(found) => found.map(|found| found.advising(advice)),
+    match finding {
+        Ok(finding) => finding.map(|finding| finding.advising(advice)),
         Err(error) if error.code() == usb::UNLISTED => Some(
             Finding::new("USB", State::Absent, error.to_string())
                 .advising("only flashing through a chip's USB boot loader needs it"),

@@ -17,7 +17,7 @@ use massline_files::archive::{self, Archive};
 use massline_files::file;
 use massline_report::document::{ExportedAnswer, ExportedFile};
 use massline_report::export::{
-    Exported, Format, Frame, TestData, UnitSystem, read_subject, universal_file,
+    ExportedResult, Format, Frame, TestData, UnitSystem, read_subject, universal_file,
 };
 use massline_result::Verdict;
 
@@ -150,8 +150,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         verdict: exported.verdict,
         doubts: exported.doubts.clone(),
     };
-    let what = format!("the answer by {}", exported.method());
-    args.deliver(&bytes, &exported.test, Some(answer), &what, output)
+    let contents = format!("the answer by {}", exported.method());
+    args.deliver(&bytes, &exported.test, Some(answer), &contents, output)
 }
 
 impl Args {
@@ -188,7 +188,7 @@ impl Args {
         bytes: &[u8],
         test: &TestData,
         answer: Option<ExportedAnswer>,
-        what: &str,
+        contents: &str,
         output: &mut Output,
     ) -> Result<()> {
         for note in &test.notes {
@@ -206,12 +206,12 @@ impl Args {
             notes: test.notes.clone(),
             answer,
         };
-        output.answer(&value, |_| format!("{}: {what}", path.display()))
+        output.answer(&value, |_| format!("{}: {contents}", path.display()))
     }
 }
 
 /// A result that is stored on the rig, solved again here where the rig still has its layout.
-fn on_rig(number: u32, args: &Args, output: &mut Output) -> Result<Exported> {
+fn on_rig(number: u32, args: &Args, output: &mut Output) -> Result<ExportedResult> {
     let (mut client, identity) = args.port.connect(output)?;
     let result = client.result(number)?;
     let lines = RigLines::read(&mut client, identity.adc, &result)?;

@@ -6,7 +6,7 @@ use clap::builder::PossibleValuesParser;
 use indicatif::ProgressBar;
 use massline_boards::BootLoader;
 
-use crate::commands::device::brown_out::{self, AfterStart};
+use crate::commands::device::brown_out::{self, LevelOutcome};
 use crate::output::Output;
 use crate::{Error, Result};
 use massline_client::firmware;
@@ -132,7 +132,7 @@ fn way(args: &Args, board: &Board) -> Result<FlashMethod> {
 
 /// How certain it is that the board holds the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Done {
+enum FlashOutcome {
     ReadBack,
     Started,
     Unverified,
@@ -156,7 +156,7 @@ fn look_for(board: &Board, way: FlashMethod, args: &Args) -> Result<()> {
     }
 }
 
-fn flash(way: FlashMethod, args: &Args, plan: &Plan, output: &mut Output) -> Result<Done> {
+fn flash(way: FlashMethod, args: &Args, plan: &Plan, output: &mut Output) -> Result<FlashOutcome> {
     let interrupt = output.interrupt().clone();
     let _guard = interrupt.guard();
     let mut watch = Bar::new(output, plan, interrupt.clone());
@@ -165,14 +165,15 @@ fn flash(way: FlashMethod, args: &Args, plan: &Plan, output: &mut Output) -> Res
             let Some(BootLoader::Dfu(loader)) = &plan.board.boot_loader else {
                 return Err(unknown("boot loader that speaks DFU", plan.board));
             };
-            dfuse::flash(&DfuDevice::open(loader)?, plan, &mut watch).map(|()| Done::ReadBack)
+            dfuse::flash(&DfuDevice::open(loader)?, plan, &mut watch)
+                .map(|()| FlashOutcome::ReadBack)
         }
         FlashMethod::Drive => {
             let kind = Kind::of(plan.board).ok_or_else(|| unknown("drive", plan.board))?;
             let drive = drive::find(kind, args.drive.as_deref())?;
             drive::flash(kind, &drive, plan, &mut watch).map(|taken| match taken {
-                DriveOutcome::Started => Done::Started,
-                DriveOutcome::Unconfirmed => Done::Unverified,
+                DriveOutcome::Started => FlashOutcome::Started,
+                DriveOutcome::Unconfirmed => FlashOutcome::Unverified,
             })
         }
         FlashMethod::Probe => by_probe(plan, &mut watch),
@@ -180,13 +181,13 @@ fn flash(way: FlashMethod, args: &Args, plan: &Plan, output: &mut Output) -> Res
 }
 
 /// The error for a way that the board does not have; not reached, because [`way`] rejects it first.
-fn unknown(what: &str, board: &Board) -> Error {
-    Error::internal("no_such_way", format!("{} has no {what}", board.name))
+fn unknown(feature: &str, board: &Board) -> Error {
+    Error::internal("no_such_way", format!("{} has no {feature}", board.name))
 }
 
 #[cfg(feature = "probe")]
-fn by_probe(plan: &Plan, watch: &mut dyn ProgressObserver) -> Result<Done> {
-    massline_client::flash::probe::flash(plan, watch).map(|()| Done::ReadBack)
+fn by_probe(plan: &Plan, watch: &mut dyn ProgressObserver) -> Result<FlashOutcome> {
+    massline_client::flash::probe::flash(plan, watch).map(|()| FlashOutcome::ReadBack)
 }
 
 #[cfg(feature = "probe")]
@@ -195,7 +196,7 @@ fn look_for_probe() -> Result<()> {
 }
 
 #[cfg(not(feature = "probe"))]
-fn by_probe(_: &Plan, _: &mut dyn ProgressObserver) -> Result<Done> {
+fn by_probe(_: &Plan, _: &mut dyn ProgressObserver) -> Result<FlashOutcome> {
     Err(built_without_probe())
 }
 
@@ -226,7 +227,7 @@ impl Bar {
 }
 
 impl ProgressObserver for Bar {
-    fn at(&mut self, step: Step, done: u64, of: u64) -> Result<()> {
+    fn at(&mut self, step: Step, done: u64, total: u64) -> Result<()> {
         if self.interrupt.pressed() {
             return Err(Error::interrupted(match step {
                 Step::Erase if done == 0 => "stopped before anything was erased",
@@ -241,7 +242,7 @@ impl ProgressObserver for Bar {
         }
         if self.step != Some(step) {
             self.step = Some(step);
-            self.bar.set_length(of);
+            self.bar.set_length(total);
             self.bar.set_message(match step {
                 Step::Erase => "bytes erased",
                 Step::Write => "bytes written",
@@ -260,8 +261,8 @@ impl Drop for Bar {
 }
 
 /// Said when the rig did not answer after it was flashed.
-const NOT_RAISED: &str = "the rig has not answered yet, so the level at which its chip resets itself was left as it is: \
-                          `massline device brown-out` raises it";
+const NOT_RAISED: &str = "the rig has not answered yet, so the level at which its chip resets itself was left as it \
+                          is: `massline device brown-out` raises it";
 
 /// The answer of the command.
 struct Facts<'p> {
@@ -269,9 +270,10 @@ struct Facts<'p> {
     plan: &'p Plan,
     path: String,
     /// `None` after a dry run.
-    done: Option<Done>,
-    /// What became of the level below which the chip resets itself; `None` for a board without one, and after a dry run.
-    level: Option<AfterStart>,
+    done: Option<FlashOutcome>,
+    /// What became of the level below which the chip resets itself; `None` for a board without one, and after a dry
+    /// run.
+    level: Option<LevelOutcome>,
 }
 
 impl Facts<'_> {
@@ -287,9 +289,9 @@ impl Facts<'_> {
             sectors: erase.iter().map(|s| range(s.start, s.end.into())).collect(),
             store: range(board.store.start, board.store.end.into()),
             flashed: self.done.is_some(),
-            verified: self.done.map(|done| done != Done::Unverified),
+            verified: self.done.map(|done| done != FlashOutcome::Unverified),
             brown_out_mv: match &self.level {
-                Some(AfterStart::Raised(level)) => Some(*level),
+                Some(LevelOutcome::Raised(level)) => Some(*level),
                 _ => None,
             },
         }
@@ -316,11 +318,11 @@ impl Facts<'_> {
         ));
         lines.push(self.outcome().into());
         match &self.level {
-            Some(AfterStart::Raised(level)) => lines.push(brown_out::text(*level)),
-            Some(AfterStart::Refused(why)) => lines.push(format!(
+            Some(LevelOutcome::Raised(level)) => lines.push(brown_out::text(*level)),
+            Some(LevelOutcome::Refused(why)) => lines.push(format!(
                 "the level at which its chip resets itself was left as it is: {why}"
             )),
-            Some(AfterStart::Silent) => lines.push(NOT_RAISED.into()),
+            Some(LevelOutcome::Silent) => lines.push(NOT_RAISED.into()),
             None => {}
         }
         lines.join("\n")
@@ -339,13 +341,13 @@ impl Facts<'_> {
     fn outcome(&self) -> &'static str {
         match self.done {
             None => "nothing flashed: this was a dry run",
-            Some(Done::ReadBack) => {
+            Some(FlashOutcome::ReadBack) => {
                 "flashed, read back and found the same; the rig starts. Next: massline device identify"
             }
-            Some(Done::Started) => {
+            Some(FlashOutcome::Started) => {
                 "the boot loader has taken every block and started the rig. Next: massline device identify"
             }
-            Some(Done::Unverified) => {
+            Some(FlashOutcome::Unverified) => {
                 "the ST-LINK has taken the file without a complaint. Next: massline device identify, which \
                  shows whether the rig runs"
             }

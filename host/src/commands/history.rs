@@ -7,7 +7,7 @@ use massline_result::TestResult;
 use crate::output::{self, Output, Table};
 use crate::{Error, Result};
 use massline_files::archive::{Archive, EXTENSION, is_named};
-use massline_report::document::{History, ListedArchive, Unreadable};
+use massline_report::document::{History, ListedArchive, UnreadableFile};
 use massline_report::words::Summary;
 
 /// Arguments of `massline history`.
@@ -40,7 +40,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         }
     }
     tests.sort_by(|(_, a), (_, b)| a.time.cmp(&b.time));
-    let cannot_be_read = |(path, error): &(PathBuf, Error)| Unreadable {
+    let cannot_be_read = |(path, error): &(PathBuf, Error)| UnreadableFile {
         file: path.into(),
         code: error.code().to_owned(),
         message: error.to_string(),
@@ -90,15 +90,15 @@ fn archives(folder: &Path) -> Result<Vec<PathBuf>> {
             format!("{}: the folder cannot be read: {e}; check the path", folder.display());
         Error::input("folder_not_readable", message)
     };
-    let mut found = Vec::new();
+    let mut paths = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(failed)? {
         let path = entry.map_err(failed)?.path();
         if is_named(&path) {
-            found.push(path);
+            paths.push(path);
         }
     }
-    found.sort();
-    Ok(found)
+    paths.sort();
+    Ok(paths)
 }
 
 fn nothing_in(folder: &Path) -> String {

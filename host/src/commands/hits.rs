@@ -132,8 +132,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     } else {
         output.text(hits_text(&hits))?;
     }
-    let all = hits.hits.len();
-    let text = format!("all {all} hits were rejected; the sentence beside each says what to do");
+    let count = hits.hits.len();
+    let text = format!("all {count} hits were rejected; the sentence beside each says what to do");
     Err(Error::undetermined("all_hits_rejected", text).within(&file))
 }
 

@@ -36,8 +36,8 @@ pub struct Args {
 enum Command {
     /// Print a commented layout to start from.
     #[command(
-        after_help = "Examples:\n  massline layout new > frame.toml\n  massline layout new -o frame.toml\n  massline layout \
-                      new --profile suspension > wheel.toml"
+        after_help = "Examples:\n  massline layout new > frame.toml\n  massline layout new -o frame.toml\n  massline \
+                      layout new --profile suspension > wheel.toml"
     )]
     New {
         /// What is measured: mass lines, or the suspension modes in long records.

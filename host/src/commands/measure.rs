@@ -21,13 +21,13 @@ use crate::output::{Output, counted};
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::rig_solution::solve_test;
 use crate::support::archive::ArchiveArgs;
-use crate::support::collected::Collected;
+use crate::support::collected::CollectedData;
 use crate::support::collected::archive_part::Part;
 use crate::support::connect::PortArgs;
 use crate::support::files;
 use crate::support::rest::begun;
 use crate::support::rig_layout::{fits, judge_layout};
-use crate::support::show::{self, DetailsArgs, Next};
+use crate::support::show::{self, DetailsArgs, NextStep};
 use crate::{Error, Result};
 use massline_analysis::identification::Selection;
 use massline_analysis::modes_so_far::ModesMonitor;
@@ -42,8 +42,8 @@ use massline_files::day::age_in_days;
 use massline_report::words;
 use massline_report::words::modes_so_far;
 
+pub(super) use full_screen::DisplayedCampaign;
 pub use full_screen::ScreenArgs;
-pub(super) use full_screen::Shown;
 pub(super) use watch::{Watching, watch};
 
 /// Arguments of `massline measure`.
@@ -74,8 +74,8 @@ Examples:
 pub struct Args {
     /// The layout file.
     layout: PathBuf,
-    /// Measure this instead of what the layout states: its settings that the layout leaves out have the defaults of this
-    /// profile.
+    /// Measure this instead of what the layout states: its settings that the layout leaves out have the defaults of
+    /// this profile.
     #[arg(long, value_name = "PROFILE", value_parser = profile())]
     profile: Option<TestProfile>,
     #[command(flatten)]
@@ -127,7 +127,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if args.records && profile == TestProfile::Suspension {
         return Err(Error::input(
             "usage",
-            "--records keeps records of half a second: a rig does not give those of the suspension profile; leave it out",
+            "--records keeps records of half a second: a rig does not give those of the suspension profile; leave it \
+             out",
         ));
     }
     let (mut client, identity) = args.port.connect(output)?;
@@ -151,7 +152,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         );
     }
     let on_screen = args.screen.wants_screen(output);
-    let shown = on_screen.then_some(Shown {
+    let shown = on_screen.then_some(DisplayedCampaign {
         kind: "measurement",
         title: &file.title,
         identity: &identity,
@@ -176,7 +177,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         StartOutcome::Joined => output.note("joins the campaign that is under way"),
     }
     let archive = args.archive.path();
-    let mut collected = Collected::of_campaign(archive, &layout, &mut client)?;
+    let mut collected = CollectedData::of_campaign(archive, &layout, &mut client)?;
     let record_s = (profile == TestProfile::Suspension).then(|| ringing_s(&identity.adc));
     let followed = follow(
         (args, record_s),
@@ -205,8 +206,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let next = match archive {
         // Said once the file is there.
-        Some(_) => Next::Other(String::new()),
-        None => Next::Other(format!(
+        Some(_) => NextStep::Other(String::new()),
+        None => NextStep::Other(format!(
             "next: `massline results get {0} -o result-{0}.{EXTENSION}{1}` keeps it in a file",
             result.head.number,
             args.port.as_typed()
@@ -267,8 +268,8 @@ fn follow(
     (args, record_s): (&Args, Option<f64>),
     client: &mut Client,
     layout: &RigLayout,
-    (monitors, shown): (&mut Monitors, Option<Shown<'_>>),
-    collected: &mut Collected,
+    (monitors, shown): (&mut Monitors, Option<DisplayedCampaign<'_>>),
+    collected: &mut CollectedData,
     output: &mut Output,
 ) -> Result<MeasurementResult> {
     let archived = args.archive.path().is_some();
@@ -351,7 +352,8 @@ fn advised(error: ClientError, board: &str, layout: &RigLayout) -> Error {
     let help = match results_to_delete {
         0 => "every board holds six hit points with nine responses",
         _ => {
-            "keep old results with `massline results get N --output FILE` before you delete them, and repeat the command"
+            "keep old results with `massline results get N --output FILE` before you delete them, and repeat the \
+             command"
         }
     };
     error.advising(format!(
@@ -381,8 +383,8 @@ pub(super) fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) 
         return Err(Error::device(
             "another_campaign",
             format!(
-                "the rig is {} in {} with another layout ({}); go on with it by that command and that layout, or discard its \
-                 hits with `massline device abort` or --restart",
+                "the rig is {} in {} with another layout ({}); go on with it by that command and that layout, or \
+                 discard its hits with `massline device abort` or --restart",
                 phase_name(status.phase),
                 begun(&status),
                 words::hash_text(status.layout_hash).unwrap_or_default(),

@@ -58,8 +58,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         output.note(understood);
     }
     let bar = output.bar(PERTURBATIONS, "uncertainty");
-    let progress = |done: u32, all: u32| {
-        bar.set_length(all.into());
+    let progress = |done: u32, total: u32| {
+        bar.set_length(total.into());
         bar.set_position(done.into());
     };
     let modes = match source {
@@ -70,17 +70,17 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     };
     bar.finish_and_clear();
     let FoundModes { modes, layout, band_hz: band } = modes?;
-    let found = findings(&modes.diagnostics, |d| message_in(d, &layout));
+    let findings = findings(&modes.diagnostics, |d| message_in(d, &layout));
     let modes = suspension_modes(&modes, band, &layout);
-    let document = Modes { diagnostics: Some(found.clone()), ..modes };
+    let document = Modes { diagnostics: Some(findings.clone()), ..modes };
     output.answer(&document, |_| {
         let Modes { modes, modal_assurance, orders, .. } = &document;
         [
-            modes_text(&document, shows_flexible_mode(&found)),
+            modes_text(&document, shows_flexible_mode(&findings)),
             shapes_text(modes),
             assurance_text(modal_assurance),
             orders_text(orders),
-            sentences(&found),
+            sentences(&findings),
         ]
         .concat()
         .trim_end()

@@ -55,7 +55,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if args.font_licence {
         return output.verbatim(FONT_LICENCE.trim_end());
     }
-    let (wanted, format) = (args.wanted(), args.file_format()?);
+    let (wanted, format) = (args.requested_pictures(), args.file_format()?);
     let sources = args.sources.read(output)?;
     let mut drawn = Vec::new();
     for picture in wanted {
@@ -98,7 +98,7 @@ fn nothing(picture: Picture, sources: &[ResultFile]) -> Error {
 }
 
 impl Args {
-    fn wanted(&self) -> Vec<Picture> {
+    fn requested_pictures(&self) -> Vec<Picture> {
         match (&self.picture[..], &self.sources.results[..]) {
             ([], [_]) => Picture::all().to_vec(),
             // The others show one result.
@@ -136,7 +136,7 @@ impl Args {
     /// Exit 2 for one file and several pictures.
     fn file_format(&self) -> Result<ImageFormat> {
         let Some((path, format)) = self.one_file()? else { return Ok(self.format) };
-        if self.wanted().len() == 1 {
+        if self.requested_pictures().len() == 1 {
             return Ok(format);
         }
         let text = format!(

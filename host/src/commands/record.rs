@@ -21,7 +21,7 @@ use crate::support::files::ReplaceArgs;
 use crate::support::rest::without_campaign;
 use crate::support::rig_layout::{fits, judge_layout};
 use crate::{Error, Result};
-use massline_files::file::Existing;
+use massline_files::file::ExistingFile;
 use massline_files::tape::{Sidecar, TapeWriter};
 use massline_report::document::RecordedTape;
 
@@ -109,7 +109,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     };
     let segments = match recorded {
         Ok(segments) => segments,
-        Err(error) => return Err(kept(error, writer, &args.output)),
+        Err(error) => return Err(keep_tape(error, writer, &args.output)),
     };
     let scans = writer.finish()?;
     let value = RecordedTape { tape: (&args.output).into(), scans, segments };
@@ -122,14 +122,14 @@ fn has_records(layout: &RigLayout) -> Result<()> {
         TestProfile::MassLine => Ok(()),
         TestProfile::Suspension => Err(Error::input(
             "usage",
-            "a record of the suspension profile is not kept as scans: it is taken from the stream, without --triggered and \
-             over USB",
+            "a record of the suspension profile is not kept as scans: it is taken from the stream, without --triggered \
+             and over USB",
         )),
     }
 }
 
 /// The error of a recording, with what is left of its tape.
-fn kept(error: Error, writer: TapeWriter, path: &Path) -> Error {
+fn keep_tape(error: Error, writer: TapeWriter, path: &Path) -> Error {
     match writer.keep() {
         Ok(Some(scans)) => {
             error.within(format!("{} has the {scans} scans before this", path.display()))
@@ -144,7 +144,7 @@ fn kept(error: Error, writer: TapeWriter, path: &Path) -> Error {
 }
 
 impl Recording<'_> {
-    fn writer(&self, path: &Path, existing: Existing) -> Result<TapeWriter> {
+    fn writer(&self, path: &Path, existing: ExistingFile) -> Result<TapeWriter> {
         let sidecar = Sidecar {
             adc: self.identity.adc,
             calibration: *self.calibration,

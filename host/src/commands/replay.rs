@@ -14,7 +14,7 @@ use crate::rig_solution::solve_test;
 use crate::support::files;
 use crate::support::method::MethodArgs;
 use crate::support::progress::Progress;
-use crate::support::show::{self, DetailsArgs, Next};
+use crate::support::show::{self, DetailsArgs, NextStep};
 use crate::support::simulated::{RigArgs, SimulatedCampaign};
 use crate::{Error, Result};
 use massline_analysis::single_fault::NominalTest;
@@ -22,8 +22,8 @@ use massline_client::Client;
 use massline_files::tape::Tape;
 use tape_player::{TapeProgress, TapeSource};
 
-/// A rig that is still armed this long after the end of a segment has found no hit in it, and one that still records has not seen the
-/// end of the hit.
+/// A rig that is still armed this long after the end of a segment has found no hit in it, and one that still records
+/// has not seen the end of the hit.
 const GRACE: Duration = Duration::from_secs(1);
 
 /// Arguments of `massline replay`.
@@ -90,7 +90,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let nominal = NominalTest::of_file(&file);
     let solution = solve_test(result.test(), &nominal, args.method.selection());
     output.conclude(solution.verdict());
-    let next = (args.details.extent(), &Next::Details);
+    let next = (args.details.extent(), &NextStep::Details);
     show::print(&solution, &solution.result(), next, output)
 }
 
@@ -155,7 +155,8 @@ impl Player {
 /// The error of a tape that ends while the rig records a hit at this DOF.
 fn torn(dof: &str) -> Error {
     let text = format!(
-        "the tape ends within the record of a hit at {dof}; record {dof} again, or remove its last segment from the sidecar"
+        "the tape ends within the record of a hit at {dof}; record {dof} again, or remove its last segment from \
+         the sidecar"
     );
     Error::input("tape_ends_in_a_record", text)
 }

@@ -4,7 +4,7 @@ use clap::builder::PossibleValuesParser;
 
 use crate::Result;
 use crate::output::{Output, table};
-use massline_report::document::{Described, DescribedDocument, SchemaList};
+use massline_report::document::{DescribedDocument, DocumentKind, SchemaList};
 
 /// Arguments of `massline schema`.
 #[derive(Debug, clap::Args)]
@@ -17,7 +17,7 @@ Examples:
   massline schema result > result.schema.json")]
 pub struct Args {
     /// Name of the document; without it, all of them are listed.
-    #[arg(value_parser = PossibleValuesParser::new(Described::ALL.map(|of| of.name)))]
+    #[arg(value_parser = PossibleValuesParser::new(DocumentKind::ALL.map(|kind| kind.name)))]
     document: Option<String>,
 }
 
@@ -26,22 +26,22 @@ pub struct Args {
 /// # Errors
 /// When stdout cannot be written.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let named = |of: &&Described| Some(of.name) == args.document.as_deref();
-    if let Some(described) = Described::ALL.iter().find(named) {
-        return output.verbatim(format!("{:#}", described.schema().to_value()));
+    let named = |kind: &&DocumentKind| Some(kind.name) == args.document.as_deref();
+    if let Some(kind) = DocumentKind::ALL.iter().find(named) {
+        return output.verbatim(format!("{:#}", kind.schema().to_value()));
     }
-    let mut all = table();
-    all.set_header(["document", "what it is", "printed by"]);
-    for of in &Described::ALL {
+    let mut table = table();
+    table.set_header(["document", "what it is", "printed by"]);
+    for kind in &DocumentKind::ALL {
         let commands =
-            if of.commands.is_empty() { "all".to_owned() } else { of.commands.join(", ") };
-        all.add_row([of.name, of.summary, commands.as_str()]);
+            if kind.commands.is_empty() { "all".to_owned() } else { kind.commands.join(", ") };
+        table.add_row([kind.name, kind.summary, commands.as_str()]);
     }
-    let entry = |of: &Described| DescribedDocument {
-        document: of.name,
-        summary: of.summary,
-        commands: of.commands,
+    let entry = |kind: &DocumentKind| DescribedDocument {
+        document: kind.name,
+        summary: kind.summary,
+        commands: kind.commands,
     };
-    let documents = Described::ALL.iter().map(entry).collect();
-    output.answer_table(&SchemaList { documents }, &all)
+    let documents = DocumentKind::ALL.iter().map(entry).collect();
+    output.answer_table(&SchemaList { documents }, &table)
 }

@@ -91,8 +91,10 @@ fn write_pages(
     let path = folder.join(format!("{name}.1"));
     file::write(&path, &page(command)?, replace.existing())?;
     written.push(path.into());
-    let documented = command.get_subcommands().filter(|of| of.get_name() != "help");
-    documented.into_iter().try_for_each(|of| write_pages(of, folder, replace, written))
+    let documented = command.get_subcommands().filter(|subcommand| subcommand.get_name() != "help");
+    documented
+        .into_iter()
+        .try_for_each(|subcommand| write_pages(subcommand, folder, replace, written))
 }
 
 fn page(command: &Command) -> Result<Vec<u8>> {

@@ -19,7 +19,7 @@ use crate::support::files;
 use crate::support::files::ReplaceArgs;
 use crate::support::show::DetailsArgs;
 use crate::support::simulated::{ReportArgs, RigArgs};
-use massline_files::file::Existing;
+use massline_files::file::ExistingFile;
 use massline_files::tape::{Segment, Sidecar, TapeWriter};
 use monte_carlo::{MonteCarloArgs, StudyObject};
 use object::SimulatedObject;
@@ -35,9 +35,9 @@ A single run has a verdict; the exit code is 3 when it is not to use the answer.
 With --runs the test is repeated with other errors each time, on all cores, from ADC codes to the
 ten properties by every method: bias, rms error, rms error over the Cramér-Rao bound, and how
 often the 95 % intervals hold the truth. With --errors layout the bench has errors as large as the
-error budget of the layout says: the intervals then have to hold. With a [target] in the layout each run stops as soon as it
-is reached: the coverage at the stop and the hits saved are printed. A seed gives the same numbers on any machine and number
-of cores.
+error budget of the layout says: the intervals then have to hold. With a [target] in the layout each
+run stops as soon as it is reached: the coverage at the stop and the hits saved are printed. A seed
+gives the same numbers on any machine and number of cores.
 
 Examples:
   massline simulate frame.toml
@@ -131,12 +131,12 @@ fn suspension_hz(text: &str) -> std::result::Result<f64, String> {
     hz.ok_or_else(|| "give a frequency from 0.1 to 100 Hz".into())
 }
 
-/// Records the scans of a source on a tape, one segment per arming: all that the rig sees from the start of its sampler on, so that
-/// a replay gives the same result.
+/// Records the scans of a source on a tape, one segment per arming: all that the rig sees from the start of its sampler
+/// on, so that a replay gives the same result.
 #[derive(Clone, Debug)]
 pub struct Recorder {
     path: PathBuf,
-    existing: Existing,
+    existing: ExistingFile,
     sidecar: Sidecar,
     dofs: Vec<Dof>,
     state: Arc<Mutex<State>>,
@@ -157,7 +157,7 @@ impl Recorder {
     /// A recorder for a test with this layout and calibration.
     pub fn new(
         path: &Path,
-        existing: Existing,
+        existing: ExistingFile,
         layout: &RigLayout,
         calibration: &Calibration,
     ) -> Self {
@@ -187,7 +187,7 @@ impl Recorder {
             state.writer = Some(TapeWriter::create(&self.path, sidecar, self.existing)?);
             Ok(())
         });
-        Box::new(Recorded { source, recorder: self.clone() })
+        Box::new(RecordedSource { source, recorder: self.clone() })
     }
 
     /// Ends the tape of a test, complete or not; returns its number of scans, if there is a tape. One that could not be
@@ -243,12 +243,12 @@ pub fn sidecar(layout: &RigLayout, calibration: &Calibration, adc: AdcProperties
     }
 }
 
-struct Recorded {
+struct RecordedSource {
     source: Box<dyn ScanSource>,
     recorder: Recorder,
 }
 
-impl ScanSource for Recorded {
+impl ScanSource for RecordedSource {
     fn adc(&self) -> AdcProperties {
         self.source.adc()
     }

@@ -14,7 +14,7 @@ use crate::output::Output;
 use crate::solve::{Options, Problem, ReferencePoint, solve_problem};
 use crate::support::method;
 use crate::support::responses::{PERTURBATIONS, ResponseArgs};
-use crate::support::show::{self, DetailsArgs, Next};
+use crate::support::show::{self, DetailsArgs, NextStep};
 use crate::{Error, Result};
 use massline_analysis::identification::Selection;
 use massline_analysis::suspension::ModeChoice;
@@ -26,9 +26,9 @@ use massline_files::embedded;
 #[command(after_help = "\
 Reads UFF dataset 58, ASCII and binary: frequency responses of every hit DOF at every sensor of
 the layout. Units are those of the labels, else those of dataset 164, else SI; what was understood is
-printed first, and a label that is not understood is refused. Mass lines: equal weights, band and terms of [test], else 10 to 120 Hz and A, B/s²,
-C s². Suspension modes: those between 0.5 and 12.5 Hz, for objects whose mass line is hidden by
-them or by elastic modes. All methods that apply answer and are compared. [prior] is used by ml,
+printed first, and a label that is not understood is refused. Mass lines: equal weights, band and
+terms of [test], else 10 to 120 Hz and A, B/s², C s². Suspension modes: those between 0.5 and
+12.5 Hz, for objects whose mass line is hidden by them or by elastic modes. All methods that apply answer and are compared. [prior] is used by ml,
 global-fit and toivola-nuutila. Placement errors are averaged over test.hits_per_dof hits.
 
 From an archive of `massline measure` or `massline results get` the mass lines in it are solved
@@ -64,7 +64,7 @@ pub struct Args {
     /// Lines of the direct method on each side of a mode: those within its width (auto), or a number from 1 to 4
     /// [default: auto].
     #[arg(long, value_name = "N")]
-    lines_per_side: Option<PerSide>,
+    lines_per_side: Option<LinesPerSideArg>,
     /// Hits to use, such as `1:+Y,4:+X`; default: all of the layout.
     #[arg(long, value_name = "DOFS", value_delimiter = ',')]
     hits: Vec<Dof>,
@@ -92,15 +92,15 @@ enum Shapes {
 
 /// Lines on each side of a mode as an argument.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct PerSide(LinesPerSide);
+struct LinesPerSideArg(LinesPerSide);
 
-impl Default for PerSide {
+impl Default for LinesPerSideArg {
     fn default() -> Self {
         Self(LinesPerSide::Width)
     }
 }
 
-impl FromStr for PerSide {
+impl FromStr for LinesPerSideArg {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
@@ -170,17 +170,17 @@ fn alone(path: &Path) -> Error {
             Ok(_) => Error::input(
                 "no_mass_lines",
                 format!(
-                    "{name}: the page holds the output of a command, not an archive with mass lines to be solved again; \
-                     give what it was solved from, the layout and the frequency responses: `massline solve LAYOUT.toml \
-                     FRFS.uff`"
+                    "{name}: the page holds the output of a command, not an archive with mass lines to be solved \
+                     again; give what it was solved from, the layout and the frequency responses: `massline solve \
+                     LAYOUT.toml FRFS.uff`"
                 ),
             ),
         };
     }
     if path.is_dir() {
         let message = format!(
-            "{name}: this is a folder; give an archive (`massline solve FILE.{EXTENSION}`), or a layout and a file with \
-             frequency responses (`massline solve LAYOUT.toml FRFS.uff`)"
+            "{name}: this is a folder; give an archive (`massline solve FILE.{EXTENSION}`), or a layout and a file \
+             with frequency responses (`massline solve LAYOUT.toml FRFS.uff`)"
         );
         return Error::input("usage", message);
     }
@@ -219,8 +219,8 @@ fn from_frequency_responses(args: &Args, frfs: &Path, output: &mut Output) -> Re
         output.note(understood);
     }
     let bar = output.bar(PERTURBATIONS, "uncertainty");
-    let solution = solve_problem(&problem, &options, |done, all| {
-        bar.set_length(all.into());
+    let solution = solve_problem(&problem, &options, |done, total| {
+        bar.set_length(total.into());
         bar.set_position(done.into());
     });
     bar.finish_and_clear();
@@ -232,6 +232,6 @@ fn from_frequency_responses(args: &Args, frfs: &Path, output: &mut Output) -> Re
     }
     let solution = solution?;
     output.conclude(solution.verdict());
-    let next = (args.details.extent(), &Next::Details);
+    let next = (args.details.extent(), &NextStep::Details);
     show::print(&solution, &solution.result(), next, output)
 }

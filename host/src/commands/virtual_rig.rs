@@ -124,7 +124,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 }
 
 /// A port that serves the rig until this is dropped.
-struct Served {
+struct ServedPort {
     /// Its name, for `--port`.
     port: String,
     /// Other computers can reach it.
@@ -132,7 +132,7 @@ struct Served {
     _server: Box<dyn std::fmt::Debug>,
 }
 
-fn serve_tcp(link: HostEnd, address: &str) -> Result<Served> {
+fn serve_tcp(link: HostEnd, address: &str) -> Result<ServedPort> {
     let server = TcpServer::serve(link, address).map_err(|e| {
         let hint =
             "give HOST:PORT of this computer, such as 127.0.0.1:4000, or port 0 for any free one";
@@ -141,7 +141,7 @@ fn serve_tcp(link: HostEnd, address: &str) -> Result<Served> {
     let address = server.address();
     let is_open_to_others = !address.ip().is_loopback();
     let port = format!("tcp://{address}");
-    Ok(Served { port, is_open_to_others, _server: Box::new(server) })
+    Ok(ServedPort { port, is_open_to_others, _server: Box::new(server) })
 }
 
 fn layout(args: &Args, output: &mut Output) -> Result<HostLayout> {

@@ -19,11 +19,11 @@ pub struct Notes {
     terminal: bool,
     /// The bars, which make room for a note; `None` where there are none.
     bars: Option<MultiProgress>,
-    diverted: Arc<Mutex<Option<Diverted>>>,
+    diverted: Arc<Mutex<Option<DivertedNotes>>>,
 }
 
 /// Where notes go while a full screen has the terminal.
-struct Diverted {
+struct DivertedNotes {
     take: Box<dyn FnMut(&str) + Send>,
     /// All of them, for afterwards.
     taken: Vec<String>,
@@ -78,7 +78,7 @@ impl Notes {
 
     /// From now on, `take` gets the notes, without colours; [`Self::resume`] ends it.
     pub fn divert(&self, take: impl FnMut(&str) + Send + 'static) {
-        *self.diverted() = Some(Diverted { take: Box::new(take), taken: Vec::new() });
+        *self.diverted() = Some(DivertedNotes { take: Box::new(take), taken: Vec::new() });
     }
 
     /// Writes what was diverted meanwhile, and goes on writing.
@@ -87,7 +87,7 @@ impl Notes {
         diverted.into_iter().flat_map(|diverted| diverted.taken).for_each(|text| self.note(&text));
     }
 
-    fn diverted(&self) -> MutexGuard<'_, Option<Diverted>> {
+    fn diverted(&self) -> MutexGuard<'_, Option<DivertedNotes>> {
         self.diverted.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-/// A path as one word of a command: in quotes, where a shell would take it for several words or for something else, and never
-/// like an option.
+/// A path as one word of a command: in quotes, where a shell would take it for several words or for something else, and
+/// never like an option.
 pub fn shell_path(path: &Path) -> String {
     let text = path.display().to_string();
     shell_word(&if text.starts_with('-') { format!("./{text}") } else { text })

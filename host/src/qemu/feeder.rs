@@ -117,7 +117,7 @@ fn serve(
 /// Writes as many scans as the rig wants; false when the source has fewer.
 fn fill(writer: &mut Writer<'_>, source: &mut dyn ScanSource) -> bool {
     let mut enough = true;
-    while enough && writer.wanted() > 0 {
+    while enough && writer.requested_scans() > 0 {
         match source.next_scan() {
             Some(scan) => {
                 writer.push(&scan);
@@ -147,11 +147,11 @@ mod tests {
 
     /// A source with 100 scans per arming; a scan holds the arming, the DOF, and the number of scans before
     /// it.
-    struct Numbered {
+    struct NumberedScans {
         scan: Scan,
     }
 
-    impl ScanSource for Numbered {
+    impl ScanSource for NumberedScans {
         fn adc(&self) -> AdcProperties {
             ADC
         }
@@ -173,18 +173,18 @@ mod tests {
 
     fn rig() -> (Arc<Psram>, Feeder) {
         let psram = Arc::new(Psram::create(&ADC).unwrap());
-        let source = Numbered { scan: [0; CHANNELS] };
+        let source = NumberedScans { scan: [0; CHANNELS] };
         let feeder = Feeder::start(Arc::clone(&psram), Box::new(source));
         (psram, feeder)
     }
 
-    fn wait_for<T>(what: &str, mut ready: impl FnMut() -> Option<T>) -> T {
+    fn wait_for<T>(event: &str, mut ready: impl FnMut() -> Option<T>) -> T {
         let start = Instant::now();
         loop {
             if let Some(value) = ready() {
                 return value;
             }
-            assert!(start.elapsed() < Duration::from_secs(20), "{what} did not come");
+            assert!(start.elapsed() < Duration::from_secs(20), "{event} did not come");
             thread::yield_now();
         }
     }

@@ -222,11 +222,11 @@ impl Words {
         }
     }
 
-    fn died(&self, code: &'static str, what: &str, status: Option<ExitStatus>) -> Error {
+    fn died(&self, code: &'static str, failure: &str, status: Option<ExitStatus>) -> Error {
         let lines: Vec<String> = self.lines().iter().cloned().collect();
         let status = status.map_or(String::new(), |status| format!(" ({status})"));
         let words = if lines.is_empty() { "no output".to_owned() } else { lines.join("\n  ") };
-        Error::device(code, format!("{what}{status}; it said:\n  {words}"))
+        Error::device(code, format!("{failure}{status}; it said:\n  {words}"))
     }
 }
 

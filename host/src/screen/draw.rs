@@ -124,8 +124,8 @@ fn right_side(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
         }
         () => return page(guide.pages.current, guide, frame, area, theme),
     };
-    for (of, place) in pages.iter().zip(places.iter()) {
-        page(*of, guide, frame, *place, theme);
+    for (drawn_page, place) in pages.iter().zip(places.iter()) {
+        page(*drawn_page, guide, frame, *place, theme);
     }
 }
 
@@ -156,8 +156,8 @@ fn small(guide: &Guide, frame: &mut Frame<'_>, theme: Theme) {
         None => {}
     }
     small.text(&place::words(guide), theme.accent());
-    if let Some(said) = guide.verdict() {
-        small.text(&format!("last hit: {said}"), Style::new());
+    if let Some(verdict) = guide.verdict() {
+        small.text(&format!("last hit: {verdict}"), Style::new());
     }
     small.text(&progress(guide), Style::new());
     small.draw(SMALLEST, keys::of(guide), frame, theme);

@@ -15,7 +15,7 @@ use super::pages::Pages;
 use massline_analysis::precision::PrecisionReport;
 use massline_files::dof_spectra::DofSpectra;
 use massline_report::readings::Readings;
-use massline_report::words::HitSaid;
+use massline_report::words::HitAssessment;
 use massline_result::ModesSoFar;
 
 /// Characters of a title that are kept: more than any terminal shows in a line.
@@ -50,13 +50,13 @@ pub struct Guide {
     /// The last note, until something else happens.
     pub(super) note: Option<String>,
     pub(super) pages: Pages,
-    pub(super) wanted: Wanted,
+    pub(super) wanted: GuideOptions,
     pub(super) pace: Pace,
 }
 
 /// What there is to see of a campaign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Wanted {
+pub struct GuideOptions {
     /// What is followed of the answer: a block test has none.
     pub answer: Option<AnswerSoFar>,
     /// Whether the person gives a verdict on each hit.
@@ -83,7 +83,7 @@ impl Guide {
         kind: &'static str,
         layout: &RigLayout,
         bits: u8,
-        wanted: Wanted,
+        wanted: GuideOptions,
     ) -> Self {
         Self {
             title: title.chars().take(TITLE).collect(),
@@ -118,7 +118,7 @@ impl Guide {
             self.question = None;
         }
         let spectra = self.spectra.take();
-        self.spectra = spectra.filter(|of| of.dof == status.dof && self.hits_here() > 0);
+        self.spectra = spectra.filter(|spectra| spectra.dof == status.dof && self.hits_here() > 0);
     }
 
     /// Says what became of hits that are not counted any more, unless their events say so.
@@ -129,8 +129,8 @@ impl Guide {
                 continue;
             }
             let hits = if had == 1 { "its hit is" } else { "its hits are" };
-            let what = if dof == now.dof { "measured again" } else { "skipped" };
-            self.note = Some(format!("{} is {what}: {hits} discarded", self.name(dof)));
+            let action = if dof == now.dof { "measured again" } else { "skipped" };
+            self.note = Some(format!("{} is {action}: {hits} discarded", self.name(dof)));
             if self.hit.as_ref().is_some_and(|hit| hit.good && hit.dof == dof) {
                 self.hit = None;
                 self.readings = None;
@@ -143,7 +143,7 @@ impl Guide {
     /// Takes a hit that was graded, withdrawn or undone.
     pub fn hit(&mut self, hit: &HitEvent) {
         if hit.is_undone() {
-            self.readings = self.readings.take().filter(|of| of.number != hit.number);
+            self.readings = self.readings.take().filter(|readings| readings.number != hit.number);
         }
         self.rejected_by_person = false;
         self.note = None;
@@ -182,8 +182,8 @@ impl Guide {
     }
 
     /// Takes the readings of a hit.
-    pub fn readings(&mut self, of: HitReadings) {
-        self.readings = Some(of);
+    pub fn readings(&mut self, readings: HitReadings) {
+        self.readings = Some(readings);
     }
 
     /// Takes the averaged spectra of the DOF in hand.
@@ -213,12 +213,12 @@ impl Guide {
     }
 
     /// What is said of the last hit; nothing before the first.
-    pub(super) fn verdict(&self) -> Option<HitSaid> {
+    pub(super) fn verdict(&self) -> Option<HitAssessment> {
         let hit = self.hit.as_ref()?;
-        let said = HitSaid::of(hit, &self.layout);
+        let verdict = HitAssessment::of(hit, &self.layout);
         // One that the rig has withdrawn has its reasons.
         let by_person = hit.good && self.rejected_by_person;
-        Some(if by_person { HitSaid::rejected_by_you() } else { said })
+        Some(if by_person { HitAssessment::rejected_by_you() } else { verdict })
     }
 
     /// The name of a response: node and axis of its sensor.
@@ -254,16 +254,16 @@ impl Guide {
     /// Accepted hits, and as many as there will be: those of DOFs that are closed, and those that the others want.
     pub(super) fn hits(&self) -> [usize; 2] {
         let per_dof = usize::from(self.layout.test.hits_per_dof);
-        let all = self.layout.hits.len() * per_dof;
-        let Some(status) = &self.status else { return [0, all] };
+        let planned = self.layout.hits.len() * per_dof;
+        let Some(status) = &self.status else { return [0, planned] };
         // From the target on, there are no hits to come unless the person goes on.
         let is_over =
             matches!(self.phase(), Some(Phase::TargetReached | Phase::Solving | Phase::Done));
         let is_closed = |dof: usize| is_over || dof < usize::from(status.dof);
-        let of = |(dof, &hits): (usize, &u8)| {
+        let expected = |(dof, &hits): (usize, &u8)| {
             if is_closed(dof) { usize::from(hits) } else { per_dof.max(hits.into()) }
         };
-        let wanted = status.accepted.iter().enumerate().map(of).sum();
+        let wanted = status.accepted.iter().enumerate().map(expected).sum();
         [accepted(status), wanted]
     }
 }

@@ -30,10 +30,10 @@ impl InterimEstimate {
             INERTIAL_PARAMETERS
                 .iter()
                 .zip(values.iter().copied().zip(halves))
-                .map(|(of, (value, half))| {
-                    let [value, half] = [value, half].map(|number| number * of.table_factor);
+                .map(|(parameter, (value, half))| {
+                    let [value, half] = [value, half].map(|number| number * parameter.table_factor);
                     let number = as_exact_as(value, Some(half));
-                    [of.symbol.into(), number, two_digits(half), of.table_unit.into()]
+                    [parameter.symbol.into(), number, two_digits(half), parameter.table_unit.into()]
                 })
                 .collect::<Vec<_>>()
         });

@@ -34,7 +34,8 @@ impl Pace {
         self.last = Some(at);
     }
 
-    /// The time that this number of further hits takes, by the median of the last intervals; `None` before it can be said.
+    /// The time that this number of further hits takes, by the median of the last intervals; `None` before it can be
+    /// said.
     pub fn left(&self, hits: usize) -> Option<Duration> {
         if self.intervals.len() < FEWEST {
             return None;

@@ -11,7 +11,7 @@ pub struct Positions {
     /// The one that is to be read now.
     pub(super) now: Option<Position>,
     /// How each sensor lies at the moment.
-    pub(super) lies: Vec<Lying>,
+    pub(super) lies: Vec<SensorOrientation>,
     /// Whether the zeros of the sensors are known, so that one reading tells how a sensor lies.
     pub(super) is_calibrated: bool,
     /// True while the reading is taken that counts.
@@ -22,7 +22,7 @@ pub struct Positions {
 
 /// How a sensor lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lying {
+pub struct SensorOrientation {
     /// What it reads, in its own axes, g.
     pub reads: Vector3<f64>,
     /// Whether it moves.
@@ -42,7 +42,7 @@ impl Positions {
     }
 
     /// Takes how the sensors lie at the moment.
-    pub fn lies(&mut self, lies: Vec<Lying>) {
+    pub fn lies(&mut self, lies: Vec<SensorOrientation>) {
         self.lies = lies;
     }
 

@@ -64,28 +64,28 @@ pub(super) fn solution(
     notes: Vec<String>,
 ) -> Solution {
     let layout = settings.layout.clone();
-    let mut all = Solution { measured: settings.measured(notes), ..Solution::default() };
+    let mut combined = Solution { measured: settings.measured(notes), ..Solution::default() };
     if let Some(MassLinePart { lines, identification, examination, .. }) = mass_lines {
         let measured = lines.lines.iter().map(|line| mass_line(line, &layout));
-        all.measured.mass_lines = measured.collect();
-        all.measured.band_hz = Some(lines.band_hz);
-        all.diagnostics = lines.diagnostics;
-        all.identification = identification;
-        all.examination = Some(examination);
+        combined.measured.mass_lines = measured.collect();
+        combined.measured.band_hz = Some(lines.band_hz);
+        combined.diagnostics = lines.diagnostics;
+        combined.identification = identification;
+        combined.examination = Some(examination);
     }
     if let Some(ModalPart { solution, band_hz, diagnostics }) = modal {
-        all.identification.estimates.extend(solution.estimates);
-        all.identification.not_applicable.extend(solution.not_applicable);
-        all.identification.sort();
+        combined.identification.estimates.extend(solution.estimates);
+        combined.identification.not_applicable.extend(solution.not_applicable);
+        combined.identification.sort();
         if let Some(global) = &solution.global {
-            warn_of_flexible_mode(&mut all.identification.estimates, global, &layout);
+            warn_of_flexible_mode(&mut combined.identification.estimates, global, &layout);
         }
-        all.global_fit = solution.global;
-        all.diagnostics.extend(diagnostics);
-        all.modes = Some((solution.modes, band_hz));
-        all.comparison = solution.comparison;
+        combined.global_fit = solution.global;
+        combined.diagnostics.extend(diagnostics);
+        combined.modes = Some((solution.modes, band_hz));
+        combined.comparison = solution.comparison;
     }
-    Solution { layout, ..all }
+    Solution { layout, ..combined }
 }
 
 /// A method without an answer, because what it uses could not be had.
@@ -106,7 +106,12 @@ fn mass_line((hit, lines): &DofMassLines<f64, Unbounded>, layout: &HostLayout) -
         hits: None,
         band_hz: None,
         accelerance_m_per_s2_per_n: lines.accelerance.iter().take(channels).copied().collect(),
-        noise_m_per_s2_per_n: lines.noise.iter().take(channels).map(|of| known(*of)).collect(),
+        noise_m_per_s2_per_n: lines
+            .noise
+            .iter()
+            .take(channels)
+            .map(|noise| known(*noise))
+            .collect(),
         coherence: None,
     }
 }

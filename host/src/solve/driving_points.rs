@@ -1,5 +1,5 @@
-//! Whether the points that are hit move as accelerations do: mass lines of another quantity, or of a reversed hammer, are
-//! named before anything is made of them.
+//! Whether the points that are hit move as accelerations do: mass lines of another quantity, or of a reversed hammer,
+//! are named before anything is made of them.
 
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::identify::driving_points::{self, PointMotion, point_motions};
@@ -10,12 +10,12 @@ use super::{Options, first_error, undetermined};
 use crate::{Error, ErrorKind, Result};
 use massline_report::words::message_in;
 
-/// Part of the readings a quarter of a period from the force from which they are no accelerations: those of a free body are
-/// in its phase but for the lines next to elastic modes, and of noise half are.
+/// Part of the readings a quarter of a period from the force from which they are no accelerations: those of a free body
+/// are in its phase but for the lines next to elastic modes, and of noise half are.
 const IN_QUADRATURE: f64 = 0.75;
 
-/// Errors about the hits whose point moves against the force nearly everywhere in the band of the mass lines. An elastic mode
-/// within the band turns points for a part of it, so the mass lines themselves do not tell.
+/// Errors about the hits whose point moves against the force nearly everywhere in the band of the mass lines. An
+/// elastic mode within the band turns points for a part of it, so the mass lines themselves do not tell.
 ///
 /// # Errors
 /// `looks_like_mobility`, and `all_points_reversed` when more than one point is hit.
@@ -25,8 +25,8 @@ pub(super) fn reversed_points(
     band_hz: [f64; 2],
 ) -> Result<Vec<Diagnostic>> {
     let error = |code: Code| {
-        let found = Diagnostic::whole(code, Severity::Error, 0.0);
-        first_error(&[found], |d| message_in(d, layout)).unwrap_or_else(undetermined)
+        let diagnostic = Diagnostic::whole(code, Severity::Error, 0.0);
+        first_error(&[diagnostic], |d| message_in(d, layout)).unwrap_or_else(undetermined)
     };
     if responses.quadrature_share(band_hz) > IN_QUADRATURE {
         return Err(error(Code::LooksLikeMobility));
@@ -39,17 +39,18 @@ pub(super) fn reversed_points(
     };
     let reversed = driving_points::reversed_points(&points, PointMotion::is_against_force);
     match reversed.iter().find(|d| d.code == Code::AllPointsReversed) {
-        Some(found) => Err(error(found.code)),
+        Some(diagnostic) => Err(error(diagnostic.code)),
         None => Ok(reversed.to_vec()),
     }
 }
 
 /// An error of mass lines with the points before it that move against their forces.
 pub(super) fn after_points(reversed: &[Diagnostic], error: Error, layout: &HostLayout) -> Error {
-    let said: Vec<String> = reversed.iter().map(|found| message_in(found, layout)).collect();
-    match (error, said.is_empty()) {
+    let messages: Vec<String> =
+        reversed.iter().map(|diagnostic| message_in(diagnostic, layout)).collect();
+    match (error, messages.is_empty()) {
         (Error { kind: ErrorKind::Undetermined, message, .. }, false) => {
-            let text = format!("{}; {message}", said.join("; "));
+            let text = format!("{}; {message}", messages.join("; "));
             Error::undetermined(Code::DrivingPointReversed.name(), text)
         }
         (error, _) => error,

@@ -26,13 +26,13 @@ pub(super) fn both_errors(of_lines: Error, of_modes: Error) -> Error {
     }
 }
 
-/// The errors among `found` as one error with the messages that `say` returns and the code of the first;
+/// The errors among `diagnostics` as one error with the messages that `say` returns and the code of the first;
 /// `None` when there is none.
 pub(crate) fn first_error(
-    found: &[Diagnostic],
+    diagnostics: &[Diagnostic],
     message_of: impl Fn(&Diagnostic) -> String,
 ) -> Option<Error> {
-    let errors: Vec<&Diagnostic> = found.iter().filter(|d| d.is_error()).collect();
+    let errors: Vec<&Diagnostic> = diagnostics.iter().filter(|d| d.is_error()).collect();
     let first = errors.first()?;
     let text = errors.iter().map(|d| message_of(d)).collect::<Vec<_>>().join("; ");
     let code = words::code_name(first);
@@ -64,7 +64,7 @@ pub(super) fn blame_the_responses(
         Error { kind: ErrorKind::Undetermined, code, message } => {
             let mistakes: Vec<String> = words::findings_in(examination, layout)
                 .into_iter()
-                .map(|found| found.message)
+                .map(|finding| finding.message)
                 .collect();
             let mistakes = mistakes.join("; ");
             Error::undetermined(

@@ -6,7 +6,7 @@ use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::MassLines;
 use massline_shared::layout::{HostLayout, TestProfile, TestSettings};
 use massline_shared::mass_line::{
-    BasisRow, Bin, Fitting, MassLineError, ResponseFits, find_band, window_correlation,
+    BasisRow, Bin, FitSettings, MassLineError, ResponseFits, find_band, window_correlation,
 };
 use nalgebra::Complex;
 
@@ -58,8 +58,8 @@ impl LinesOfBand {
 /// The bins of a mass line reach over at least this ratio of frequencies, where the band does.
 const OCTAVE: f64 = 2.0;
 
-/// The band of mass lines that a layout states; `None` to find it from the responses. A layout for a rig in the suspension
-/// profile states the band of the modes, and mass lines get the default one.
+/// The band of mass lines that a layout states; `None` to find it from the responses. A layout for a rig in the
+/// suspension profile states the band of the modes, and mass lines get the default one.
 pub(super) fn stated_band(test: &TestSettings<f64>) -> Option<[f64; 2]> {
     match test.profile {
         TestProfile::MassLine => test.band_hz,
@@ -106,15 +106,15 @@ impl LayoutResponses {
         self.check_reach(band_hz)?;
         let correlation = self.correlation(decay);
         let terms = layout.test.terms;
-        let fitting = Fitting { band: band_hz, decay, terms, correlation, lag_sigma: 0.0 };
-        let mut all = FittedLines { lines: Vec::new(), band_hz, diagnostics: Vec::new() };
+        let fitting = FitSettings { band: band_hz, decay, terms, correlation, lag_sigma: 0.0 };
+        let mut fitted_lines = FittedLines { lines: Vec::new(), band_hz, diagnostics: Vec::new() };
         let mut stiffest = None;
         for (dof, responses) in self.hits.iter().enumerate() {
             let mut fits = ResponseFits::<f64, Unbounded>::zeros(responses.len());
             for (channel, response) in responses.iter().enumerate() {
                 fits.set(channel, &response.fit(&fitting)?);
             }
-            all.diagnostics.extend(fits.unsteady().map(|(channel, part)| {
+            fitted_lines.diagnostics.extend(fits.unsteady().map(|(channel, part)| {
                 let subject = Subject::response(dof, channel);
                 Diagnostic::about(Code::NoPlateau, Severity::Warning, subject, part as f32)
             }));
@@ -123,26 +123,27 @@ impl LayoutResponses {
             let hits = u16::from(layout.test.hits_per_dof);
             let band_shift = fits.band_shift(band_hz);
             let lines = MassLines::without_scatter(fits.accelerance).with_noise(fits.noise);
-            all.lines.push((dof, MassLines { hits, band_shift, ..lines }));
+            fitted_lines.lines.push((dof, MassLines { hits, band_shift, ..lines }));
         }
         if let Some(suspension) = stiffest {
             let (code, value) = (Code::SuspensionInBand, suspension as f32);
-            all.diagnostics.push(Diagnostic::whole(code, Severity::Warning, value));
+            fitted_lines.diagnostics.push(Diagnostic::whole(code, Severity::Warning, value));
         }
-        Ok(all)
+        Ok(fitted_lines)
     }
 
     /// Part of the readings in a band that are nearer to a quarter of a period from the force than to its phase.
     pub(super) fn quadrature_share(&self, [low, high]: [f64; 2]) -> f64 {
         let points = self.hits.iter().flatten().flat_map(|response| &response.points);
         let inside = points.filter(|(f, _)| low <= *f && *f <= high);
-        let (beside, all) = inside.fold((0_usize, 0_usize), |(beside, all), (_, h)| {
-            (beside + usize::from(h.im.abs() > h.re.abs()), all + 1)
+        let (beside, total) = inside.fold((0_usize, 0_usize), |(beside, total), (_, h)| {
+            (beside + usize::from(h.im.abs() > h.re.abs()), total + 1)
         });
-        if all > 0 { beside as f64 / all as f64 } else { 0.0 }
+        if total > 0 { beside as f64 / total as f64 } else { 0.0 }
     }
 
-    /// Refuses responses of which only a corner lies in a wide band: the terms of the mass line are then not told apart.
+    /// Refuses responses of which only a corner lies in a wide band: the terms of the mass line are then not told
+    /// apart.
     fn check_reach(&self, band_hz: [f64; 2]) -> Result<()> {
         let [low, high] = band_hz;
         for response in self.hits.iter().flatten() {
@@ -197,8 +198,8 @@ impl LayoutResponses {
                 *sum += h.norm_sqr();
             }
         }
-        let found = find_band(&squares, |line| frequencies[line], decay);
-        found.map(|found| found.ends).ok_or_else(|| {
+        let band = find_band(&squares, |line| frequencies[line], decay);
+        band.map(|band| band.ends).ok_or_else(|| {
             Error::input(
                 "band_not_found",
                 "the responses show no band between suspension and elastic modes; set test.band_hz",
@@ -220,16 +221,17 @@ impl LayoutResponses {
 
     /// The accelerances bin by bin: hit by hit, response by response.
     pub(super) fn accelerances(&self) -> impl Iterator<Item = Vec<Vec<Complex<f64>>>> + '_ {
-        let of_response = |of: &Response| of.points.iter().map(|(_, h)| *h).collect();
+        let of_response = |response: &Response| response.points.iter().map(|(_, h)| *h).collect();
         self.hits.iter().map(move |responses| responses.iter().map(of_response).collect())
     }
 
     /// The frequencies that all responses must share.
     pub(super) fn common_frequencies(&self) -> Result<Vec<f64>> {
-        let of = |response: &Response| response.points.iter().map(|(f, _)| *f).collect::<Vec<_>>();
-        let mut all = self.hits.iter().flatten();
-        let first = all.next().map(of).unwrap_or_default();
-        match all.find(|response| of(response) != first) {
+        let frequencies =
+            |response: &Response| response.points.iter().map(|(f, _)| *f).collect::<Vec<_>>();
+        let mut responses = self.hits.iter().flatten();
+        let first = responses.next().map(frequencies).unwrap_or_default();
+        match responses.find(|response| frequencies(response) != first) {
             None => Ok(first),
             Some(other) => Err(Error::input(
                 "frequencies_differ",
@@ -245,7 +247,7 @@ impl LayoutResponses {
 
 impl Response {
     /// Fits the mass line of this response.
-    fn fit(&self, fitting: &Fitting<f64>) -> Result<ResponseFits<f64, Unbounded>> {
+    fn fit(&self, fitting: &FitSettings<f64>) -> Result<ResponseFits<f64, Unbounded>> {
         let lines = self.points.iter().map(|&(frequency, _)| Bin { frequency, weight: 1.0 });
         let mut rows = vec![BasisRow::default(); self.points.len()];
         let h = |_, line: usize| self.points[line].1;
@@ -282,8 +284,8 @@ fn response(
     let points = points(&frf, sign);
     if points.iter().all(|(_, h)| h.norm_sqr() == 0.0) {
         let message = format!(
-            "the frequency response of {name} (dataset {dataset}) is zero at every line: its channel is dead; check the \
-             cable, or take the sensor or the hit out of the layout"
+            "the frequency response of {name} (dataset {dataset}) is zero at every line: its channel is dead; check \
+             the cable, or take the sensor or the hit out of the layout"
         );
         return Err(Error::input("channel_dead", message));
     }

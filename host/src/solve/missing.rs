@@ -30,8 +30,8 @@ pub(super) fn error(uff: &UffFile, pair: &Pair) -> Error {
         )
     } else if let Some(scalar) = frfs().find(|f| is_scalar(f, pair)) {
         format!(
-            "the file has responses at {} due to {}, such as dataset {}: direction 0 is that of a scalar without an axis; \
-             export it with directions 1, 2 and 3 for x, y and z (here: {wanted})",
+            "the file has responses at {} due to {}, such as dataset {}: direction 0 is that of a scalar without an \
+             axis; export it with directions 1, 2 and 3 for x, y and z (here: {wanted})",
             dof(scalar.response),
             dof(scalar.reference),
             scalar.dataset
@@ -54,8 +54,8 @@ pub(super) fn error(uff: &UffFile, pair: &Pair) -> Error {
 fn is_scalar(function: &Function, pair: &Pair) -> bool {
     let [response, reference] = pair.key();
     let [at, due_to] = key_of(function);
-    let fits = |found: (i64, u64), wanted: (i64, u64)| {
-        found.0 == wanted.0 && (found.1 == 0 || found.1 == wanted.1)
+    let fits = |actual: (i64, u64), wanted: (i64, u64)| {
+        actual.0 == wanted.0 && (actual.1 == 0 || actual.1 == wanted.1)
     };
     fits(at, response) && fits(due_to, reference) && (at.1 == 0 || due_to.1 == 0)
 }

@@ -7,7 +7,7 @@ use nalgebra::Complex;
 use super::selection::Selection;
 use crate::{Error, Result};
 use massline_analysis::plausibility::{Doubt, Suspicion};
-use massline_files::uff::{Frf, UffFile, Understood, UnitSource};
+use massline_files::uff::{Frf, UffFile, UnderstoodFunction, UnitSource};
 use massline_result::{FrequencyResponsesRead, UnitsRead};
 
 /// Most datasets or frequencies that a sentence lists.
@@ -17,7 +17,7 @@ const LISTED: usize = 5;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Reading {
     document: FrequencyResponsesRead,
-    understood: Vec<Understood>,
+    understood: Vec<UnderstoodFunction>,
     notes: Vec<String>,
     /// Functions with a bin at 0 Hz.
     with_zero_frequency: usize,
@@ -47,13 +47,17 @@ impl Reading {
     }
 
     /// Adds a function in use.
-    pub(super) fn add(&mut self, frf: &Frf, understood: &Understood) {
+    pub(super) fn add(&mut self, frf: &Frf, understood: &UnderstoodFunction) {
         self.document.functions += 1;
         self.with_zero_frequency += usize::from(frf.frequency_hz.contains(&0.0));
         match self.understood.iter().position(|other| other == understood) {
-            Some(place) => {
-                self.document.units.iter_mut().skip(place).take(1).for_each(|of| of.functions += 1)
-            }
+            Some(place) => self
+                .document
+                .units
+                .iter_mut()
+                .skip(place)
+                .take(1)
+                .for_each(|units| units.functions += 1),
             None => {
                 self.document.units.push(UnitsRead {
                     functions: 1,
@@ -135,7 +139,7 @@ impl Reading {
 
     /// Units that are assumed, or that the file contradicts.
     pub(super) fn suspicions(&self) -> impl Iterator<Item = Suspicion> + '_ {
-        self.understood.iter().filter_map(|Understood { unit, source, contradiction, .. }| {
+        self.understood.iter().filter_map(|UnderstoodFunction { unit, source, contradiction, .. }| {
             match (contradiction, source) {
                 (Some(contradiction), _) => {
                     let message = contradiction.sentence(unit, "accelerances", number);
@@ -152,8 +156,8 @@ impl Reading {
                         true => (Doubt::UnitOfSomeResponses, "some"),
                     };
                     let message = format!(
-                        "the file states {stated} of {which} responses, neither by a label nor by dataset 164: they are taken \
-                         to be in {unit}"
+                        "the file states {stated} of {which} responses, neither by a label nor by dataset 164: they \
+                         are taken to be in {unit}"
                     );
                     Some(Suspicion::new(doubt, message))
                 }
@@ -166,12 +170,13 @@ impl Reading {
 /// What was understood, in one line for people.
 pub(super) fn reading_text(read: &FrequencyResponsesRead) -> String {
     let [low, high] = read.range_hz.map(number);
-    let unit = |of: &UnitsRead| format!("{} in {} ({})", of.quantity, of.unit, of.source);
+    let unit =
+        |units: &UnitsRead| format!("{} in {} ({})", units.quantity, units.unit, units.source);
     let units = match &read.units[..] {
         [one] => unit(one),
         several => several
             .iter()
-            .map(|of| format!("{} of {}", of.functions, unit(of)))
+            .map(|units| format!("{} of {}", units.functions, unit(units)))
             .collect::<Vec<_>>()
             .join(", "),
     };
@@ -187,8 +192,8 @@ pub(super) fn reading_text(read: &FrequencyResponsesRead) -> String {
 
 fn not_finite(name: &str, dataset: usize, frequency: f64) -> Error {
     let message = format!(
-        "the frequency response of {name} (dataset {dataset}) is NaN or infinite at {frequency} Hz; measure or export it \
-         again"
+        "the frequency response of {name} (dataset {dataset}) is NaN or infinite at {frequency} Hz; measure or export \
+         it again"
     );
     Error::input("data_not_finite", message)
 }

@@ -13,7 +13,8 @@ use massline_report::result_file::{FileResponses, HitResponses};
 /// The responses to the hits of a layout, with the coherence where the file has it.
 ///
 /// # Errors
-/// Exit 2 for a function that is missing, duplicated, not finite, of wrong type or units, or with other bins than the first.
+/// Exit 2 for a function that is missing, duplicated, not finite, of wrong type or units, or with other bins than the
+/// first.
 pub fn responses_of(
     layout: &HostLayout,
     uff: &UffFile,
@@ -23,10 +24,12 @@ pub fn responses_of(
     let frequency_hz = responses.common_frequencies()?;
     let selection = Selection::new(layout, uff);
     let coherence = |hit: &Hit<f64>| {
-        let places = layout.sensors.iter().flat_map(|of| Axis::ALL.map(|axis| (of.node, axis)));
+        let places =
+            layout.sensors.iter().flat_map(|sensor| Axis::ALL.map(|axis| (sensor.node, axis)));
         let each =
             places.map(|(node, axis)| selection.coherence(&Pair { node, axis, hit: hit.dof }));
-        each.map(|of| of.filter(|of| of.len() == frequency_hz.len())).collect::<Option<Vec<_>>>()
+        each.map(|values| values.filter(|values| values.len() == frequency_hz.len()))
+            .collect::<Option<Vec<_>>>()
     };
     let of_hit = |(hit, accelerance)| HitResponses {
         accelerance,

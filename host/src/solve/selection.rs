@@ -34,8 +34,8 @@ impl<'a> Selection<'a> {
 
     /// The frequency responses of a pair, of all components.
     fn frequency_responses(&self, pair: &Pair) -> impl Iterator<Item = &'a Function> + '_ {
-        let all = self.functions.get(&pair.key()).into_iter().flatten().copied();
-        all.filter(|function| function.is_frequency_response())
+        let functions = self.functions.get(&pair.key()).into_iter().flatten().copied();
+        functions.filter(|function| function.is_frequency_response())
     }
 
     /// The components that have each pair of the layout once, where some pair is there of several components and only
@@ -83,14 +83,16 @@ impl<'a> Selection<'a> {
         match (frfs.next(), frfs.next()) {
             (Some(function), None) => Ok(function),
             (Some(first), Some(second)) => Err(doubled(&name, first, second)),
-            (None, _) => match self.functions.get(&pair.key()).and_then(|all| all.first()) {
-                Some(other) => {
-                    let found = other.function_type;
-                    let error = other.error(UffFault::FunctionType { found });
-                    Err(Error::from(error).within(name))
+            (None, _) => {
+                match self.functions.get(&pair.key()).and_then(|functions| functions.first()) {
+                    Some(other) => {
+                        let function_type = other.function_type;
+                        let error = other.error(UffFault::FunctionType { found: function_type });
+                        Err(Error::from(error).within(name))
+                    }
+                    None => Err(missing::error(self.uff, pair)),
                 }
-                None => Err(missing::error(self.uff, pair)),
-            },
+            }
         }
     }
 
@@ -123,15 +125,15 @@ fn doubled(name: &str, first: &Function, second: &Function) -> Error {
             first.dataset, second.dataset
         )
     } else {
-        let of = |[response, reference]: Components<'_>| {
+        let describe = |[response, reference]: Components<'_>| {
             format!("{} due to {}", called(response), called(reference))
         };
         format!(
-            "the frequency response of {name} is there of several components: of {} in dataset {} and of {} in dataset {}, \
-             and the file does not tell which of them is the object; export the functions of the object alone",
-            of(one),
+            "the frequency response of {name} is there of several components: of {} in dataset {} and of {} in dataset \
+             {}, and the file does not tell which of them is the object; export the functions of the object alone",
+            describe(one),
             first.dataset,
-            of(other),
+            describe(other),
             second.dataset
         )
     };

@@ -29,7 +29,7 @@ pub(super) struct ModalPart {
 
 /// The lines of the suspension band, and what a first look at them shows.
 pub(super) struct Look {
-    all: LinesOfBand,
+    lines: LinesOfBand,
     first: FirstLook,
 }
 
@@ -41,14 +41,14 @@ impl Look {
 }
 
 /// What a file has of the suspension band.
-pub(super) enum Looked {
+pub(super) enum LookOutcome {
     /// Lines that may show the modes.
     Seen(Result<Look>),
     /// Too few of them, as files of mass lines have; what to say of it.
     TooFewLines(Error),
 }
 
-impl Looked {
+impl LookOutcome {
     /// The look, whose absence is an error.
     pub(super) fn needed(self) -> Result<Look> {
         match self {
@@ -59,27 +59,32 @@ impl Looked {
 }
 
 /// Looks for the suspension modes, which mass lines have to keep clear of.
-pub(super) fn look(layout: &HostLayout, responses: &LayoutResponses, options: &Options) -> Looked {
+pub(super) fn look(
+    layout: &HostLayout,
+    responses: &LayoutResponses,
+    options: &Options,
+) -> LookOutcome {
     let band = options.suspension_band();
-    let all = match responses.spectrum_bins(layout, band, options.decay) {
+    let lines = match responses.spectrum_bins(layout, band, options.decay) {
         Ok(lines) => lines,
-        Err(error) => return Looked::Seen(Err(error)),
+        Err(error) => return LookOutcome::Seen(Err(error)),
     };
-    if all.len() < FEWEST_LINES {
-        return Looked::TooFewLines(too_few(&all, band));
+    if lines.len() < FEWEST_LINES {
+        return LookOutcome::TooFewLines(too_few(&lines, band));
     }
-    let first = all.thinned().responses().and_then(|responses| {
-        find_modes(layout, &responses, all.record_s())
-            .map_err(|found| no_modal_answer(layout, &found, None))
+    let first = lines.thinned().responses().and_then(|responses| {
+        find_modes(layout, &responses, lines.record_s())
+            .map_err(|reasons| no_modal_answer(layout, &reasons, None))
     });
-    Looked::Seen(first.map(|first| Look { all, first }))
+    LookOutcome::Seen(first.map(|first| Look { lines, first }))
 }
 
-fn too_few(all: &LinesOfBand, [low, high]: [f64; 2]) -> Error {
+fn too_few(lines: &LinesOfBand, [low, high]: [f64; 2]) -> Error {
     let text = format!(
-        "the file has {} lines from {low} to {high} Hz, too few to show the suspension modes ({FEWEST_LINES} are needed); \
-         export lines from below the lowest to above the highest mode (--suspension-band), or rely on mass lines",
-        all.len()
+        "the file has {} lines from {low} to {high} Hz, too few to show the suspension modes ({FEWEST_LINES} are \
+         needed); export lines from below the lowest to above the highest mode (--suspension-band), or rely on mass \
+         lines",
+        lines.len()
     );
     Error::undetermined(Code::SuspensionModesMissing.name(), text)
 }
@@ -96,8 +101,8 @@ pub(super) fn part(
     let too_many = layout.hits.len() > MOST_FORCES;
     if options.mode_choice == ModeChoice::BestForce && too_many {
         let text = format!(
-            "--shapes best takes each shape from one hit, of at most {MOST_FORCES}; the layout has {}: choose some with \
-             --hits",
+            "--shapes best takes each shape from one hit, of at most {MOST_FORCES}; the layout has {}: choose some \
+             with --hits",
             layout.hits.len()
         );
         return Err(Error::input("too_many_hits", text));
@@ -107,7 +112,7 @@ pub(super) fn part(
         lines: options.lines,
         named: matches!(options.selection, Selection::Only(_)),
     };
-    let chosen = look.all.about(&look.first.modes);
+    let chosen = look.lines.about(&look.first.modes);
     let readings = chosen.responses()?;
     let no_answer = |reasons: &[Diagnostic]| {
         no_modal_answer(layout, reasons, lacking(layout, &readings, reasons).as_deref())
@@ -135,9 +140,9 @@ pub(super) fn modes_alone(
     progress: impl FnMut(u32, u32) + Send,
 ) -> Result<SuspensionModes> {
     let look = look(layout, responses, options).needed()?;
-    let chosen = look.all.about(&look.first.modes);
+    let chosen = look.lines.about(&look.first.modes);
     let mut modes = modes(layout, &chosen.responses()?, progress)
-        .map_err(|found| no_modal_answer(layout, &found, None))?;
+        .map_err(|reasons| no_modal_answer(layout, &reasons, None))?;
     modes.diagnostics.extend(look.first.diagnostics.iter().copied());
     modes.diagnostics.extend(gap(&look));
     Ok(modes)
@@ -145,7 +150,7 @@ pub(super) fn modes_alone(
 
 /// A warning about lines that are missing.
 fn gap(look: &Look) -> Option<Diagnostic> {
-    let begin = look.all.gap()?;
+    let begin = look.lines.gap()?;
     Some(Diagnostic::whole(Code::FrequencyGap, Severity::Warning, begin as f32))
 }
 
@@ -163,10 +168,10 @@ pub(crate) fn lacking(
 /// The errors of a method, and which hit would show what is missing; what the fit is `lacking` is said first.
 pub(crate) fn no_modal_answer(
     layout: &HostLayout,
-    found: &[Diagnostic],
+    reasons: &[Diagnostic],
     lacking: Option<&str>,
 ) -> Error {
-    let error = first_error(found, |d| message_in(d, layout)).unwrap_or_else(undetermined);
+    let error = first_error(reasons, |d| message_in(d, layout)).unwrap_or_else(undetermined);
     let more_hits = [
         Code::SuspensionModesMissing,
         Code::SixModesNeeded,
@@ -175,7 +180,7 @@ pub(crate) fn no_modal_answer(
     ];
     // Where no mode shows at all, another hit would not help.
     let nothing = |d: &Diagnostic| d.code == Code::SuspensionModesMissing && d.value == 0.0;
-    let missing = found.iter().any(|d| more_hits.contains(&d.code) && !nothing(d));
+    let missing = reasons.iter().any(|d| more_hits.contains(&d.code) && !nothing(d));
     match (error, new_direction(layout).filter(|_| missing)) {
         (Error { kind: ErrorKind::Undetermined, code, message }, Some(dof)) => Error::undetermined(
             code,

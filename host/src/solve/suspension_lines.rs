@@ -39,10 +39,10 @@ impl LinesOfBand {
             return self.clone();
         }
         let distance = |line: usize| {
-            let of = |(frequency, damping): &(f64, f64)| {
+            let bandwidths = |(frequency, damping): &(f64, f64)| {
                 (self.frequencies[line] - frequency).abs() / (2.0 * damping * frequency)
             };
-            modes.iter().map(of).fold(f64::INFINITY, f64::min)
+            modes.iter().map(bandwidths).fold(f64::INFINITY, f64::min)
         };
         let mut nearest: Vec<usize> = (0..count).collect();
         nearest.sort_by(|a, b| distance(*a).total_cmp(&distance(*b)));

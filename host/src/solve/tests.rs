@@ -230,8 +230,9 @@ fn the_usual_methods_answer_the_best_first() {
     let solution = case(data!("a_irm_01.toml"), data!("a_irm_01.binary.uff"), &both).unwrap();
     let methods = solution.identification.estimates.iter().map(|estimate| estimate.method);
     assert!(methods.eq(Method::of_mass_lines()));
-    // Hits that turn by 50 mrad, at marks that turn by 10 mrad, would be 0.26 % weaker along their direction. The data are
-    // exact and show no such hits: what is left is the loss of directions that were learned to be a tenth of that or less.
+    // Hits that turn by 50 mrad, at marks that turn by 10 mrad, would be 0.26 % weaker along their direction. The data
+    // are exact and show no such hits: what is left is the loss of directions that were learned to be a tenth of that
+    // or less.
     assert!(worst(&solution) < 2e-5, "{:e}", worst(&solution));
     let exact =
         case(&straight(data!("a_irm_01.toml")), data!("a_irm_01.binary.uff"), &both).unwrap();

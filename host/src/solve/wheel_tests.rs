@@ -6,7 +6,9 @@ mod exact;
 mod warnings;
 
 use massline_physics::Bench;
-use massline_physics::responses::{Besides, Dashpot, SprungPart, add_noise, frequency_responses};
+use massline_physics::responses::{
+    Dashpot, ObjectExtras, SprungPart, add_noise, frequency_responses,
+};
 use massline_physics::suspension::Suspension;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::Estimate;
@@ -21,7 +23,7 @@ use massline_report::words::{Extent, result_text};
 
 const LAYOUT: &str = include_str!("../../examples/wheel.toml");
 /// Nothing besides the body on its springs.
-const NOTHING: Besides = Besides { part: None, dashpot: None, structural: false };
+const NOTHING: ObjectExtras = ObjectExtras { part: None, dashpot: None, structural: false };
 /// Noise of a line, (m/s²)/N.
 const NOISE: f64 = 0.002;
 
@@ -33,7 +35,7 @@ fn lines() -> Vec<f64> {
 /// The wheel's responses with noise at these lines, changed by `change(frequency, channel, hit, response)`.
 fn file(
     frequencies: &[f64],
-    besides: impl Into<Besides>,
+    besides: impl Into<ObjectExtras>,
     change: impl Fn(f64, usize, usize, Complex<f64>) -> Complex<f64>,
 ) -> UffFile {
     file_of(&Bench::named("wheel").unwrap(), LAYOUT, frequencies, besides, change)
@@ -44,7 +46,7 @@ fn file_of(
     bench: &Bench,
     layout: &str,
     frequencies: &[f64],
-    besides: impl Into<Besides>,
+    besides: impl Into<ObjectExtras>,
     change: impl Fn(f64, usize, usize, Complex<f64>) -> Complex<f64>,
 ) -> UffFile {
     let layout = LayoutFile::parse(layout, "wheel.toml").unwrap().layout;
@@ -80,7 +82,7 @@ fn file_with(
     UffFile::parse(&write(&frfs, Encoding::Binary)).unwrap()
 }
 
-fn unchanged(frequencies: &[f64], besides: impl Into<Besides>) -> UffFile {
+fn unchanged(frequencies: &[f64], besides: impl Into<ObjectExtras>) -> UffFile {
     file(frequencies, besides, |_, _, _, h| h)
 }
 

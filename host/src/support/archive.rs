@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use super::files::ReplaceArgs;
-use super::show::Next;
+use super::show::NextStep;
 use crate::output::Output;
 use crate::{Error, Result};
 use massline_files::archive::{Archive, EXTENSION};
 use massline_files::clock;
-use massline_files::file::{self, Existing};
+use massline_files::file::{self, ExistingFile};
 use massline_report::words::Extent;
 
 /// The options about the archive.
@@ -49,7 +49,7 @@ impl ArchiveArgs {
     /// Says what a person would do next with the archive that was written.
     pub fn propose_report(&self, output: &mut Output) {
         if let Some(path) = &self.output {
-            let next = Next::Page(path).text(Extent::Details);
+            let next = NextStep::Page(path).text(Extent::Details);
             if !next.is_empty() {
                 output.note(next);
             }
@@ -69,7 +69,7 @@ impl ArchiveArgs {
         let number = archive.result.head.number;
         let name = format!("massline-result-{number}-{}.{EXTENSION}", clock::unix_seconds());
         let other = std::env::temp_dir().join(name);
-        let whereabouts = match archive.write(&other, Existing::Kept) {
+        let whereabouts = match archive.write(&other, ExistingFile::Kept) {
             Ok(()) => {
                 format!(
                     "the archive is in {} instead: move it to where it is safe",

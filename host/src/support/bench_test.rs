@@ -5,7 +5,7 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use massline_physics::source::ScanSource;
-use massline_physics::{Bench, BenchError, BenchSource, Bundled, ErrorsFrom, Fault};
+use massline_physics::{Bench, BenchError, BenchSource, BundledBench, ErrorsFrom, Fault};
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{HostLayout, TestProfile};
@@ -13,7 +13,7 @@ use massline_shared::signal::{Calibration, ChannelCalibration};
 use massline_shared::units::{Hertz, Volts};
 
 use super::number::seed;
-use super::simulated::{Simulated, SimulatedCampaign, narrow};
+use super::simulated::{SimulatedCampaign, SimulatedMeasurement, narrow};
 use crate::Result;
 use crate::output::Output;
 use crate::rig::{RigKind, SimulatedRig};
@@ -36,15 +36,17 @@ pub struct BenchArgs {
     pub seed: u64,
     /// A mistake or a faulty part on the bench, such as `flip:2y`; may be repeated. `--help` lists them.
     ///
-    /// Sensors and hits are counted from 1. Sensors: `flip:2y` (axis of sensor 2), `swap:1,2` (cables), `swap:2x,2z` (wires), `rotate:3:z90` (glued
-    /// turned), `scale:1.1` (all of them read 10 % too much), `boards:0.005` (5 g on each that are not declared),
-    /// `compress:2y` (softly), `rail:2y:50` (its buffer ends at 50 m/s²). Hits: `hit:2:4` (the second DOF at node 4),
-    /// `beside:2:0.005` (5 mm beside the mark), `reverse:2` (from the other side), `hammer:0.97` (it reads 3 % too
-    /// little), `rail:hammer:20` (its buffer ends at 20 N). Around: `cable:2:400` (400 N/m at node 2), `hum:0.005`
-    /// (5 mV of the mains in every channel). A bench file has more: boards/virtual/README.md.
+    /// Sensors and hits are counted from 1. Sensors: `flip:2y` (axis of sensor 2), `swap:1,2` (cables), `swap:2x,2z`
+    /// (wires), `rotate:3:z90` (glued turned), `scale:1.1` (all of them read 10 % too much), `boards:0.005` (5 g on
+    /// each that are not declared), `compress:2y` (softly), `rail:2y:50` (its buffer ends at 50 m/s²). Hits: `hit:2:4`
+    /// (the second DOF at node 4), `beside:2:0.005` (5 mm beside the mark), `reverse:2` (from the other side),
+    /// `hammer:0.97` (it reads 3 % too little), `rail:hammer:20` (its buffer ends at 20 N). Around: `cable:2:400` (400
+    /// N/m at node 2), `hum:0.005` (5 mV of the mains in every channel). A bench file has more:
+    /// boards/virtual/README.md.
     #[arg(long, value_name = "FAULT")]
     pub fault: Vec<Fault>,
-    /// What says how large the errors of sensors, marks, hits, hammer and gravity are; default: what the bench file says.
+    /// What says how large the errors of sensors, marks, hits, hammer and gravity are; default: what the bench file
+    /// says.
     #[arg(long, value_enum, value_name = "WHOSE")]
     errors: Option<Errors>,
 }
@@ -60,11 +62,11 @@ enum Errors {
 
 /// The help of `--bench`, with every bundled bench.
 pub fn bench_help() -> String {
-    let about = |bundled: &Bundled| format!("`{}` ({})", bundled.name, bundled.about);
-    let all: Vec<String> = Bench::BUNDLED.iter().map(about).collect();
+    let about = |bundled: &BundledBench| format!("`{}` ({})", bundled.name, bundled.about);
+    let benches: Vec<String> = Bench::BUNDLED.iter().map(about).collect();
     format!(
         "Bench: {}, or a TOML file [default: {DEFAULT_BENCH}; for `simulate`, the object of the layout's [reference]]",
-        all.join(", ")
+        benches.join(", ")
     )
 }
 
@@ -128,8 +130,9 @@ fn fitting_benches(layout: &HostLayout) -> String {
         let impulse = bench.tap.force_n[1] * bench.tap.duration_s[1] * FRAC_2_PI;
         impulse > layout.test.impulse_ns[0] && BenchSource::new(&bench, layout, 1).is_ok()
     };
-    let hangs = |bundled: &&Bundled| Bench::named(bundled.name).is_ok_and(swings);
-    let names = Bench::BUNDLED.iter().filter(hangs).map(|of| format!("--bench {}", of.name));
+    let hangs = |bundled: &&BundledBench| Bench::named(bundled.name).is_ok_and(swings);
+    let names =
+        Bench::BUNDLED.iter().filter(hangs).map(|bundled| format!("--bench {}", bundled.name));
     let ways: Vec<_> = names.chain([own.to_owned()]).collect();
     format!("this layout is one of the suspension profile: give {}", ways.join(" or "))
 }
@@ -161,7 +164,7 @@ impl BenchTest<'_> {
         &self,
         output: &mut Output,
         wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
-    ) -> Result<Simulated> {
+    ) -> Result<SimulatedMeasurement> {
         self.run_with(&nominal_calibration(self.bench).into(), output, wrap)
     }
 
@@ -174,14 +177,14 @@ impl BenchTest<'_> {
         calibration: &CalibrationRecord,
         output: &mut Output,
         wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
-    ) -> Result<Simulated> {
+    ) -> Result<SimulatedMeasurement> {
         self.on_rig(calibration, wrap, |campaign, rig| {
             campaign.run(rig, output, &mut |_, _, _| Ok(None))
         })
     }
 
-    /// Runs the test to its archive; `file` is what the layout was read from. A file without a reference gets the truth for
-    /// one.
+    /// Runs the test to its archive; `file` is what the layout was read from. A file without a reference gets the truth
+    /// for one.
     ///
     /// # Errors
     /// As [`BenchTest::run`].

@@ -8,8 +8,8 @@ use massline_shared::calibration::CalibrationRecord;
 
 use super::bench_test::BenchTest;
 use super::compare::Comparison;
-use super::show::{self, Next};
-use super::simulated::{ReportArgs, Simulated, results_of};
+use super::show::{self, NextStep};
+use super::simulated::{ReportArgs, SimulatedMeasurement, results_of};
 use crate::Result;
 use crate::output::Output;
 use crate::rig_lines::RigLines;
@@ -17,7 +17,7 @@ use crate::rig_solution::solve_test;
 use massline_analysis::identification::Selection;
 use massline_analysis::single_fault::NominalTest;
 use massline_files::archive::Archive;
-use massline_files::file::Existing;
+use massline_files::file::ExistingFile;
 use massline_files::layout_file::LayoutFile;
 use massline_report::document::Simulation;
 use massline_report::words::{Extent, result_text};
@@ -32,13 +32,13 @@ pub struct ShownTest<'a> {
     /// Whether there is a report.
     pub report: &'a ReportArgs,
     /// What becomes of a report that is there already.
-    pub existing: Existing,
+    pub existing: ExistingFile,
     /// What is simulated, in a line.
     pub description: &'a str,
 }
 
 /// What a test has measured, with its archive if the report needs it.
-type Measured = (Simulated, Option<Archive>);
+type ArchivedMeasurement = (SimulatedMeasurement, Option<Archive>);
 
 impl ShownTest<'_> {
     /// Measures; `wrap` may insert something between bench and rig.
@@ -50,13 +50,15 @@ impl ShownTest<'_> {
         calibration: &CalibrationRecord,
         output: &mut Output,
         wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
-    ) -> Result<Measured> {
+    ) -> Result<ArchivedMeasurement> {
         if !self.report.is_wanted() {
             return Ok((self.test.run_with(calibration, output, wrap)?, None));
         }
         let archive = self.test.archived(self.file, calibration, output, wrap)?;
-        let measured =
-            Simulated { result: archive.result.clone(), lines: RigLines::of_archive(&archive) };
+        let measured = SimulatedMeasurement {
+            result: archive.result.clone(),
+            lines: RigLines::of_archive(&archive),
+        };
         Ok((measured, Some(archive)))
     }
 
@@ -66,7 +68,7 @@ impl ShownTest<'_> {
     /// When there is no answer, or the report or stdout cannot be written.
     pub fn print(
         &self,
-        (measured, archive): Measured,
+        (measured, archive): ArchivedMeasurement,
         tape: Option<PathBuf>,
         extent: Extent,
         output: &mut Output,
@@ -75,14 +77,15 @@ impl ShownTest<'_> {
         let solution = solve_test(measured.test(), &nominal, Selection::All);
         let result = solution.result();
         if solution.no_answer.is_some() {
-            return show::print(&solution, &result, (extent, &Next::Details), output);
+            return show::print(&solution, &result, (extent, &NextStep::Details), output);
         }
         let name = self.test.label.to_owned();
         let length = self.file.layout.characteristic_length();
         // The errors of a bench are known, and need no estimates.
         let result = TestResult { details: None, ..result };
         let comparison = Comparison::new(&name, self.test.seed, self.test.truth(), length, result);
-        let report = self.report.write(|| results_of(archive.map(|of| (name, of))), self.existing);
+        let report =
+            self.report.write(|| results_of(archive.map(|archive| (name, archive))), self.existing);
         let value = Simulation {
             simulated: self.description.to_owned(),
             test: comparison.document()?,

@@ -27,7 +27,7 @@ use spectra::SpectraCollection;
 
 /// Frequency responses, records of hits, and what became of every hit.
 #[derive(Default)]
-pub struct Collected {
+pub struct CollectedData {
     /// The archive and the campaign.
     part: Option<(PathBuf, CampaignId)>,
     /// Those read before the campaign was interrupted.
@@ -41,7 +41,7 @@ pub struct Collected {
     pub log: HitLog,
 }
 
-impl Collected {
+impl CollectedData {
     /// Begins a simulated campaign, whose hits have no time of day.
     pub fn simulated() -> Self {
         Self { log: HitLog::simulated(), ..Self::default() }
@@ -119,7 +119,9 @@ impl Collected {
         output: &mut Output,
     ) -> Archive {
         archive.spectra = self.archived_spectra(layout);
-        archive.spectra.retain(|of| hits_of(&archive.result, &of.dof) == Some(of.hits.into()));
+        archive
+            .spectra
+            .retain(|spectra| hits_of(&archive.result, &spectra.dof) == Some(spectra.hits.into()));
         archive.hit_records = self.hit_records();
         archive.hit_log = self.hit_log_of(&archive.result, layout);
         for missing in missing(&archive, records) {
@@ -130,13 +132,12 @@ impl Collected {
 
     /// The spectra of all DOFs; those read later replace those read before.
     fn archived_spectra(&self, layout: &RigLayout) -> Vec<ArchivedSpectra> {
-        let named = self
-            .spectra
-            .spectra()
-            .iter()
-            .filter_map(|of| Some(archived(of, layout.hits.get(usize::from(of.dof))?.dof)));
+        let named = self.spectra.spectra().iter().filter_map(|spectra| {
+            Some(archived(spectra, layout.hits.get(usize::from(spectra.dof))?.dof))
+        });
         let new: Vec<_> = named.collect();
-        let earlier = self.earlier.iter().filter(|of| new.iter().all(|new| new.dof != of.dof));
+        let earlier =
+            self.earlier.iter().filter(|spectra| new.iter().all(|new| new.dof != spectra.dof));
         earlier.cloned().chain(new.iter().cloned()).collect()
     }
 
@@ -169,19 +170,22 @@ fn hits_of(result: &MeasurementResult, name: &str) -> Option<u16> {
 fn missing(archive: &Archive, records: bool) -> Vec<String> {
     let measured = archive.result.measured();
     let dofs: Vec<_> = measured.map(|(dof, _, hits)| (dof.to_string(), hits)).collect();
-    let has_lines = |name: &str| archive.lines.iter().any(|of| of.dof == name);
+    let has_lines = |name: &str| archive.lines.iter().any(|lines| lines.dof == name);
     let without: Vec<_> = (dofs.iter().map(|(name, _)| name.as_str()))
-        .filter(|name| archive.spectra.iter().all(|of| of.dof != *name) && !has_lines(name))
+        .filter(|name| {
+            archive.spectra.iter().all(|spectra| spectra.dof != *name) && !has_lines(name)
+        })
         .collect();
-    let of = |name: &str| archive.hit_records.iter().filter(|record| record.dof == name).count();
+    let record_count =
+        |name: &str| archive.hit_records.iter().filter(|record| record.dof == name).count();
     let other: Vec<_> = dofs
         .iter()
-        .filter(|(name, hits)| records && of(name) != usize::from(*hits))
-        .map(|(name, hits)| format!("{} for {hits} hits at {name}", of(name)))
+        .filter(|(name, hits)| records && record_count(name) != usize::from(*hits))
+        .map(|(name, hits)| format!("{} for {hits} hits at {name}", record_count(name)))
         .collect();
     let spectra = (!without.is_empty()).then(|| format!(
-        "the archive has no frequency responses of {}: they were measured while this command did not follow the campaign, \
-         and a rig keeps those of its last DOF only",
+        "the archive has no frequency responses of {}: they were measured while this command did not follow the \
+         campaign, and a rig keeps those of its last DOF only",
         without.join(", ")
     ));
     let records = (!other.is_empty()).then(|| {
@@ -194,9 +198,9 @@ fn missing(archive: &Archive, records: bool) -> Vec<String> {
 fn archived(spectra: &DofSpectra, dof: Dof) -> ArchivedSpectra {
     let responses = 0..RESPONSES;
     // A rig sends numbers of single precision.
-    let single = |of: &[f64]| of.iter().map(|&value| value as f32).collect();
-    let parts = |of: &[Complex<f64>]| {
-        of.iter().map(|value| [value.re, value.im].map(|x| x as f32)).collect()
+    let single = |values: &[f64]| values.iter().map(|&value| value as f32).collect();
+    let parts = |values: &[Complex<f64>]| {
+        values.iter().map(|value| [value.re, value.im].map(|x| x as f32)).collect()
     };
     ArchivedSpectra {
         dof: dof.to_string(),

@@ -32,8 +32,8 @@ pub(crate) fn chosen(arguments: &[OsString]) -> Option<ColorChoice> {
     stated.last().and_then(|value| ColorChoice::from_str(&value, false).ok())
 }
 
-/// The command line with this program's colours. Whether they are wanted is decided in one place, [`Output`]: left to itself,
-/// clap would colour a dumb terminal where the variable `CI` is set.
+/// The command line with this program's colours. Whether they are wanted is decided in one place, [`Output`]: left to
+/// itself, clap would colour a dumb terminal where the variable `CI` is set.
 pub(crate) fn in_color(command: Command, wanted: bool) -> Command {
     let choice = if wanted { clap::ColorChoice::Always } else { clap::ColorChoice::Never };
     command.styles(STYLES).color(choice)
@@ -55,19 +55,22 @@ pub(crate) fn print(usage: &clap::Error, arguments: &[OsString], output: &mut Ou
 mod tests {
     use super::*;
 
-    fn of(words: &[&str]) -> ColorChoice {
+    fn choice_of(words: &[&str]) -> ColorChoice {
         let words: Vec<_> = words.iter().map(OsString::from).collect();
         chosen(&words).unwrap_or_default()
     }
 
     #[test]
     fn the_last_choice_before_the_end_of_the_options_counts() {
-        assert_eq!(of(&["massline", "demo"]), ColorChoice::Auto);
-        assert_eq!(of(&["massline", "--color", "never", "demo"]), ColorChoice::Never);
-        assert_eq!(of(&["massline", "demo", "--color=always"]), ColorChoice::Always);
-        assert_eq!(of(&["massline", "--color=always", "--color", "never"]), ColorChoice::Never);
-        assert_eq!(of(&["massline", "--", "--color=always"]), ColorChoice::Auto);
-        assert_eq!(of(&["massline", "--color"]), ColorChoice::Auto);
-        assert_eq!(of(&["massline", "--color=sometimes"]), ColorChoice::Auto);
+        assert_eq!(choice_of(&["massline", "demo"]), ColorChoice::Auto);
+        assert_eq!(choice_of(&["massline", "--color", "never", "demo"]), ColorChoice::Never);
+        assert_eq!(choice_of(&["massline", "demo", "--color=always"]), ColorChoice::Always);
+        assert_eq!(
+            choice_of(&["massline", "--color=always", "--color", "never"]),
+            ColorChoice::Never
+        );
+        assert_eq!(choice_of(&["massline", "--", "--color=always"]), ColorChoice::Auto);
+        assert_eq!(choice_of(&["massline", "--color"]), ColorChoice::Auto);
+        assert_eq!(choice_of(&["massline", "--color=sometimes"]), ColorChoice::Auto);
     }
 }

@@ -48,11 +48,15 @@ impl Comparison {
         if self.result.results.is_empty() {
             return String::new();
         }
-        let combined = self.result.agreement.as_ref().and_then(|of| of.combined.as_ref());
-        let each = self.result.results.iter().map(|of| (of.method.name(), of.theta()));
+        let combined =
+            self.result.agreement.as_ref().and_then(|agreement| agreement.combined.as_ref());
+        let each =
+            self.result.results.iter().map(|estimate| (estimate.method.name(), estimate.theta()));
         let mut table = table();
         table.set_header(["method", "worst, % of scale", "at", "rms, % of scale"]);
-        for (name, theta) in each.chain(combined.map(|of| ("combined", of.value.in_order()))) {
+        for (name, theta) in
+            each.chain(combined.map(|answer| ("combined", answer.value.in_order())))
+        {
             table.add_row(row(name, &self.errors_of(&theta)));
         }
         format!("{table}\n")
@@ -85,17 +89,17 @@ impl Comparison {
     }
 }
 
-/// The ten properties of all tests side by side, each ± half the width of its 95 % interval; below them the largest error and
-/// the root mean square of the errors, % of scale.
+/// The ten properties of all tests side by side, each ± half the width of its 95 % interval; below them the largest
+/// error and the root mean square of the errors, % of scale.
 ///
 /// # Errors
 /// When a result has no answer.
 pub fn side_by_side(comparisons: &[Comparison]) -> Result<String> {
     let Some(first) = comparisons.first() else { return Ok(String::new()) };
-    let mut all = table();
+    let mut table = table();
     let names = comparisons.iter().enumerate().map(|(k, _)| format!("test {}", k + 1));
-    all.set_header(["", "unit", "expected"].map(str::to_owned).into_iter().chain(names));
-    align_right(&mut all, 2..3 + comparisons.len());
+    table.set_header(["", "unit", "expected"].map(str::to_owned).into_iter().chain(names));
+    align_right(&mut table, 2..3 + comparisons.len());
     for (k, parameter) in INERTIAL_PARAMETERS.iter().enumerate() {
         let factor = parameter.table_factor;
         let mut cells = vec![parameter.symbol.to_owned(), parameter.table_unit.to_owned()];
@@ -105,9 +109,10 @@ pub fn side_by_side(comparisons: &[Comparison]) -> Result<String> {
             let half = answer.half_widths().map(|half| half[k] * factor);
             cells.push(measured(answer.theta()[k] * factor, half));
         }
-        all.add_row(cells);
+        table.add_row(cells);
     }
-    let true_moments = RigidBody::from_theta(&first.truth.into()).principal().map(|of| of.moments);
+    let true_moments =
+        RigidBody::from_theta(&first.truth.into()).principal().map(|principal| principal.moments);
     for k in 0..3 {
         let mut cells = vec![format!("J_{}", k + 1), "g m²".into()];
         cells.push(true_moments.map_or_else(String::new, |moments| exact(moments[k] * 1e3)));
@@ -117,19 +122,19 @@ pub fn side_by_side(comparisons: &[Comparison]) -> Result<String> {
             let half = answer.principal_half_widths().map(|half| half[k] * 1e3);
             cells.push(moments.map_or_else(String::new, |value| measured(value[k] * 1e3, half)));
         }
-        all.add_row(cells);
+        table.add_row(cells);
     }
     let errors = comparisons.iter().map(Comparison::errors_percent).collect::<Result<Vec<_>>>()?;
-    let line = |name: &str, of: &dyn Fn(&[f64; 10]) -> String| {
+    let line = |name: &str, cell: &dyn Fn(&[f64; 10]) -> String| {
         let head = [name, "%", ""].map(str::to_owned);
-        head.into_iter().chain(errors.iter().map(of)).collect::<Vec<_>>()
+        head.into_iter().chain(errors.iter().map(cell)).collect::<Vec<_>>()
     };
-    all.add_row(line("worst", &|errors| {
+    table.add_row(line("worst", &|errors| {
         let (symbol, worst) = worst_of(errors);
         format!("{worst:+.2} {symbol}")
     }));
-    all.add_row(line("rms", &|errors| format!("{:.2}", rms_of(errors))));
-    Ok(all.to_string())
+    table.add_row(line("rms", &|errors| format!("{:.2}", rms_of(errors))));
+    Ok(table.to_string())
 }
 
 /// A true value.

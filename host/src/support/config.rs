@@ -1,5 +1,5 @@
-//! The user's configuration file: defaults of options, for those who do not want to repeat them. The command line comes before
-//! the environment, and the environment before this file.
+//! The user's configuration file: defaults of options, for those who do not want to repeat them. The command line comes
+//! before the environment, and the environment before this file.
 //!
 //! ```toml
 //! # For every command that has the option.
@@ -15,7 +15,7 @@ use std::env;
 use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgAction, Command, ValueEnum};
-use massline_toml::{TomlError, line_of, shown};
+use massline_toml::{TomlError, excerpt, line_of};
 use toml::de::{DeTable, DeValue};
 
 use crate::output::ColorChoice;
@@ -54,7 +54,7 @@ enum Value {
 }
 
 /// What is wrong with an entry.
-struct Wrong {
+struct EntryError {
     line: usize,
     text: String,
 }
@@ -82,7 +82,7 @@ impl Config {
                 let line = error.line(&text);
                 let TomlError { key, message, .. } = error;
                 let colon = if key.is_empty() { "" } else { ": " };
-                Err(config.error(&Wrong { line, text: format!("{key}{colon}{message}") }))
+                Err(config.error(&EntryError { line, text: format!("{key}{colon}{message}") }))
             }
         }
     }
@@ -112,21 +112,21 @@ impl Config {
         Ok(command)
     }
 
-    fn error(&self, Wrong { line, text }: &Wrong) -> Error {
+    fn error(&self, EntryError { line, text }: &EntryError) -> Error {
         advised(&format!("{}:{line}: {text}", self.path.display()))
     }
 }
 
 /// The keys of a table.
 fn entries(table: &DeTable, text: &str) -> Vec<Entry> {
-    let mut all = Vec::new();
+    let mut table_entries = Vec::new();
     for (key, value) in table {
         let words = match value.get_ref() {
             DeValue::Array(values) => values.iter().map(|value| word(value.get_ref())).collect(),
             other => word(other).map(|word| vec![word]),
         };
-        let written = || shown(text.get(value.span()).unwrap_or_default());
-        all.push(Entry {
+        let written = || excerpt(text.get(value.span()).unwrap_or_default());
+        table_entries.push(Entry {
             key: key.get_ref().clone().into_owned(),
             line: line_of(text, key.span().start),
             value: match value.get_ref() {
@@ -135,7 +135,7 @@ fn entries(table: &DeTable, text: &str) -> Vec<Entry> {
             },
         });
     }
-    all
+    table_entries
 }
 
 /// A value as on the command line.
@@ -152,11 +152,15 @@ fn word(value: &DeValue) -> Option<String> {
 }
 
 /// A command line in which a command has these defaults.
-fn set_command(command: Command, entry: &Entry, of_command: &[Entry]) -> Result<Command, Wrong> {
+fn set_command(
+    command: Command,
+    entry: &Entry,
+    of_command: &[Entry],
+) -> Result<Command, EntryError> {
     let name = &entry.key;
     if command.find_subcommand(name).is_none() {
         let text = format!("[{name}]: there is no such command");
-        return Err(Wrong { line: entry.line, text });
+        return Err(EntryError { line: entry.line, text });
     }
     let mut failed = None;
     let command = command.mut_subcommand(name, |mut command| {
@@ -168,8 +172,8 @@ fn set_command(command: Command, entry: &Entry, of_command: &[Entry]) -> Result<
             };
             match changed {
                 Ok(changed) => command = changed,
-                Err(Wrong { line, text }) => {
-                    failed = Some(Wrong { line, text: format!("[{name}]: {text}") });
+                Err(EntryError { line, text }) => {
+                    failed = Some(EntryError { line, text: format!("[{name}]: {text}") });
                 }
             }
         }
@@ -202,20 +206,20 @@ fn advised(text: &str) -> Error {
 }
 
 /// The option of this name with this default, in every command that has it.
-fn set_everywhere(command: Command, entry: &Entry) -> Result<Command, Wrong> {
+fn set_everywhere(command: Command, entry: &Entry) -> Result<Command, EntryError> {
     let Entry { key, line, .. } = entry;
     if command.find_subcommand(key).is_some() {
         let text = format!("{key}: this is a command; its options stand below one line [{key}]");
-        return Err(Wrong { line: *line, text });
+        return Err(EntryError { line: *line, text });
     }
     if !has(&command, key) {
         let text = format!("{key}: no command has the option --{key}");
-        return Err(Wrong { line: *line, text });
+        return Err(EntryError { line: *line, text });
     }
     set_below(command, entry)
 }
 
-fn set_below(mut command: Command, entry: &Entry) -> Result<Command, Wrong> {
+fn set_below(mut command: Command, entry: &Entry) -> Result<Command, EntryError> {
     if option(&command, &entry.key).is_some() {
         command = with_default(command, entry)?;
     }
@@ -244,9 +248,9 @@ fn option<'c>(command: &'c Command, key: &str) -> Option<&'c Arg> {
 }
 
 /// A command whose option of this name has this default.
-fn with_default(command: Command, entry: &Entry) -> Result<Command, Wrong> {
+fn with_default(command: Command, entry: &Entry) -> Result<Command, EntryError> {
     let key = &entry.key;
-    let wrong = |text: String| Wrong { line: entry.line, text: format!("{key}: {text}") };
+    let wrong = |text: String| EntryError { line: entry.line, text: format!("{key}: {text}") };
     let Some(arg) = option(&command, key) else {
         let command = command.get_name();
         return Err(wrong(format!("`massline {command}` has no option --{key}")));
@@ -269,11 +273,11 @@ fn with_default(command: Command, entry: &Entry) -> Result<Command, Wrong> {
         Value::Table(_) => return Err(wrong("this is an option, and no command".into())),
     };
     let possible = arg.get_possible_values();
-    let is_possible = |word: &String| possible.iter().any(|of| of.matches(word, false));
+    let is_possible = |word: &String| possible.iter().any(|value| value.matches(word, false));
     if let (false, Some(other)) =
         (possible.is_empty(), values.iter().find(|word| !is_possible(word)))
     {
-        let known: Vec<_> = possible.iter().map(|of| of.get_name().to_owned()).collect();
+        let known: Vec<_> = possible.iter().map(|value| value.get_name().to_owned()).collect();
         return Err(wrong(format!("\"{other}\" is not one of {}", known.join(", "))));
     }
     check(arg, key, &values).map_err(wrong)?;
@@ -287,7 +291,8 @@ fn takes_several(arg: &Arg) -> bool {
     matches!(arg.get_action(), ArgAction::Append) || arg.get_value_delimiter().is_some()
 }
 
-/// Refuses values that the option does not take. Left to the command line, the error would blame the person who typed it.
+/// Refuses values that the option does not take. Left to the command line, the error would blame the person who typed
+/// it.
 fn check(arg: &Arg, key: &str, values: &[String]) -> Result<(), String> {
     // The command line lives as long as the program.
     let long: &'static str = key.to_owned().leak();

@@ -10,7 +10,7 @@ use crate::output::Output;
 use crate::support::rig_layout::not_for_a_rig;
 use crate::{Error, Result};
 use massline_files::calibration_file::CalibrationFile;
-use massline_files::file::Existing;
+use massline_files::file::ExistingFile;
 use massline_files::layout_file::LayoutFile;
 
 /// The option to replace an existing file.
@@ -23,8 +23,8 @@ pub struct ReplaceArgs {
 
 impl ReplaceArgs {
     /// What happens to a file that exists already.
-    pub fn existing(self) -> Existing {
-        if self.force { Existing::Replaced } else { Existing::Kept }
+    pub fn existing(self) -> ExistingFile {
+        if self.force { ExistingFile::Replaced } else { ExistingFile::Kept }
     }
 }
 
@@ -49,7 +49,8 @@ pub fn layout_in_profile(
     if !file.set_aside.is_empty() {
         let (profile, keys) = (file.layout.test.profile.name(), file.set_aside.join(", "));
         output.note(format!(
-            "note: {} states {keys} for another profile; with --profile {profile} the defaults of that profile are used",
+            "note: {} states {keys} for another profile; with --profile {profile} the defaults of that profile are \
+             used",
             path.display()
         ));
     }
@@ -78,8 +79,8 @@ fn warn_of_units(file: &LayoutFile, path: &Path, output: &mut Output) {
 /// # Errors
 /// When it has a setting that no rig can measure with, or more sensors or hits than any rig has room for.
 pub fn for_rig(file: &LayoutFile, path: &Path) -> Result<RigLayout> {
-    if let Some(found) = not_for_a_rig(file) {
-        return Err(Error::input(Code::SettingOutOfRange.name(), found));
+    if let Some(reason) = not_for_a_rig(file) {
+        return Err(Error::input(Code::SettingOutOfRange.name(), reason));
     }
     file.rig_layout().ok_or_else(|| {
         Error::input(

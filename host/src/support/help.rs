@@ -14,19 +14,19 @@ pub(crate) fn reflowed(command: Command) -> Command {
 }
 
 fn joined(text: &str) -> String {
-    let mut all = String::new();
+    let mut paragraphs = String::new();
     let mut open = false;
     for line in text.lines() {
         let prose = !line.is_empty() && !line.starts_with(' ') && !line.ends_with(':');
-        match (open && prose, all.is_empty()) {
-            (true, _) => all.push(' '),
-            (false, false) => all.push('\n'),
+        match (open && prose, paragraphs.is_empty()) {
+            (true, _) => paragraphs.push(' '),
+            (false, false) => paragraphs.push('\n'),
             (false, true) => {}
         }
-        all += line;
+        paragraphs += line;
         open = prose;
     }
-    all
+    paragraphs
 }
 
 #[cfg(test)]
@@ -35,8 +35,10 @@ mod tests {
 
     #[test]
     fn paragraphs_are_joined_and_examples_are_not() {
-        let text = "One sentence\nin two lines.\n\nNext.\n\nExamples:\n  massline demo\n  massline solve\n\nExit codes:\n  0 done";
-        let wanted = "One sentence in two lines.\n\nNext.\n\nExamples:\n  massline demo\n  massline solve\n\nExit codes:\n  0 done";
+        let text = "One sentence\nin two lines.\n\nNext.\n\nExamples:\n  massline demo\n  massline solve\n\nExit \
+             codes:\n  0 done";
+        let wanted = "One sentence in two lines.\n\nNext.\n\nExamples:\n  massline demo\n  massline solve\n\nExit \
+             codes:\n  0 done";
         assert_eq!(joined(text), wanted);
     }
 }

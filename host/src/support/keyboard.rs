@@ -30,15 +30,16 @@ const END: Duration = Duration::from_millis(500);
 
 /// What the keys mean that were pressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pressed {
+pub enum KeyMeaning {
     /// A command for the campaign.
     Command(Command),
     /// The first of two presses that abort.
     QuitOnce,
 }
 
-/// The keys of a terminal in raw mode. Ctrl-C and `p` press the [`Interrupt`] of the output, which is guarded meanwhile;
-/// the other keys wait until they are asked for. Dropping this discards those that are left, and gives the terminal back.
+/// The keys of a terminal in raw mode. Ctrl-C and `p` press the [`Interrupt`] of the output, which is guarded
+/// meanwhile; the other keys wait until they are asked for. Dropping this discards those that are left, and gives the
+/// terminal back.
 #[derive(Debug)]
 pub struct Keyboard {
     keys: Receiver<KeyCode>,
@@ -86,7 +87,7 @@ impl Keyboard {
         &mut self,
         phase: Option<Phase>,
         mut takes: impl FnMut(KeyCode) -> bool,
-    ) -> Option<Pressed> {
+    ) -> Option<KeyMeaning> {
         while let Ok(key) = self.keys.try_recv() {
             if takes(key) {
                 self.meanings = Meanings::default();
@@ -162,7 +163,7 @@ struct Meanings {
 
 impl Meanings {
     /// What the next key means in this phase.
-    fn of(&mut self, key: KeyCode, phase: Option<Phase>) -> Option<Pressed> {
+    fn of(&mut self, key: KeyCode, phase: Option<Phase>) -> Option<KeyMeaning> {
         use Command as C;
         let quit_once = self.quit_once.take().is_some_and(|at| at.elapsed() < TWICE);
         let confirming = phase == Some(Phase::Confirming);
@@ -179,11 +180,11 @@ impl Meanings {
             KeyCode::Char('q') if quit_once => C::Abort,
             KeyCode::Char('q') => {
                 self.quit_once = Some(Instant::now());
-                return Some(Pressed::QuitOnce);
+                return Some(KeyMeaning::QuitOnce);
             }
             _ => return None,
         };
-        Some(Pressed::Command(command))
+        Some(KeyMeaning::Command(command))
     }
 }
 
@@ -191,16 +192,16 @@ impl Meanings {
 mod tests {
     use super::*;
 
-    fn press(keys: &str, phase: Phase) -> Vec<Option<Pressed>> {
+    fn press(keys: &str, phase: Phase) -> Vec<Option<KeyMeaning>> {
         let mut meanings = Meanings::default();
         keys.chars().map(|key| meanings.of(KeyCode::Char(key), Some(phase))).collect()
     }
 
     /// The first press of `q`.
-    const ONCE: Option<Pressed> = Some(Pressed::QuitOnce);
+    const ONCE: Option<KeyMeaning> = Some(KeyMeaning::QuitOnce);
 
-    fn command(command: Command) -> Option<Pressed> {
-        Some(Pressed::Command(command))
+    fn command(command: Command) -> Option<KeyMeaning> {
+        Some(KeyMeaning::Command(command))
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::rig_solution::solve_test;
 use massline_analysis::identification::Selection;
 use massline_analysis::single_fault::NominalTest;
 use massline_files::archive::{Archive, ArchivedNode};
-use massline_report::export::{Exported, Node, Responses, TestData, of_result};
+use massline_report::export::{ExportedResult, Node, Responses, TestData, of_result};
 use massline_report::solution::Solution;
 use massline_report::words::result_of_rig;
 
@@ -23,7 +23,7 @@ pub fn of_measurement(
     layout: Option<&HostLayout>,
     source: &str,
     method: Option<Method>,
-) -> Result<Exported> {
+) -> Result<ExportedResult> {
     let result = match layout {
         Some(layout) => {
             let nominal = NominalTest::of_layout(layout.clone());
@@ -57,7 +57,11 @@ fn answered(solution: Solution, source: &str) -> Result<TestResult> {
 ///
 /// # Errors
 /// As [`of_measurement`].
-pub fn of_archive(archive: &Archive, source: &str, method: Option<Method>) -> Result<Exported> {
+pub fn of_archive(
+    archive: &Archive,
+    source: &str,
+    method: Option<Method>,
+) -> Result<ExportedResult> {
     let result = answered(solution_of_archive(archive), source)?;
     let exported = of_result(&result, source, method)?;
     let test = test_of_archive(archive, source);

@@ -53,12 +53,13 @@ pub(crate) const ALL: &str = "all";
 pub(crate) fn one_or_all() -> impl TypedValueParser<Value = Selection> {
     let mut methods: Vec<Method> = Method::ALL.to_vec();
     methods.sort_by_key(|method| method.number());
-    let all = PossibleValue::new(ALL).help("All that apply to the file, compared with each other");
+    let all_methods =
+        PossibleValue::new(ALL).help("All that apply to the file, compared with each other");
     let values = methods.iter().map(|method| {
         let entry = method.entry();
         PossibleValue::new(entry.short_name).help(entry.summary)
     });
-    let names = PossibleValuesParser::new(std::iter::once(all).chain(values));
+    let names = PossibleValuesParser::new(std::iter::once(all_methods).chain(values));
     names.map(move |name| {
         let named = methods.iter().find(|method| method.entry().short_name == name);
         named.map_or(Selection::All, |method| Selection::Only(*method))

@@ -9,7 +9,7 @@ use massline_shared::measurement::campaign::{Command, Phase};
 use crate::output::Output;
 use crate::{Error, Result};
 use massline_client::campaign::{explain_refusal, phase_name};
-use massline_report::words::{HitSaid, swing_words};
+use massline_report::words::{HitAssessment, swing_words};
 
 /// Shows the progress of one campaign.
 pub struct Progress<'o> {
@@ -139,9 +139,9 @@ impl<'o> Progress<'o> {
     /// Shows a graded hit.
     pub fn hit(&mut self, hit: &HitEvent) {
         self.rejected = if hit.good || hit.is_undone() { 0 } else { self.rejected + 1 };
-        let said = HitSaid::of(hit, &self.layout);
-        let toned = self.output.toned(said.verdict, said.tone);
-        let verdict = said.to_string().replacen(said.verdict, &toned, 1);
+        let assessment = HitAssessment::of(hit, &self.layout);
+        let toned = self.output.toned(assessment.verdict, assessment.tone);
+        let verdict = assessment.to_string().replacen(assessment.verdict, &toned, 1);
         let swing = hit
             .swing
             .as_ref()

@@ -33,7 +33,7 @@ pub fn without_campaign(client: &mut Client, restart: bool) -> Result<()> {
 
 /// What kind of campaign the rig has, with the command that goes on with it.
 pub fn begun(status: &Status) -> &'static str {
-    if status.diagnostics.iter().any(|found| found.code == Code::BlockTest) {
+    if status.diagnostics.iter().any(|diagnostic| diagnostic.code == Code::BlockTest) {
         "a block test of `massline calibrate block` or `verify`"
     } else {
         "a campaign of `massline measure`"

@@ -19,9 +19,9 @@ const RATE: f32 = 4000.0;
 pub fn not_for_a_rig(file: &LayoutFile) -> Option<String> {
     let test = &file.layout.test;
     let (rate, points) = transform_of(RATE, test.profile);
-    let found = check_settings(test, rate.into(), points, SPECTRUM_BINS);
-    let first = found.first()?;
-    let (setting, said) = match first.subject {
+    let diagnostics = check_settings(test, rate.into(), points, SPECTRUM_BINS);
+    let first = diagnostics.first()?;
+    let (setting, sentence) = match first.subject {
         Subject::Setting(setting) => {
             let highest = highest_frequency(rate, points, SPECTRUM_BINS);
             (setting, out_of_range(setting, first.value, test.profile, highest))
@@ -29,7 +29,7 @@ pub fn not_for_a_rig(file: &LayoutFile) -> Option<String> {
         _ => (Setting::BandLower, message(first)),
     };
     let place = file.place_of(setting);
-    Some(place.map_or(said.clone(), |place| format!("{place}: {said}")))
+    Some(place.map_or(sentence.clone(), |place| format!("{place}: {sentence}")))
 }
 
 /// What is wrong with the value of a setting, and what a rig allows.
@@ -39,8 +39,8 @@ fn out_of_range(setting: Setting, value: f32, profile: TestProfile, highest: f32
         Setting::BandLower | Setting::BandUpper => {
             let profile = profile.name();
             format!(
-                "; in the profile {profile} a band lies above 0 and ends at {highest:.1} Hz at most; without the line the \
-                 default is used"
+                "; in the profile {profile} a band lies above 0 and ends at {highest:.1} Hz at most; without the line \
+                 the default is used"
             )
         }
         _ => String::new(),
@@ -90,12 +90,12 @@ mod tests {
     #[test]
     fn a_setting_that_no_rig_can_measure_with_is_named_with_its_place() {
         let text = include_str!("../../examples/three-bar-test-1.toml");
-        let said = |text: &str| not_for_a_rig(&LayoutFile::parse(text, "l.toml").unwrap());
-        assert_eq!(said(text), None);
+        let reason_of = |text: &str| not_for_a_rig(&LayoutFile::parse(text, "l.toml").unwrap());
+        assert_eq!(reason_of(text), None);
         for (band, word) in [("[10.0, 1e6]", "1000000"), ("[10.0, 12.0]", "bins")] {
             let text = text.replace("band_hz = [10.0, 120.0]", &format!("band_hz = {band}"));
-            let said = said(&text).unwrap();
-            assert!(said.contains(": test.band_hz: ") && said.contains(word), "{said}");
+            let reason = reason_of(&text).unwrap();
+            assert!(reason.contains(": test.band_hz: ") && reason.contains(word), "{reason}");
         }
     }
 }

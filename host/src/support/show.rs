@@ -19,8 +19,8 @@ use massline_report::words::{self, Extent, corrected_text, result_text, sentence
 /// The option for how much of a result is printed.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct DetailsArgs {
-    /// Print everything: all methods and how they agree, the corrections that the fit made, what each hit and sensor weighs, the
-    /// settings, and what the test cannot see.
+    /// Print everything: all methods and how they agree, the corrections that the fit made, what each hit and sensor
+    /// weighs, the settings, and what the test cannot see.
     #[arg(long)]
     details: bool,
 }
@@ -34,7 +34,7 @@ impl DetailsArgs {
 
 /// The next step that a person would take.
 #[derive(Clone, Debug)]
-pub enum Next<'a> {
+pub enum NextStep<'a> {
     /// To see the rest of the result.
     Details,
     /// To make a page of an archive.
@@ -43,7 +43,7 @@ pub enum Next<'a> {
     Other(String),
 }
 
-impl Next<'_> {
+impl NextStep<'_> {
     /// The step as a command that works as it is printed; empty without one.
     pub fn text(&self, extent: Extent) -> String {
         match self {
@@ -67,7 +67,7 @@ impl Next<'_> {
 pub fn print(
     solution: &Solution,
     result: &TestResult,
-    (extent, next): (Extent, &Next<'_>),
+    (extent, next): (Extent, &NextStep<'_>),
     output: &mut Output,
 ) -> Result<()> {
     if let Some(error) = &solution.no_answer {
@@ -83,7 +83,7 @@ pub fn print(
 /// When stdout cannot be written.
 pub fn print_result(
     result: &TestResult,
-    (extent, next): (Extent, &Next<'_>),
+    (extent, next): (Extent, &NextStep<'_>),
     output: &mut Output,
 ) -> Result<()> {
     output.answer(result, |_| {
@@ -91,7 +91,8 @@ pub fn print_result(
     })
 }
 
-/// Adds to the error that follows what was found of the data, above all a single mistake that may have prevented an answer.
+/// Adds to the error that follows what was found of the data, above all a single mistake that may have prevented an
+/// answer.
 fn explain(result: &TestResult, output: &mut Output) {
     output.explain(&json!({
         "single_faults": result.single_faults,
@@ -102,7 +103,10 @@ fn explain(result: &TestResult, output: &mut Output) {
     if !output.json() {
         let text = sentences(&result.diagnostics)
             + &result.notes.iter().map(|note| format!("note: {note}\n")).collect::<String>()
-            + &result.single_faults.as_ref().map_or_else(String::new, |of| corrected_text(of, 1));
+            + &result
+                .single_faults
+                .as_ref()
+                .map_or_else(String::new, |faults| corrected_text(faults, 1));
         if !text.is_empty() {
             output.note(text.trim_end());
         }
@@ -129,8 +133,8 @@ pub fn require_answer(result: &MeasurementResult) -> Result<()> {
     }
     if !result.lines.is_empty() {
         let text = format!(
-            "result {number} has the lines of {} DOFs, and the rig has no longer their layout: `massline results get {number} \
-             --layout FILE` solves them with the layout of the test, and --output keeps both",
+            "result {number} has the lines of {} DOFs, and the rig has no longer their layout: `massline results get \
+             {number} --layout FILE` solves them with the layout of the test, and --output keeps both",
             result.lines.len(),
             number = result.head.number,
         );
@@ -166,8 +170,12 @@ pub fn stopped(status: &Status) -> Error {
 }
 
 /// Prints every diagnostic on stderr, as the sentence that `message_of` returns.
-pub fn list(found: &[Diagnostic], message_of: impl Fn(&Diagnostic) -> String, output: &mut Output) {
-    for d in found {
+pub fn list(
+    diagnostics: &[Diagnostic],
+    message_of: impl Fn(&Diagnostic) -> String,
+    output: &mut Output,
+) {
+    for d in diagnostics {
         let tone = match d.severity {
             Severity::Note => Tone::Strong,
             Severity::Warning => Tone::Warning,
@@ -179,8 +187,13 @@ pub fn list(found: &[Diagnostic], message_of: impl Fn(&Diagnostic) -> String, ou
 }
 
 /// Prints every diagnostic that is more than a note on stderr.
-pub fn warn(found: &[Diagnostic], message_of: impl Fn(&Diagnostic) -> String, output: &mut Output) {
-    let grave: Vec<_> = found.iter().filter(|d| d.severity > Severity::Note).copied().collect();
+pub fn warn(
+    diagnostics: &[Diagnostic],
+    message_of: impl Fn(&Diagnostic) -> String,
+    output: &mut Output,
+) {
+    let grave: Vec<_> =
+        diagnostics.iter().filter(|d| d.severity > Severity::Note).copied().collect();
     list(&grave, message_of, output);
 }
 
@@ -202,8 +215,8 @@ mod tests {
     #[test]
     fn collinear_sensors_cannot_determine_the_answer_and_an_unknown_node_is_bad_input() {
         let exit = |code| {
-            let found = [Diagnostic::whole(code, Severity::Error, 0.0)];
-            first_error(&found, words::message).unwrap().exit_code()
+            let diagnostics = [Diagnostic::whole(code, Severity::Error, 0.0)];
+            first_error(&diagnostics, words::message).unwrap().exit_code()
         };
         assert_eq!(exit(Code::SensorsCollinear), 3);
         assert_eq!(exit(Code::UnknownNode), 2);
@@ -211,7 +224,7 @@ mod tests {
 
     #[test]
     fn warnings_are_no_error() {
-        let found = [Diagnostic::whole(Code::IllConditioned, Severity::Warning, 1e4)];
-        assert_eq!(first_error(&found, words::message), None);
+        let diagnostics = [Diagnostic::whole(Code::IllConditioned, Severity::Warning, 1e4)];
+        assert_eq!(first_error(&diagnostics, words::message), None);
     }
 }

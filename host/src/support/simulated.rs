@@ -12,14 +12,14 @@ use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{HostLayout, RigLayout, TestProfile};
 use massline_shared::measurement::campaign::Command;
 
-use super::collected::Collected;
+use super::collected::CollectedData;
 use super::progress::{Progress, Prompts};
 use super::rig_layout::judge_layout;
 use super::show;
 use crate::output::Output;
 use crate::rig::{RigKind, SimulatedRig};
 use crate::rig_lines::{RigLines, StoredTest};
-use crate::support::collected::spectra::Collecting;
+use crate::support::collected::spectra::CollectingObserver;
 use crate::{Error, Result};
 use massline_client::Client;
 use massline_client::campaign::{
@@ -70,14 +70,14 @@ pub type Policy<'p> =
 
 /// What a campaign on a simulated rig has measured.
 #[derive(Clone, Debug)]
-pub struct Simulated {
+pub struct SimulatedMeasurement {
     /// The rig's result.
     pub result: MeasurementResult,
     /// The lines that belong to it.
     pub lines: RigLines,
 }
 
-impl Simulated {
+impl SimulatedMeasurement {
     /// The same, borrowed.
     pub fn test(&self) -> StoredTest<'_> {
         StoredTest { result: &self.result, lines: &self.lines }
@@ -105,13 +105,13 @@ impl SimulatedCampaign<'_> {
         rig: &mut SimulatedRig,
         output: &mut Output,
         policy: &mut Policy<'_>,
-    ) -> Result<Simulated> {
+    ) -> Result<SimulatedMeasurement> {
         let measured = self.try_run(rig, output, policy, None);
         measured.map(|(_, measured)| measured).map_err(|e| rig.explain(e))
     }
 
-    /// Runs the campaign to its archive, with the frequency responses and the records of all hits. They are read while a
-    /// hit waits for its verdict, which does not change the result.
+    /// Runs the campaign to its archive, with the frequency responses and the records of all hits. They are read while
+    /// a hit waits for its verdict, which does not change the result.
     ///
     /// # Errors
     /// As [`Self::run`].
@@ -122,9 +122,10 @@ impl SimulatedCampaign<'_> {
         output: &mut Output,
         policy: &mut Policy<'_>,
     ) -> Result<Archive> {
-        let mut collected = Collected::simulated();
+        let mut collected = CollectedData::simulated();
         let measured = self.try_run(rig, output, policy, Some(&mut collected));
-        let (identity, Simulated { result, lines }) = measured.map_err(|e| rig.explain(e))?;
+        let (identity, SimulatedMeasurement { result, lines }) =
+            measured.map_err(|e| rig.explain(e))?;
         let mut archive = Archive::new(&identity, layout, self.calibration, result, None);
         archive.lines = lines.into_dofs();
         Ok(collected.added_to(archive, self.layout, self.has_records(), output))
@@ -140,8 +141,8 @@ impl SimulatedCampaign<'_> {
         rig: &mut SimulatedRig,
         output: &mut Output,
         policy: &mut Policy<'_>,
-        mut collected: Option<&mut Collected>,
-    ) -> Result<(Identity, Simulated)> {
+        mut collected: Option<&mut CollectedData>,
+    ) -> Result<(Identity, SimulatedMeasurement)> {
         let (mut client, identity) = rig.connect()?;
         client.put_calibration(self.calibration)?;
         judge_layout(&client.put_layout(self.layout)?, self.layout, false, output)?;
@@ -153,7 +154,7 @@ impl SimulatedCampaign<'_> {
         let mut observe =
             |observer: &mut dyn Observer| follow(&mut client, &interrupt, Some(PATIENCE), observer);
         let ending = match &mut collected {
-            Some(collected) => observe(&mut Collecting {
+            Some(collected) => observe(&mut CollectingObserver {
                 observer: &mut operator,
                 collection: &mut collected.spectra,
                 records: self.has_records().then_some((&mut collected.records, self.layout)),
@@ -172,7 +173,7 @@ impl SimulatedCampaign<'_> {
                     let status = client.status()?;
                     collected.spectra.collect(&mut client, &status)?;
                 }
-                Ok((identity, Simulated { result, lines }))
+                Ok((identity, SimulatedMeasurement { result, lines }))
             }
             CampaignOutcome::Stopped(status) => Err(show::stopped(&status)),
             CampaignOutcome::Restarted(status) => Err(restarted(&status)),

@@ -50,9 +50,12 @@ fn an_archive_is_solved_to_the_same_last_digit() {
     assert_eq!(archive.result.dofs.len(), 3);
     for dof in &archive.result.dofs {
         let name = dof.dof.to_string();
-        let records = archive.hit_records.iter().filter(|of| of.dof == name).count();
+        let records = archive.hit_records.iter().filter(|record| record.dof == name).count();
         assert_eq!(records, usize::from(dof.hits), "{name}");
-        assert!(archive.spectra.iter().any(|of| of.dof == name && of.hits == dof.hits), "{name}");
+        assert!(
+            archive.spectra.iter().any(|spectra| spectra.dof == name && spectra.hits == dof.hits),
+            "{name}"
+        );
     }
     // Three sensors with three axes each.
     assert_eq!(archive.frfs().len(), 9 * 3);
@@ -109,7 +112,7 @@ fn a_full_disk_costs_neither_the_answer_nor_the_archive() {
     assert!(measured.stdout.contains("kg"), "the answer is printed: {}", measured.stdout);
     assert!(measured.says("/dev/full: cannot be written: No space left"), "{}", measured.stderr);
     let entries = std::fs::read_dir(temporary.path()).unwrap();
-    let [rescued] = &entries.map(|of| of.unwrap().path()).collect::<Vec<_>>()[..] else {
+    let [rescued] = &entries.map(|entry| entry.unwrap().path()).collect::<Vec<_>>()[..] else {
         panic!("one file is in the folder for temporary files")
     };
     assert_eq!(Archive::read(rescued).unwrap().spectra.len(), 3);
@@ -136,10 +139,10 @@ fn an_interrupted_measurement_loses_neither_frequency_responses_nor_records() {
     // Five hits finish the first DOF; its spectra are read before the next one's first hit is accepted.
     assert_eq!(lines.by_ref().filter(|line| line.ends_with("good")).take(7).count(), 7);
     kill(Pid::from_raw(measure.id() as i32), Signal::SIGINT).unwrap();
-    let said = words(&lines.collect::<Vec<_>>().join(" "));
-    assert_eq!(measure.wait().unwrap().code(), Some(130), "{said}");
-    assert!(said.contains("read so far (frequency responses: 1, records of hits: "), "{said}");
-    assert!(said.contains("the same command adds it to the archive"), "{said}");
+    let stderr = words(&lines.collect::<Vec<_>>().join(" "));
+    assert_eq!(measure.wait().unwrap().code(), Some(130), "{stderr}");
+    assert!(stderr.contains("read so far (frequency responses: 1, records of hits: "), "{stderr}");
+    assert!(stderr.contains("the same command adds it to the archive"), "{stderr}");
     assert!(!path.exists());
 
     let (run, measured) = run_json(&[&command[..], &["--port", &rig.process.port]].concat());
@@ -182,14 +185,14 @@ fn hits_that_were_replaced_meanwhile_are_not_archived_as_those_of_the_answer() {
     assert_eq!(run.exit, 0, "{measured}");
     assert!(run.says("another number of hit records than hits"), "{}", run.stderr);
     let archive = Archive::read(&path).unwrap();
-    let of = |verdict: HitVerdict| {
+    let hits_with = |verdict: HitVerdict| {
         let hits = archive.hit_log.iter().filter(move |hit| hit.verdict == verdict);
         hits.filter(|hit| hit.dof == "2:+Z").map(|hit| hit.hit).collect::<Vec<_>>()
     };
-    assert!(!of(HitVerdict::Unknown).is_empty(), "{:?}", archive.hit_log);
+    assert!(!hits_with(HitVerdict::Unknown).is_empty(), "{:?}", archive.hit_log);
     let records = archive.hit_records.iter().filter(|record| record.dof == "2:+Z");
     let records: Vec<_> = records.map(|record| record.hit).collect();
-    assert_eq!(records, of(HitVerdict::Accepted), "{:?}", archive.hit_log);
+    assert_eq!(records, hits_with(HitVerdict::Accepted), "{:?}", archive.hit_log);
     // The first DOF was finished before.
     assert_eq!(archive.spectra.len(), 3);
 }
@@ -270,8 +273,12 @@ fn the_history_of_a_folder_names_what_it_cannot_read() {
     std::fs::write(path("layout.toml"), "title = 5\n").unwrap();
     std::fs::create_dir(path("folder.massline")).unwrap();
     let (exit, history) = answer(&["history", &folder_name]);
-    let files = |of: &Value| -> Vec<String> {
-        of.as_array().unwrap().iter().map(|of| of["file"].as_str().unwrap().to_owned()).collect()
+    let files = |list: &Value| -> Vec<String> {
+        list.as_array()
+            .unwrap()
+            .iter()
+            .map(|entry| entry["file"].as_str().unwrap().to_owned())
+            .collect()
     };
     assert_eq!(exit, 0);
     assert_eq!(files(&history["archives"]).len(), 2);
@@ -324,7 +331,7 @@ fn results_are_deleted_at_a_terminal_only_after_a_yes() {
     let kept = || {
         let (_, list) = rig.run(&["results", "list"]);
         let numbers = list["results"].as_array().unwrap().iter();
-        numbers.map(|of| of["number"].as_u64().unwrap()).collect::<Vec<_>>()
+        numbers.map(|result| result["number"].as_u64().unwrap()).collect::<Vec<_>>()
     };
     let (exit, shown) = delete_at_a_terminal(&rig, "2-3", "n\n");
     assert_eq!((exit, kept()), (130, vec![1, 2, 3, 4]), "{shown}");
@@ -383,9 +390,9 @@ fn an_archive_of_version_1_gives_the_numbers_of_its_day() {
     assert_eq!(rig[1]["properties"][0], 1.2494882);
     // What the host finds is computed. Another order of its operations changes the last digits; a part in a million,
     // far below every standard deviation, is another answer.
-    let close = |found: [f64; 10], expected: [f64; 10]| {
-        for (found, expected) in found.into_iter().zip(expected) {
-            assert!((found / expected - 1.0).abs() < 1e-6, "{found} instead of {expected}");
+    let close = |actual: [f64; 10], expected: [f64; 10]| {
+        for (actual, expected) in actual.into_iter().zip(expected) {
+            assert!((actual / expected - 1.0).abs() < 1e-6, "{actual} instead of {expected}");
         }
     };
     let host = &solved["results"];
@@ -442,8 +449,11 @@ fn options_without_effect_on_an_archive_are_refused_by_name() {
         for files in [&[VERSION_1][..], &[LAYOUT, VERSION_1]] {
             let (run, refused) = run_json(&[&["solve"], files, &[option, value]].concat());
             assert_eq!((run.exit, &refused["error"]["code"]), (2, &"usage".into()), "{option}");
-            let said = refused["error"]["message"].as_str().unwrap();
-            assert!(said.contains(&format!("{option} does not apply to an archive")), "{said}");
+            let message = refused["error"]["message"].as_str().unwrap();
+            assert!(
+                message.contains(&format!("{option} does not apply to an archive")),
+                "{message}"
+            );
         }
     }
     let usage = refused(2, "usage");
@@ -489,8 +499,8 @@ fn an_archive_is_solved_with_a_corrected_layout_but_not_with_that_of_another_tes
 
     let (_, other) = solve("\"4:+X\"", "\"4:+Y\"");
     assert_eq!(other["error"]["code"], "another_layout");
-    let said = other["error"]["message"].as_str().unwrap();
-    assert!(said.contains("layout.toml") && said.contains("version-1.massline"), "{said}");
+    let message = other["error"]["message"].as_str().unwrap();
+    assert!(message.contains("layout.toml") && message.contains("version-1.massline"), "{message}");
 }
 
 /// Cut, newer, of another kind, empty, a folder, endless: each is named with the file and what to do.
@@ -513,8 +523,8 @@ fn what_is_no_archive_of_this_version_is_refused_by_name() {
         std::fs::write(&path, content).unwrap();
         let (run, refused) = run_json(&["solve", &path]);
         assert_eq!((run.exit, &refused["error"]["code"]), (2, &json!(code)), "{refused}");
-        let said = refused["error"]["message"].as_str().unwrap();
-        assert!(said.starts_with(&path) && said.contains(way_out), "{said}");
+        let message = refused["error"]["message"].as_str().unwrap();
+        assert!(message.starts_with(&path) && message.contains(way_out), "{message}");
         // Beside a layout the same.
         assert_eq!(answer(&["solve", LAYOUT, &path]).1["error"]["code"], code);
     }
@@ -566,8 +576,8 @@ fn an_archive_that_contradicts_itself_is_neither_solved_nor_exported() {
             &["solve", &path][..],
             &["export", &path, "--format", "csv", "-o", "/dev/null", "--force"],
         ] {
-            let (exit, said) = refusal(answer(command));
-            assert_eq!(exit, 2, "{command:?}: {said}");
+            let (exit, code) = refusal(answer(command));
+            assert_eq!(exit, 2, "{command:?}: {code}");
         }
         let refused = run(&["solve", &path]);
         assert!(refused.says("layout.resolved.sensors[1].position is"), "{}", refused.stderr);
@@ -583,8 +593,8 @@ fn the_next_step_that_is_proposed_can_be_typed() {
     let typed = |arguments: &[&str]| {
         let shown = run(arguments);
         assert_eq!(shown.exit, 0, "{}", shown.stderr);
-        let said = shown.stdout + &shown.stderr;
-        let (_, next) = said.rsplit_once("next: `").expect("a next step");
+        let text = shown.stdout + &shown.stderr;
+        let (_, next) = text.rsplit_once("next: `").expect("a next step");
         let line = next.split('`').next().unwrap().to_owned();
         let program = env!("CARGO_BIN_EXE_massline");
         let line = line.replacen("massline", program, 1);

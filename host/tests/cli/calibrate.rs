@@ -30,13 +30,13 @@ fn the_json_of_a_block_test_has_the_rc_cutoffs_that_the_rig_stores() {
         assert_eq!(cutoff["axis"], ["x", "y", "z"][axis]);
         assert!(cutoff["reason"].is_null(), "{cutoff}");
         let number = |name: &str| cutoff[name].as_f64().unwrap();
-        let [found, sigma, before] = ["cutoff_hz", "sigma_hz", "before_hz"].map(number);
-        let is_changed = (found - before).abs() > 3.0 * sigma;
+        let [measured, sigma, before] = ["cutoff_hz", "sigma_hz", "before_hz"].map(number);
+        let is_changed = (measured - before).abs() > 3.0 * sigma;
         changed += usize::from(is_changed);
         assert_eq!(cutoff["verdict"], if is_changed { "changed" } else { "kept" });
         // The rig stores it in single precision.
         let stored = kept["sensors"][sensor]["rc_cutoff_hz"][axis].as_f64().unwrap();
-        let expected = if is_changed { found } else { before };
+        let expected = if is_changed { measured } else { before };
         assert!((stored / expected - 1.0).abs() < 1e-6, "{stored} {cutoff}");
     }
     // Cutoffs with a tolerance of 2 % (1 σ) are found to 0.25 %: most of nine are more than three of
@@ -60,12 +60,13 @@ fn a_tumble_and_a_block_test_are_stored_unless_told_otherwise_and_the_calibratio
     let tumbled = calibrate(&tumble, &flash);
     let kept = calibrate(&["show"], &flash);
     assert_eq!((&tumbled["stored"], &tumbled["sensors"]), (&true.into(), &kept["sensors"]));
-    for (found, kept) in [0, 1, 2].map(|k| (&tumbled["tumble"]["sensors"][k], &kept["sensors"][k]))
+    for (computed, kept) in
+        [0, 1, 2].map(|k| (&tumbled["tumble"]["sensors"][k], &kept["sensors"][k]))
     {
         for axis in 0..3 {
-            let zero = |of: &Value| of["zero_v"][axis].as_f64().unwrap();
+            let zero = |sensor: &Value| sensor["zero_v"][axis].as_f64().unwrap();
             // The rig stores it in single precision.
-            assert!((zero(found) - zero(kept)).abs() < 1e-6, "{found} {kept}");
+            assert!((zero(computed) - zero(kept)).abs() < 1e-6, "{computed} {kept}");
         }
     }
     let block = calibrate(&["block", "--mass", "2"], &flash);
@@ -73,7 +74,10 @@ fn a_tumble_and_a_block_test_are_stored_unless_told_otherwise_and_the_calibratio
     let checked = calibrate(&["verify", "--mass", "2"], &flash);
     assert_eq!(checked["calibrated"], block["date"]);
     let sensors = checked["sensors"].as_array().unwrap();
-    assert!(sensors.len() == 3 && sensors.iter().all(|of| of["outcome"] == "pass"), "{checked}");
+    assert!(
+        sensors.len() == 3 && sensors.iter().all(|sensor| sensor["outcome"] == "pass"),
+        "{checked}"
+    );
     assert_eq!(checked["channels"].as_array().unwrap().len(), 9);
 }
 
@@ -82,7 +86,7 @@ fn the_demonstration_calibrates_and_then_measures_better() {
     let value = success(&["calibrate", "demo"]);
     assert_eq!(value["calibration"]["method"], "tumble-and-block");
     for test in value["tests"].as_array().unwrap() {
-        let error = |of: &str| test["rms_error_percent_of_scale"][of].as_f64().unwrap();
+        let error = |key: &str| test["rms_error_percent_of_scale"][key].as_f64().unwrap();
         assert!(error("calibrated") < error("data_sheet"), "{test}");
     }
 }
@@ -92,9 +96,9 @@ fn a_mistyped_mass_is_refused_with_the_one_that_agrees_and_nothing_is_stored() {
     let folder = tempfile::tempdir().unwrap();
     let flash = folder.path().join("flash.bin").display().to_string();
     let before = calibrate(&["show"], &flash);
-    let (exit, said) = answer(&on_block(&["block", "--mass", "20"], &flash));
-    assert_eq!(exit, 3, "{said}");
-    let message = said["error"]["message"].as_str().unwrap();
+    let (exit, value) = answer(&on_block(&["block", "--mass", "20"], &flash));
+    assert_eq!(exit, 3, "{value}");
+    let message = value["error"]["message"].as_str().unwrap();
     assert!(message.contains("check --mass"), "{message}");
     let (_, agreeing) =
         message.split_once("a block of ").and_then(|(_, m)| m.split_once("a block of ")).unwrap();
@@ -102,8 +106,8 @@ fn a_mistyped_mass_is_refused_with_the_one_that_agrees_and_nothing_is_stored() {
     // The block has 2 kg, and the median of nine sensitivities with a tolerance of 5 % is good to 2 %; five times that.
     assert!((agreeing / 2.0 - 1.0).abs() < 0.1, "{message}");
     assert_eq!(calibrate(&["show"], &flash), before);
-    let (exit, said) = answer(&on_block(&["verify", "--mass", "20"], &flash));
-    assert_eq!(exit, 3, "{said}");
+    let (exit, value) = answer(&on_block(&["verify", "--mass", "20"], &flash));
+    assert_eq!(exit, 3, "{value}");
 }
 
 #[test]
@@ -115,9 +119,9 @@ fn impossible_values_are_refused_before_any_hit() {
         (&["block", "--mass", "2", "--temperature", "1e9"], "--temperature"),
         (&["block", "--mass", "2", "--sensor-ids", "a,b"], "--sensor-ids"),
     ] {
-        let (exit, said) = answer(&on_block(arguments, &flash));
-        assert_eq!(exit, 2, "{said}");
-        assert!(said["error"]["message"].as_str().unwrap().contains(named), "{said}");
+        let (exit, value) = answer(&on_block(arguments, &flash));
+        assert_eq!(exit, 2, "{value}");
+        assert!(value["error"]["message"].as_str().unwrap().contains(named), "{value}");
     }
 }
 
@@ -180,8 +184,8 @@ fn a_virtual_rig_with_another_object_asks_for_its_layout() {
         .spawn()
         .unwrap();
     let lines = BufReader::new(rig.stderr.take().unwrap()).lines().map_while(Result::ok);
-    let said = lines.take(2).collect::<Vec<_>>().join(" ");
+    let text = lines.take(2).collect::<Vec<_>>().join(" ");
     rig.kill().unwrap();
     rig.wait().unwrap();
-    assert!(said.contains("without --layout"), "{said}");
+    assert!(text.contains("without --layout"), "{text}");
 }

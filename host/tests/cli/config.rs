@@ -36,8 +36,8 @@ fn the_environment_comes_before_the_file_and_the_command_line_before_both() {
         let both = run_with_config_and_port(&path, "/dev/of-environment", &identify);
         assert!(both.says("/dev/of-environment does not exist"), "{text}: {}", both.stderr);
         let arguments = ["device", "identify", "--port", "/dev/of-line"];
-        let all = run_with_config_and_port(&path, "/dev/of-environment", &arguments);
-        assert!(all.says("/dev/of-line does not exist"), "{text}: {}", all.stderr);
+        let all_three = run_with_config_and_port(&path, "/dev/of-environment", &arguments);
+        assert!(all_three.says("/dev/of-line does not exist"), "{text}: {}", all_three.stderr);
     }
 }
 
@@ -73,7 +73,7 @@ fn a_table_holds_for_its_command_alone() {
 #[test]
 fn what_the_file_may_not_say_is_refused_with_its_name_and_the_way_out() {
     let folder = tempfile::tempdir().unwrap();
-    for (text, said) in [
+    for (text, phrase) in [
         ("prot = \"COM3\"", "prot: no command has the option --prot"),
         ("[slove]\nmethod = \"ml\"", "[slove]: there is no such command"),
         ("[solve]\nmethods = \"ml\"", "[solve]: methods: `massline solve` has no option --methods"),
@@ -113,8 +113,8 @@ fn what_the_file_may_not_say_is_refused_with_its_name_and_the_way_out() {
         let path = config(folder.path(), text);
         let refused = run_with_config(&path, &["demo", "--help"]);
         assert_eq!(refused.exit, 2, "{text}: {}", refused.stderr);
-        for said in [said, "config.toml", "MASSLINE_CONFIG="] {
-            assert!(refused.says(said), "{text}: {said}: {}", refused.stderr);
+        for phrase in [phrase, "config.toml", "MASSLINE_CONFIG="] {
+            assert!(refused.says(phrase), "{text}: {phrase}: {}", refused.stderr);
         }
     }
     let missing = run_with_config(&folder.path().join("none.toml"), &["demo", "--help"]);

@@ -4,20 +4,21 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use jsonschema::Validator;
-use massline_report::document::Described;
+use massline_report::document::DocumentKind;
 use serde_json::Value;
 
-/// Strict validators by the name of the document: no key may be missing in a schema, though readers have to admit new ones.
+/// Strict validators by the name of the document: no key may be missing in a schema, though readers have to admit new
+/// ones.
 static VALIDATORS: LazyLock<BTreeMap<&str, Validator>> = LazyLock::new(|| {
-    let of = |described: &Described| {
-        let mut schema = described.schema().to_value();
+    let validator = |kind: &DocumentKind| {
+        let mut schema = kind.schema().to_value();
         // A command may add keys to its error.
-        if described.name != "error" {
+        if kind.name != "error" {
             close(&mut schema);
         }
-        (described.name, jsonschema::validator_for(&schema).unwrap())
+        (kind.name, jsonschema::validator_for(&schema).unwrap())
     };
-    Described::ALL.iter().map(of).collect()
+    DocumentKind::ALL.iter().map(validator).collect()
 });
 
 /// Admits no keys but those of the schema.
@@ -40,17 +41,17 @@ pub fn check(arguments: &[&str], document: &Value) {
     let words: Vec<&str> =
         arguments.iter().copied().filter(|word| !word.starts_with('-')).collect();
     let printed_by = |command: &&str| words.join(" ").starts_with(*command);
-    let may_be = |of: &&Described| match document.get("error") {
-        Some(_) => of.name == "error",
-        None => of.commands.iter().any(printed_by),
+    let may_be = |kind: &&DocumentKind| match document.get("error") {
+        Some(_) => kind.name == "error",
+        None => kind.commands.iter().any(printed_by),
     };
-    let candidates: Vec<&Described> = Described::ALL.iter().filter(may_be).collect();
-    let wrong = |of: &&Described| {
-        let errors = VALIDATORS[of.name].iter_errors(document);
+    let candidates: Vec<&DocumentKind> = DocumentKind::ALL.iter().filter(may_be).collect();
+    let wrong = |kind: &&DocumentKind| {
+        let errors = VALIDATORS[kind.name].iter_errors(document);
         let errors = errors.map(|error| format!("{}: {error:.300}", error.instance_path()));
-        (of.name, errors.collect::<Vec<_>>())
+        (kind.name, errors.collect::<Vec<_>>())
     };
-    let found: Vec<_> = candidates.iter().map(wrong).collect();
-    let fits = found.is_empty() || found.iter().any(|(_, wrong)| wrong.is_empty());
-    assert!(fits, "{arguments:?}: {found:#?}");
+    let mismatches: Vec<_> = candidates.iter().map(wrong).collect();
+    let fits = mismatches.is_empty() || mismatches.iter().any(|(_, wrong)| wrong.is_empty());
+    assert!(fits, "{arguments:?}: {mismatches:#?}");
 }

@@ -1,4 +1,5 @@
-//! Archives and documents that were edited: what no test gives is drawn or refused by name, and nothing crashes or hangs.
+//! Archives and documents that were edited: what no test gives is drawn or refused by name, and nothing crashes or
+//! hangs.
 
 use std::fs;
 use std::path::Path;
@@ -71,8 +72,8 @@ fn edited_archives_are_drawn_or_refused_but_nothing_panics() {
     ];
     for (name, change) in changes {
         let archive = edited(folder.path(), name, change);
-        let found = run(&["plot", &archive, "-o", &pictures]);
-        assert!([0, 2, 3].contains(&found.exit), "{name}: {} {}", found.exit, found.stderr);
+        let plotted = run(&["plot", &archive, "-o", &pictures]);
+        assert!([0, 2, 3].contains(&plotted.exit), "{name}: {} {}", plotted.exit, plotted.stderr);
     }
     let bits = edited(folder.path(), "bits", &|archive| {
         archive["rig"]["sampler"]["adc"]["bits"] = json!(60);
@@ -103,10 +104,10 @@ fn numbers_that_no_test_gives_are_refused_by_name() {
             "a direction or an axis has no unit length",
         ),
     ];
-    for (name, change, said) in changes {
+    for (name, change, phrase) in changes {
         let archive = edited(folder.path(), name, change);
         let refused = run(&["plot", &archive, "-o", &pictures]);
-        assert!(refused.exit == 2 && refused.says(said), "{name}: {}", refused.stderr);
+        assert!(refused.exit == 2 && refused.says(phrase), "{name}: {}", refused.stderr);
     }
     let mode = |indicator: f64| {
         let zeros = [0.0; 6];
@@ -125,14 +126,14 @@ fn numbers_that_no_test_gives_are_refused_by_name() {
         })
     };
     let path = folder.path().join("modes.json");
-    for (document, said) in [
+    for (document, phrase) in [
         (modes(vec![mode(-1e300)], vec![vec![1.0]]), "norm_indicator is negative"),
         (modes(vec![mode(0.5)], vec![vec![0.5; 2000]; 2000]), "modal_assurance: it is not 1 by 1"),
         (modes(vec![mode(0.5); 25], vec![vec![0.5; 25]; 25]), "there are 25"),
     ] {
         fs::write(&path, document.to_string()).unwrap();
         let refused = run(&["plot", &text(&path), "-o", &pictures]);
-        assert!(refused.exit == 2 && refused.says(said), "{said}: {}", refused.stderr);
+        assert!(refused.exit == 2 && refused.says(phrase), "{phrase}: {}", refused.stderr);
     }
 }
 
@@ -171,7 +172,13 @@ fn malformed_details_and_bands_are_named() {
     assert_eq!(plot(&huge, "pulls").exit, 0);
     assert_eq!(plot(&huge, "budget").exit, 0);
     let mut band = document;
-    band["suspension"] = json!({ "band_hz": [9.0, 2.0], "modes": [], "modal_assurance": [], "orders": [], "modes_missing": 6 });
+    band["suspension"] = json!({
+        "band_hz": [9.0, 2.0],
+        "modes": [],
+        "modal_assurance": [],
+        "orders": [],
+        "modes_missing": 6,
+    });
     let refused = plot(&band, "mac");
     assert!(refused.exit == 2 && refused.says("is no band"), "{}", refused.stderr);
 }

@@ -174,8 +174,11 @@ fn an_unphysical_result_is_written_on_request_only() {
         v["results"][0]["inertia_kg_m2"]["value"][2][2] = json!(0.05);
         v["results"][0]["interval95"] = Value::Null;
     });
-    let said = fails(&[&path, "--format", "urdf"], 3, "unphysical_result");
-    assert!(said.contains("sum of the other two") && said.contains("--despite-verdict"), "{said}");
+    let message = fails(&[&path, "--format", "urdf"], 3, "unphysical_result");
+    assert!(
+        message.contains("sum of the other two") && message.contains("--despite-verdict"),
+        "{message}"
+    );
     // Replacing a file is another matter.
     let target = files.write("frame.urdf", "mine");
     fails(&[&path, "--format", "urdf", "-o", &target, "--force"], 3, "unphysical_result");
@@ -188,8 +191,8 @@ fn an_unphysical_result_is_written_on_request_only() {
         v["results"][0]["mass_kg"]["value"] = json!(-1.0);
         v["results"][0]["interval95"] = Value::Null;
     });
-    let said = fails(&[&negative, "--format", "csv"], 3, "unphysical_result");
-    assert!(said.contains("the mass is -1.0 kg"), "{said}");
+    let message = fails(&[&negative, "--format", "csv"], 3, "unphysical_result");
+    assert!(message.contains("the mass is -1.0 kg"), "{message}");
 }
 
 #[test]
@@ -200,22 +203,23 @@ fn options_that_do_not_go_together_are_refused() {
         |arguments: &[&str], code| fails(&[&[result.as_str()], arguments].concat(), 2, code);
     export(&["--format", "urdf", "--units", "t-mm"], "units_not_for_format");
     export(&["--format", "uff", "--frame", "principal"], "frame_not_for_format");
-    let said = export(&["--format", "urdf", "--frame", "2"], "unknown_node");
-    assert!(said.contains("--layout"), "{said}");
-    let said = export(&["--format", "urdf", "--frame", "9", "--layout", &layout], "unknown_node");
-    assert!(said.contains("has 1, 2, 3, 4, 5"), "{said}");
+    let message = export(&["--format", "urdf", "--frame", "2"], "unknown_node");
+    assert!(message.contains("--layout"), "{message}");
+    let message =
+        export(&["--format", "urdf", "--frame", "9", "--layout", &layout], "unknown_node");
+    assert!(message.contains("has 1, 2, 3, 4, 5"), "{message}");
     export(&["--format", "urdf", "--frame", "tip"], "usage");
     export(&["--format", "stl"], "usage");
     export(&["--format", "urdf", "--method", "conti-bretl"], "no_such_answer");
-    let said = export(&["--format", "uff", "--layout", &layout], "no_responses");
-    assert!(said.contains("frequency responses"), "{said}");
+    let message = export(&["--format", "uff", "--layout", &layout], "no_responses");
+    assert!(message.contains("frequency responses"), "{message}");
     // Standard output cannot hold both a file and a JSON object.
     let (run, value) = run_json(&["export", &result, "--format", "npz"]);
     assert_eq!((run.exit, &value["error"]["code"]), (2, &json!("output_needed")));
-    let there = files.write("frame.npz", "mine");
-    export(&["--format", "npz", "-o", &there], "file_exists");
+    let existing = files.write("frame.npz", "mine");
+    export(&["--format", "npz", "-o", &existing], "file_exists");
     export(&["--format", "npz", "-o", "/no/such/folder/frame.npz"], "cannot_write");
-    let written = success(&["export", &result, "--format", "npz", "-o", &there, "--force"]);
+    let written = success(&["export", &result, "--format", "npz", "-o", &existing, "--force"]);
     assert_eq!(written["method"], "maximum-likelihood");
     assert_eq!(written["physically_consistent"], true);
     fails(&["7", "--format", "urdf", "--port", "/dev/no-such-port"], 4, "port_not_found");
@@ -253,12 +257,13 @@ fn an_archive_is_exported_with_its_nodes_and_responses() {
     // every product of inertia is 30 of them or more, so a wrong sign or axis is far outside.
     let of_file = &solved["results"][0];
     for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
-        let [of_file, of_host] =
-            [of_file, of_host].map(|of| of["inertia_kg_m2"]["value"][i][j].as_f64().unwrap());
+        let [of_file, of_host] = [of_file, of_host]
+            .map(|answer| answer["inertia_kg_m2"]["value"][i][j].as_f64().unwrap());
         let sigma = measured["results"][0]["inertia_kg_m2"]["sigma"][i][j].as_f64().unwrap();
         assert!((of_file - of_host).abs() < sigma && of_host.abs() > 30.0 * sigma, "{i}, {j}");
     }
-    let [of_file, of_host] = [of_file, of_host].map(|of| of["mass_kg"]["value"].as_f64().unwrap());
+    let [of_file, of_host] =
+        [of_file, of_host].map(|answer| answer["mass_kg"]["value"].as_f64().unwrap());
     assert!((of_file / of_host - 1.0).abs() < 0.01, "{of_file} {of_host}");
 }
 

@@ -280,8 +280,8 @@ fn dataset_164_holds_before_and_after_the_functions_and_contradictions_are_named
         "{value}"
     );
     let run = solve_with("", &silent, &[]);
-    let understood = "45 frequency responses: accelerance in (m/s^2)/N (assumed: the file states no unit); 12 bins from 10 \
-                      to 120 Hz";
+    let understood = "45 frequency responses: accelerance in (m/s^2)/N (assumed: the file states no unit); 12 bins \
+                      from 10 to 120 Hz";
     assert!(run.says(understood), "{}", run.stderr);
 }
 

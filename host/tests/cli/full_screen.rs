@@ -31,11 +31,11 @@ fn a_campaign_from_its_first_hit_to_its_result() {
     for size in [SMALL, LARGE] {
         let mut terminal = measure(&rig, size, &layout, &[]);
         let good = |shown: &str| shown.contains("last hit") && shown.contains("good");
-        assert!(terminal.until_shown(good), "{}", terminal.shown());
+        assert!(terminal.until_shown(good), "{}", terminal.screen_text());
         // Not all of it is there from the first picture on.
         for word in ["measurement:", "of 36 hits", "arrow: force on the body", "level", "? help"] {
-            let found = terminal.until_shown(|shown| shown.contains(word));
-            assert!(found, "{word}:\n{}", terminal.shown());
+            let is_shown = terminal.until_shown(|shown| shown.contains(word));
+            assert!(is_shown, "{word}:\n{}", terminal.screen_text());
         }
         assert!(terminal.until_shown(|shown| shown.contains("largest responses")));
         let (exit, text) = terminal.end();
@@ -79,7 +79,7 @@ fn a_silent_rig_is_told_of_on_the_screen_and_the_campaign_goes_on() {
     assert!(terminal.until_shown(|shown| shown.contains("asking again")));
     kill(process, Signal::SIGCONT).unwrap();
     let next = |shown: &str| shown.contains("measurement: 4 of");
-    assert!(terminal.until_shown(next), "{}", terminal.shown());
+    assert!(terminal.until_shown(next), "{}", terminal.screen_text());
     terminal.type_keys("\x03");
     assert_eq!(terminal.end().0, 130);
 }
@@ -165,11 +165,11 @@ struct Session {
     rig: VirtualProcess,
     terminal: Terminal,
     /// What was on the screen.
-    recorded: Recorded,
+    recorded: RecordedScreens,
 }
 
 /// Screens with their times, program by program.
-type Recorded = Vec<Vec<(Duration, vt100::Screen)>>;
+type RecordedScreens = Vec<Vec<(Duration, vt100::Screen)>>;
 
 /// The layout and the archive of a session, in its folder.
 const FRAME: &str = "frame.toml";
@@ -201,14 +201,14 @@ impl Session {
     fn end(&mut self) -> (i32, String) {
         let (exit, _) = self.terminal.end();
         self.recorded.push(self.terminal.seen());
-        (exit, self.terminal.shown())
+        (exit, self.terminal.screen_text())
     }
 
     /// Waits for this on the screen.
     #[track_caller]
     fn see(&mut self, words: &str) {
-        let found = self.terminal.until_shown(|shown| shown.contains(words));
-        assert!(found, "{words}:\n{}", self.terminal.shown());
+        let is_shown = self.terminal.until_shown(|shown| shown.contains(words));
+        assert!(is_shown, "{words}:\n{}", self.terminal.screen_text());
     }
 
     /// Taps when the rig waits for it.
@@ -219,7 +219,7 @@ impl Session {
 
     /// The same, and waits until the hit is counted, or rejected.
     fn tap_and_see(&mut self) {
-        let before = self.terminal.shown();
+        let before = self.terminal.screen_text();
         self.tap_for(|shown| {
             last_hit_in(shown) != last_hit_in(&before)
                 && (shown.contains("rejected: ") || count_in(shown) != count_in(&before))
@@ -234,7 +234,7 @@ impl Session {
                 return;
             }
         }
-        panic!("five taps change nothing:\n{}", self.terminal.shown());
+        panic!("five taps change nothing:\n{}", self.terminal.screen_text());
     }
 
     /// Taps until this is on the screen.
@@ -242,7 +242,7 @@ impl Session {
         loop {
             // Then the last hit is counted.
             self.see(" now: hit ");
-            if self.terminal.shown().contains(words) {
+            if self.terminal.screen_text().contains(words) {
                 return;
             }
             self.tap_and_see();
@@ -265,7 +265,7 @@ fn count_in(shown: &str) -> String {
 }
 
 /// From the start to the report, with all that happens at a bench; returns what was on the screen.
-fn a_campaign_with_mishaps(size: Size, other: Size) -> Recorded {
+fn a_campaign_with_mishaps(size: Size, other: Size) -> RecordedScreens {
     let folder = tempfile::tempdir().unwrap();
     let layout = layout_with_hits(folder.path(), 3);
     let text = std::fs::read_to_string(&layout).unwrap();
@@ -287,16 +287,16 @@ fn a_campaign_with_mishaps(size: Size, other: Size) -> Recorded {
     session.tap_until("rejected: ");
     // A bad hit is drawn as well.
     let is_drawn = |shown: &str| shown.contains("force, N") && !shown.contains("that was read");
-    assert!(session.terminal.until_shown(is_drawn), "{}", session.terminal.shown());
+    assert!(session.terminal.until_shown(is_drawn), "{}", session.terminal.screen_text());
     session.tap_until("4 of 12 hits");
     session.terminal.type_keys("\t");
     session.see("1 hit: log");
     session.tap_until("5 of 12 hits");
     session.see("coherence over Hz");
     session.rig.process.kill().unwrap();
-    let (exit, said) = session.end();
-    assert_eq!(exit, 4, "{said}");
-    assert!(said.contains("the same command"), "{said}");
+    let (exit, output) = session.end();
+    assert_eq!(exit, 4, "{output}");
+    assert!(output.contains("the same command"), "{output}");
     let mut recorded = session.recorded;
     drop(session.rig);
 
@@ -309,12 +309,12 @@ fn a_campaign_with_mishaps(size: Size, other: Size) -> Recorded {
     session.see("mass");
     session.tap_until("11 of 12 hits");
     session.tap_for(|shown| shown.contains("archive written"));
-    let (exit, said) = session.end();
-    assert_eq!(exit, 0, "{said}");
-    assert!(said.contains("archive written to frame.massline"), "{said}");
+    let (exit, output) = session.end();
+    assert_eq!(exit, 0, "{output}");
+    assert!(output.contains("archive written to frame.massline"), "{output}");
     session.terminal = Session::program(folder.path(), size, &["report", ARCHIVE]);
-    let (exit, said) = session.end();
-    assert_eq!(exit, 0, "{said}");
+    let (exit, output) = session.end();
+    assert_eq!(exit, 0, "{output}");
     let report = std::fs::read_to_string(folder.path().join("frame.html")).unwrap();
     for verdict in ["undone", "rejected", "accepted"] {
         assert!(report.contains(verdict), "{verdict}");

@@ -27,12 +27,12 @@ pub fn run(arguments: &[&str]) -> (i32, Value, String) {
 pub fn verdicts(arguments: &[&str]) -> Vec<(u64, String, Vec<String>)> {
     let (exit, value, stderr) = run(arguments);
     assert_eq!(exit, 0, "{stderr}");
-    let of = |hit: &Value| {
+    let summary = |hit: &Value| {
         let codes = hit["codes"].as_array().unwrap().iter();
         let codes = codes.map(|code| code.as_str().unwrap().to_owned()).collect();
         (hit["segment"].as_u64().unwrap(), hit["verdict"].as_str().unwrap().to_owned(), codes)
     };
-    value["hits"].as_array().unwrap().iter().map(of).collect()
+    value["hits"].as_array().unwrap().iter().map(summary).collect()
 }
 
 /// The five hits as the record's own description grades them.
@@ -143,8 +143,8 @@ fn a_continuous_text_file_is_cut_into_its_hits() {
         let path = folder.path().join("taps.csv");
         std::fs::write(&path, text).unwrap();
         let path = path.display().to_string();
-        let found = verdicts(&[&[path.as_str(), "--record-s", "0.09"], &SI[..]].concat());
-        assert_eq!(found, expected());
+        let hits = verdicts(&[&[path.as_str(), "--record-s", "0.09"], &SI[..]].concat());
+        assert_eq!(hits, expected());
     }
 }
 
@@ -152,19 +152,19 @@ fn a_continuous_text_file_is_cut_into_its_hits() {
 fn a_policy_changes_the_verdict_and_keep_the_number_of_hits() {
     let npy = data("impact2_response0.npy").display().to_string();
     let known = [&[npy.as_str(), "--rate-hz", "51200"], &SI[..]].concat();
-    let found = verdicts(&[&known[..], &["--policy", "double_hit=warn"]].concat());
-    assert_eq!(found[2].1, "warning");
+    let hits = verdicts(&[&known[..], &["--policy", "double_hit=warn"]].concat());
+    assert_eq!(hits[2].1, "warning");
     let (_, value, _) = run(&[&known[..], &["--keep", "2"]].concat());
     let kept = value["hits"].as_array().unwrap().iter().filter(|hit| hit["kept"] == true).count();
     assert_eq!(kept, 2);
     // With the hammer's range given: the good hits of 154 to 177 N come close to 180 N.
-    let found = verdicts(&[&known[..], &["--force-range-n", "180"]].concat());
-    assert!(found[1].2.contains(&"too_hard".to_owned()), "{found:?}");
+    let hits = verdicts(&[&known[..], &["--force-range-n", "180"]].concat());
+    assert!(hits[1].2.contains(&"too_hard".to_owned()), "{hits:?}");
 }
 
 /// A file with invalid content, which must end with exit code 2, this error code and a message with these
 /// words.
-struct Bad<'a> {
+struct BadRecording<'a> {
     name: &'a str,
     content: Vec<u8>,
     arguments: &'a [&'a str],
@@ -180,7 +180,7 @@ fn whatever_is_no_recording_is_named() {
     let rate: &[&str] = &["--rate-hz", "4000"];
     let units: &[&str] = &SI;
     let both: &[&str] = &["--rate-hz", "4000", "--unit", "1=N", "--unit", "*=m/s^2"];
-    let bad = |name, content: &[u8], arguments, code, words| Bad {
+    let bad = |name, content: &[u8], arguments, code, words| BadRecording {
         name,
         content: content.to_vec(),
         arguments,
@@ -315,7 +315,7 @@ fn whatever_is_no_recording_is_named() {
 }
 
 #[track_caller]
-fn check(folder: &TempDir, bad: &Bad<'_>) {
+fn check(folder: &TempDir, bad: &BadRecording<'_>) {
     let path = folder.path().join(bad.name);
     std::fs::write(&path, &bad.content).unwrap();
     let path = path.display().to_string();
@@ -348,9 +348,9 @@ fn another_rate_than_that_of_the_file_is_said() {
     let file = data("impact2_response0.lvm").display().to_string();
     let (exit, value, stderr) = run(&[&file, "--rate-hz", "25600"]);
     assert_eq!(exit, 0);
-    let said = "the file states 51200 Hz, using 25600 Hz from --rate-hz";
-    assert!(stderr.contains(&format!("warning: {said}")), "{stderr}");
-    assert_eq!(value["notes"][0], said);
+    let sentence = "the file states 51200 Hz, using 25600 Hz from --rate-hz";
+    assert!(stderr.contains(&format!("warning: {sentence}")), "{stderr}");
+    assert_eq!(value["notes"][0], sentence);
     let (_, value, stderr) = run(&[&file, "--rate-hz", "51200"]);
     assert!(stderr.is_empty() && value["notes"].as_array().unwrap().is_empty(), "{stderr}");
 }
@@ -482,11 +482,11 @@ fn quotes_comments_units_orders_and_bytes_of_other_programs_are_read() {
 #[test]
 fn a_recording_of_rejected_hits_alone_is_no_success() {
     let lvm = data("impact2_response0.lvm").display().to_string();
-    let all = [lvm.as_str(), "--min-peak-force-n", "5000"];
-    let (exit, value, _) = run(&all);
+    let arguments = [lvm.as_str(), "--min-peak-force-n", "5000"];
+    let (exit, value, _) = run(&arguments);
     assert_eq!((exit, &value["error"]["code"]), (3, &"all_hits_rejected".into()));
     assert_eq!(value["hits"].as_array().unwrap().len(), 5);
-    let text = program::run(&[&["hits"], &all[..]].concat());
+    let text = program::run(&[&["hits"], &arguments[..]].concat());
     assert_eq!(text.exit, 3);
     assert!(text.stdout.contains("best consistent set: none"), "{}", text.stdout);
     assert!(text.says("all 5 hits were rejected"), "{}", text.stderr);

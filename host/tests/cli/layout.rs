@@ -372,13 +372,14 @@ fn in_the_suspension_profile_every_method_has_its_forecast_and_every_mode_its_hi
     assert!((sum - 1.0).abs() < 3e-3, "{sum}");
     let forecast = &value["forecast"];
     let answers = forecast["answers"].as_array().unwrap();
-    let methods: Vec<&str> = answers.iter().map(|of| of["method"].as_str().unwrap()).collect();
+    let methods: Vec<&str> =
+        answers.iter().map(|answer| answer["method"].as_str().unwrap()).collect();
     assert_eq!(methods[0], "global-fit");
     assert!(methods.contains(&"toivola-nuutila") && methods.contains(&"conti-bretl"));
     assert!(NAMES.iter().all(|name| answers[1]["sigma"][name].as_f64().unwrap() > 0.0));
     assert!(total(&forecast["combined"]) > 0.0);
     // The bound is for the best method; the methods that use less of the data are less certain.
-    assert!(answers[1..].iter().all(|of| total(of) > total(&value)), "{forecast}");
+    assert!(answers[1..].iter().all(|answer| total(answer) > total(&value)), "{forecast}");
     let modes = forecast["modes"].as_array().unwrap();
     assert_eq!(modes.len(), 6);
     assert_eq!(modes[0]["norm_indicators"].as_array().unwrap().len(), 5);
@@ -404,8 +405,8 @@ fn wheel_with_hits(folder: &TempDir, hits: &str, more: &str) -> String {
 /// The methods of a layout check that do not apply, and what prevents them.
 fn blocked_methods(value: &Value) -> Vec<(&str, &Value)> {
     let methods = value["methods"].as_array().unwrap().iter();
-    let blocked = methods.filter(|of| of["applicable"] == false);
-    blocked.map(|of| (of["method"].as_str().unwrap(), &of["blocked_by"])).collect()
+    let blocked = methods.filter(|method| method["applicable"] == false);
+    blocked.map(|method| (method["method"].as_str().unwrap(), &method["blocked_by"])).collect()
 }
 
 /// One hit across all axes moves every mode of the bench, and mass lines, which would need three hits, are not asked.
@@ -446,8 +447,8 @@ fn in_the_suspension_profile_what_is_not_determined_is_so_for_every_method() {
     assert!(value["forecast"]["answers"].as_array().unwrap().is_empty(), "{value}");
 }
 
-/// The wheel's test with gentler hits and other windows, the bench hitting as the layout says: its noise is that which the check
-/// predicts. Nonlinearities are drawn for each test, so what they add scatters by 10 %.
+/// The wheel's test with gentler hits and other windows, the bench hitting as the layout says: its noise is that which
+/// the check predicts. Nonlinearities are drawn for each test, so what they add scatters by 10 %.
 #[test]
 fn in_the_suspension_profile_the_predicted_noise_is_that_of_a_test_with_these_settings() {
     let folder = tempfile::tempdir().unwrap();
@@ -488,8 +489,8 @@ fn in_the_suspension_profile_noise_may_be_stated_for_a_heavy_object() {
     assert!((value["noise"].as_f64().unwrap() - 1.2).abs() < 1e-12, "{exit} {value}");
     let (exit, value) = layout(&["check", &example(1), "--noise", "1.2"]);
     assert_eq!((exit, &value["error"]["code"]), (2, &"usage".into()));
-    let said = value["error"]["message"].as_str().unwrap();
-    assert!(said.contains("up to 1"), "{said}");
+    let message = value["error"]["message"].as_str().unwrap();
+    assert!(message.contains("up to 1"), "{message}");
 }
 
 #[test]

@@ -17,8 +17,8 @@ const LARGE: usize = 60 << 20;
 fn refused(arguments: &[&str], words: &str) {
     let Run { exit, stderr, .. } = run_limited(LIMIT, arguments);
     assert_eq!(exit, 2, "{arguments:?}: {stderr}");
-    let said = crate::program::words(&stderr);
-    assert!(said.contains(words), "{arguments:?}: {said}");
+    let message = crate::program::words(&stderr);
+    assert!(message.contains(words), "{arguments:?}: {message}");
 }
 
 /// A file that repeats `part` between a head and a tail.
@@ -38,16 +38,16 @@ fn file(folder: &Path, name: &str, head: &str, part: &str, tail: &str) -> String
 #[test]
 fn recordings_of_text() {
     let folder = tempfile::tempdir().unwrap();
-    let of = |head: &str, part: &str| file(folder.path(), "r.csv", head, part, "\n");
-    refused(&["hits", &of("", "1,")], "line 1: it is longer than 1048576 bytes");
-    refused(&["hits", &of("1,2\n\"", "3,4\n")], "it is longer than 1048576 bytes");
-    refused(&["hits", &of("", "words\n")], "the format is not known");
+    let recording = |head: &str, part: &str| file(folder.path(), "r.csv", head, part, "\n");
+    refused(&["hits", &recording("", "1,")], "line 1: it is longer than 1048576 bytes");
+    refused(&["hits", &recording("1,2\n\"", "3,4\n")], "it is longer than 1048576 bytes");
+    refused(&["hits", &recording("", "words\n")], "the format is not known");
     let wide = format!("{}\n", "1,".repeat(5000));
-    refused(&["hits", &of("", &wide)], "5000 channels; at most 1000 are read");
+    refused(&["hits", &recording("", &wide)], "5000 channels; at most 1000 are read");
     let lvm = "LabVIEW Measurement\n***End_of_Header***\n";
-    refused(&["hits", &of(lvm, "\t")], "it is longer than 1048576 bytes");
+    refused(&["hits", &recording(lvm, "\t")], "it is longer than 1048576 bytes");
     refused(
-        &["hits", &of(lvm, "Channels\t1\nSamples\t1\n***End_of_Header***\nX\tF\n0\t1\n\n")],
+        &["hits", &recording(lvm, "Channels\t1\nSamples\t1\n***End_of_Header***\nX\tF\n0\t1\n\n")],
         "segments; at most 10000 are read",
     );
 }
@@ -142,8 +142,8 @@ fn lines_without_end() {
         .spawn()
         .unwrap();
     let mut lines = BufReader::new(process.stderr.take().unwrap()).lines().map_while(Result::ok);
-    let told = lines.find(|line| line.contains("nothing taps any more"));
+    let notice = lines.find(|line| line.contains("nothing taps any more"));
     process.kill().unwrap();
     process.wait().unwrap();
-    assert!(told.is_some_and(|line| line.contains("a line is longer than 4096 bytes")));
+    assert!(notice.is_some_and(|line| line.contains("a line is longer than 4096 bytes")));
 }

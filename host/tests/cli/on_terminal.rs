@@ -77,31 +77,31 @@ impl Terminal {
         }
     }
 
-    /// Reads until `found` in all that was written; false at the end of the process.
-    pub fn until(&mut self, found: impl Fn(&str) -> bool) -> bool {
-        self.read_until(|terminal| found(&terminal.text))
+    /// Reads until `condition` holds for all that was written; false at the end of the process.
+    pub fn until(&mut self, condition: impl Fn(&str) -> bool) -> bool {
+        self.read_until(|terminal| condition(&terminal.text))
     }
 
-    /// Reads until `found` on the screen; false at the end of the process.
-    pub fn until_shown(&mut self, found: impl Fn(&str) -> bool) -> bool {
-        self.read_until(|terminal| found(&terminal.shown()))
+    /// Reads until `condition` holds on the screen; false at the end of the process.
+    pub fn until_shown(&mut self, condition: impl Fn(&str) -> bool) -> bool {
+        self.read_until(|terminal| condition(&terminal.screen_text()))
     }
 
-    /// Reads for at most this time until `found` on the screen; whether it was.
-    pub fn shown_within(&mut self, time: Duration, found: impl Fn(&str) -> bool) -> bool {
+    /// Reads for at most this time until `condition` holds on the screen; whether it did.
+    pub fn shown_within(&mut self, time: Duration, condition: impl Fn(&str) -> bool) -> bool {
         let began = Instant::now();
-        while !found(&self.shown()) {
+        while !condition(&self.screen_text()) {
             if began.elapsed() > time || !self.read() {
-                return found(&self.shown());
+                return condition(&self.screen_text());
             }
         }
         true
     }
 
-    fn read_until(&mut self, found: impl Fn(&Self) -> bool) -> bool {
+    fn read_until(&mut self, condition: impl Fn(&Self) -> bool) -> bool {
         let began = Instant::now();
-        while !found(self) {
-            assert!(began.elapsed() < PATIENCE, "this does not come:\n{}", self.shown());
+        while !condition(self) {
+            assert!(began.elapsed() < PATIENCE, "this does not come:\n{}", self.screen_text());
             if !self.read() {
                 return false;
             }
@@ -135,7 +135,7 @@ impl Terminal {
     }
 
     /// What is on the screen now.
-    pub fn shown(&self) -> String {
+    pub fn screen_text(&self) -> String {
         self.emulator.screen().contents()
     }
 

@@ -13,8 +13,8 @@ const SYMBOLS: [&str; 10] =
 #[track_caller]
 fn row<'t>(table: &'t str, symbol: &str) -> Vec<&'t str> {
     let rows = table.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
-    let mut found = rows.filter(|words| words.first() == Some(&symbol));
-    found.next().unwrap_or_else(|| panic!("{symbol}: {table}"))
+    let mut matching_rows = rows.filter(|words| words.first() == Some(&symbol));
+    matching_rows.next().unwrap_or_else(|| panic!("{symbol}: {table}"))
 }
 
 /// Text without markup, a word for each cell, with the minus sign of a keyboard.
@@ -43,7 +43,7 @@ fn text_page_and_exports_of_an_archive_state_equal_numbers() {
     assert_eq!(json["center_of_mass"], answer["center_of_mass_m"]["value"]);
     assert_eq!(json["inertia"], answer["inertia_kg_m2"]["value"]);
     for (k, symbol) in SYMBOLS.into_iter().enumerate() {
-        let said = row(&brief.stdout, symbol);
+        let printed = row(&brief.stdout, symbol);
         // The symbol stands in two cells of the page, c and x, before its name, its value and half its interval.
         let (letter, index) = symbol.split_once('_').unwrap_or((symbol, ""));
         let place = (0..page.len()).find(|&at| {
@@ -56,7 +56,11 @@ fn text_page_and_exports_of_an_archive_state_equal_numbers() {
         });
         let after = place.map(|at| &page[at..]).unwrap_or_else(|| panic!("{symbol}: {page:?}"));
         let numbers: Vec<_> = after.iter().filter(|cell| cell.parse::<f64>().is_ok()).collect();
-        assert_eq!((numbers[0].as_str(), numbers[1].as_str()), (said[1], said[2]), "{symbol}");
+        assert_eq!(
+            (numbers[0].as_str(), numbers[1].as_str()),
+            (printed[1], printed[2]),
+            "{symbol}"
+        );
 
         let value = json["value"][k].as_f64().unwrap();
         let of_csv = csv.lines().find(|line| line.starts_with(&format!("{symbol},"))).unwrap();
@@ -67,7 +71,7 @@ fn text_page_and_exports_of_an_archive_state_equal_numbers() {
         assert_eq!(answer["interval95"][symbol], serde_json::json!([low, high]), "{symbol}");
         // The text rounds to its last digit, in mm and g m².
         let factor = if k == 0 { 1.0 } else { 1e3 };
-        for (shown, exact) in [(said[1], value), (said[2], (high - low) / 2.0)] {
+        for (shown, exact) in [(printed[1], value), (printed[2], (high - low) / 2.0)] {
             let decimals = shown.split_once('.').map_or(0, |(_, decimals)| decimals.len());
             let rounded = format!("{:.decimals$}", exact * factor);
             assert_eq!(shown, rounded, "{symbol}");

@@ -18,7 +18,7 @@ fn recording() -> String {
 /// Command lines with a numeric option each.
 fn numbers() -> Vec<(Vec<String>, &'static str)> {
     let recording = recording();
-    let of = |before: &[&str], options: &[&'static str]| {
+    let cases = |before: &[&str], options: &[&'static str]| {
         let before: Vec<String> = before.iter().map(|&word| word.to_owned()).collect();
         options.iter().map(|&option| (before.clone(), option)).collect::<Vec<_>>()
     };
@@ -36,12 +36,12 @@ fn numbers() -> Vec<(Vec<String>, &'static str)> {
     ];
     let suggest = ["--sensors", "--hits", "--hits-per-dof", "--noise", "--starts", "--seed"];
     [
-        of(&["hits", &recording], &hits),
-        of(&["layout", "suggest", LAYOUT], &suggest),
-        of(&["layout", "check", LAYOUT], &["--noise"]),
-        of(&["simulate", LAYOUT], &["--seed", "--runs"]),
-        of(&["simulate", LAYOUT, "--runs", "2"], &["--threads"]),
-        of(&["demo"], &["--seed", "--hits"]),
+        cases(&["hits", &recording], &hits),
+        cases(&["layout", "suggest", LAYOUT], &suggest),
+        cases(&["layout", "check", LAYOUT], &["--noise"]),
+        cases(&["simulate", LAYOUT], &["--seed", "--runs"]),
+        cases(&["simulate", LAYOUT, "--runs", "2"], &["--threads"]),
+        cases(&["demo"], &["--seed", "--hits"]),
     ]
     .concat()
 }
@@ -52,35 +52,35 @@ fn a_number_that_cannot_be_is_refused_by_the_name_of_its_option() {
         for value in ["-5", "nan", "inf", "1e400", "x", ""] {
             let mut arguments: Vec<&str> = before.iter().map(String::as_str).collect();
             arguments.extend([option, value]);
-            let (code, said) = refusal(&arguments);
-            assert_eq!(code, 2, "{arguments:?}: {said}");
-            assert!(!said.contains("unexpected argument"), "{arguments:?}: {said}");
-            assert!(said.contains(&format!("for '{option} <")), "{arguments:?}: {said}");
+            let (code, message) = refusal(&arguments);
+            assert_eq!(code, 2, "{arguments:?}: {message}");
+            assert!(!message.contains("unexpected argument"), "{arguments:?}: {message}");
+            assert!(message.contains(&format!("for '{option} <")), "{arguments:?}: {message}");
         }
     }
 }
 
 #[test]
 fn a_negative_end_of_a_band_is_refused_as_a_number() {
-    let (code, said) = refusal(&["hits", &recording(), "--band-hz", "-5", "100"]);
+    let (code, message) = refusal(&["hits", &recording(), "--band-hz", "-5", "100"]);
     assert_eq!(code, 2);
-    assert!(said.contains("'-5' for '--band-hz <LOW> <HIGH>'"), "{said}");
-    assert!(said.contains("positive number"), "{said}");
+    assert!(message.contains("'-5' for '--band-hz <LOW> <HIGH>'"), "{message}");
+    assert!(message.contains("positive number"), "{message}");
 }
 
 #[test]
 fn no_hits_to_keep_and_no_runs_are_refused_with_what_to_give() {
-    let (code, said) = refusal(&["hits", &recording(), "--keep", "0"]);
-    assert!(code == 2 && said.contains("at least 1; leave --keep out"), "{said}");
-    let (code, said) = refusal(&["simulate", LAYOUT, "--runs", "0"]);
-    assert!(code == 2 && said.contains("at least 1; use 100 or more"), "{said}");
+    let (code, message) = refusal(&["hits", &recording(), "--keep", "0"]);
+    assert!(code == 2 && message.contains("at least 1; leave --keep out"), "{message}");
+    let (code, message) = refusal(&["simulate", LAYOUT, "--runs", "0"]);
+    assert!(code == 2 && message.contains("at least 1; use 100 or more"), "{message}");
 }
 
 #[test]
 fn a_day_that_the_calendar_does_not_have_is_refused_by_the_name_of_its_option() {
-    let Run { exit, stderr: said, .. } = run(&["calibrate", "tumble", "--date", "2026-02-31"]);
-    assert!(exit == 2 && said.contains("'2026-02-31' for '--date <DAY>'"), "{said}");
-    assert!(said.contains("yyyy-mm-dd"), "{said}");
+    let Run { exit, stderr: message, .. } = run(&["calibrate", "tumble", "--date", "2026-02-31"]);
+    assert!(exit == 2 && message.contains("'2026-02-31' for '--date <DAY>'"), "{message}");
+    assert!(message.contains("yyyy-mm-dd"), "{message}");
 }
 
 #[test]

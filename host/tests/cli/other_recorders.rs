@@ -1,6 +1,7 @@
 //! `massline hits` on what other recorders write: times, encodings, separators, decimal signs, headers, signals in mV.
 //!
-//! All files hold the same hit: a half sine of 60 N at 0.4 s, sampled at 5120 Hz, and a response that reaches 24.7 m/s².
+//! All files hold the same hit: a half sine of 60 N at 0.4 s, sampled at 5120 Hz, and a response that reaches 24.7
+//! m/s².
 
 mod labview;
 mod times;

@@ -32,9 +32,12 @@ fn a_pipe_that_nothing_writes_to_is_not_waited_for_without_end() {
     let started: Vec<Child> = commands.iter().map(start).collect();
     for (child, arguments) in started.into_iter().zip(commands) {
         let ended = child.wait_with_output().unwrap();
-        let said = crate::program::words(&String::from_utf8(ended.stderr).unwrap());
-        assert_eq!(ended.status.code(), Some(2), "{arguments:?}: {said}");
-        assert!(said.contains("it is a pipe that no program writes to"), "{arguments:?}: {said}");
+        let message = crate::program::words(&String::from_utf8(ended.stderr).unwrap());
+        assert_eq!(ended.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(
+            message.contains("it is a pipe that no program writes to"),
+            "{arguments:?}: {message}"
+        );
     }
 }
 
@@ -52,12 +55,12 @@ fn a_pipe_with_a_writer_is_a_file_like_any_other() {
 #[test]
 fn the_standard_output_can_be_given_as_a_file() {
     let folder = tempfile::tempdir().unwrap();
-    let there = folder.path().join("there.toml");
+    let file = folder.path().join("there.toml");
     for redirection in ["| cat > there.toml", "> there.toml", ">> there.toml"] {
         let script = format!("cd {}; \"$0\" \"$@\" {redirection}", folder.path().display());
         let run = run_in_shell(&script, &["layout", "new", "-o", "/dev/stdout"]);
         assert_eq!(run.exit, 0, "{redirection}: {}", run.stderr);
-        let text = std::fs::read_to_string(&there).unwrap();
+        let text = std::fs::read_to_string(&file).unwrap();
         assert!(text.contains("hits = ["), "{redirection}: {text}");
     }
     let tape = run(&["simulate", LAYOUT, "--tape", "/dev/stdout"]);

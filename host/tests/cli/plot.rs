@@ -20,13 +20,13 @@ fn compare(folder: &Path, names: &[&str]) {
     drawn.sort();
     assert_eq!(drawn, names);
     for name in names {
-        let found = fs::read(folder.join(name)).unwrap();
+        let picture = fs::read(folder.join(name)).unwrap();
         if std::env::var_os("MASSLINE_BLESS").is_some() {
             fs::create_dir_all(&committed).unwrap();
-            fs::write(committed.join(name), &found).unwrap();
+            fs::write(committed.join(name), &picture).unwrap();
         }
         let expected = fs::read(committed.join(name)).expect("a committed picture");
-        assert!(found == expected, "{name} differs from the committed one; look at both");
+        assert!(picture == expected, "{name} differs from the committed one; look at both");
     }
 }
 
@@ -118,7 +118,7 @@ fn suspension_modes_have_pictures() {
 fn what_cannot_be_drawn_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let archive = text(&data("archive/version-1.massline"));
-    for (arguments, exit, said) in [
+    for (arguments, exit, phrase) in [
         (vec!["plot", "nothing.json"], 2, "cannot be read"),
         (vec!["plot", &archive, "--picture", "mac"], 3, "suspension modes"),
         (vec!["plot", &archive, "-o", "all.svg"], 2, "--picture"),
@@ -128,9 +128,9 @@ fn what_cannot_be_drawn_is_named() {
         (vec!["plot", &archive, "-o", "x.gif"], 2, "a .svg or a .png file, not .gif"),
         (vec!["plot", &archive, "-o", "-"], 2, "the name of a file or of a folder"),
     ] {
-        let found = run(&arguments);
-        assert_eq!(found.exit, exit, "{arguments:?}: {}", found.stderr);
-        assert!(found.says(said), "{arguments:?}: {}", found.stderr);
+        let refused = run(&arguments);
+        assert_eq!(refused.exit, exit, "{arguments:?}: {}", refused.stderr);
+        assert!(refused.says(phrase), "{arguments:?}: {}", refused.stderr);
     }
     // An answer alone does not say where the sensors are.
     let solved = folder.path().join("solved.json");
@@ -233,8 +233,10 @@ fn coherence_of(functions: &[u8]) -> Vec<u8> {
     let (from, to) = (b"\n    4 ", b"\n    6 ");
     let mut coherence = functions.to_vec();
     let mut place = 0;
-    while let Some(found) = coherence[place..].windows(from.len()).position(|of| of == from) {
-        place += found;
+    while let Some(offset) =
+        coherence[place..].windows(from.len()).position(|window| window == from)
+    {
+        place += offset;
         coherence[place..place + to.len()].copy_from_slice(to);
     }
     assert!(place > 0, "the file has frequency responses");

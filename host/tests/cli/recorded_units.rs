@@ -47,10 +47,10 @@ fn units_of_the_file_and_of_the_command_line_are_converted_or_refused() {
         let hit = &value["hits"][0];
         ["peak_force_n", "peak_response_m_per_s2"].map(|key| hit[key].as_f64().unwrap())
     };
-    let close = |found: [f64; 2], expected: [f64; 2]| {
+    let close = |actual: [f64; 2], expected: [f64; 2]| {
         // Findings are in single precision.
-        let near = |k: usize| (found[k] / expected[k] - 1.0).abs() < 1e-6;
-        assert!(near(0) && near(1), "{found:?} {expected:?}");
+        let near = |k: usize| (actual[k] / expected[k] - 1.0).abs() < 1e-6;
+        assert!(near(0) && near(1), "{actual:?} {expected:?}");
     };
     close(peaks(&[&file("si.csv", "N", "m/s²")]), [20.0, 10.0]);
     close(peaks(&[&file("g.csv", "lbf", "g")]), [88.964_432_3, 98.0665]);
@@ -119,10 +119,13 @@ fn quantities_and_units_of_a_universal_file_are_honoured_or_refused() {
     let of_file = peaks(&[&millimetres]);
     // A unit that is stated takes the place of that of the file.
     let stated = peaks(&[&millimetres, "--unit", "1=N", "--unit", "2=g"]);
-    for (found, factors) in [(of_file, [1.0, 1e-3]), (stated, [1.0, 9.80665])] {
+    for (actual, factors) in [(of_file, [1.0, 1e-3]), (stated, [1.0, 9.80665])] {
         for k in 0..2 {
             // Findings are in single precision.
-            assert!((found[k] / (plain[k] * factors[k]) - 1.0).abs() < 1e-6, "{found:?} {plain:?}");
+            assert!(
+                (actual[k] / (plain[k] * factors[k]) - 1.0).abs() < 1e-6,
+                "{actual:?} {plain:?}"
+            );
         }
     }
     for (data_type, unit, words) in [
@@ -175,9 +178,9 @@ fn segments_of_unequal_rates_are_named_with_both() {
         std::fs::write(&path, text).unwrap();
         let (code, value, _) = run(&[&path]);
         assert_eq!(code, 2, "{value}");
-        let said = value["error"]["message"].as_str().unwrap().to_owned();
-        assert!(said.contains("line ") && said.contains("one rate"), "{said}");
-        assert!(said.contains("51200") && said.contains("25600"), "{said}");
+        let message = value["error"]["message"].as_str().unwrap().to_owned();
+        assert!(message.contains("line ") && message.contains("one rate"), "{message}");
+        assert!(message.contains("51200") && message.contains("25600"), "{message}");
     };
     let first = triggered_record();
     let (_, segment) = first.split_once("***End_of_Header***\t\n\t\n").unwrap();
@@ -188,15 +191,16 @@ fn segments_of_unequal_rates_are_named_with_both() {
     let [force, response] = [(0, 13), (1, 12)]
         .map(|(channel, data_type)| time_record(&segments()[1], channel, data_type));
     let step = format!("{:13.5e}", RATE.recip());
-    let slower = [&force, &response].map(|of| of.replace(&step, &format!("{:13.5e}", 2.0 / RATE)));
+    let slower =
+        [&force, &response].map(|record| record.replace(&step, &format!("{:13.5e}", 2.0 / RATE)));
     assert_ne!(slower[0], force);
     // The abscissa of a universal file has six digits.
     let path = folder.path().join("two.uff").display().to_string();
     std::fs::write(&path, [&force, &response, &slower[0], &slower[1]].map(String::as_str).concat())
         .unwrap();
     let (code, value, _) = run(&[&path]);
-    let said = value["error"]["message"].as_str().unwrap_or_default();
-    assert!(code == 2 && said.contains("export all records at one rate"), "{value}");
+    let message = value["error"]["message"].as_str().unwrap_or_default();
+    assert!(code == 2 && message.contains("export all records at one rate"), "{value}");
 }
 
 #[test]
@@ -204,8 +208,8 @@ fn a_second_force_is_named_also_when_the_first_is_stated() {
     let folder = tempfile::tempdir().unwrap();
     let grade = |heads: &str, options: &[&str]| {
         let path = folder.path().join("two.csv").display().to_string();
-        let all = segments();
-        let rows = all[1].iter().enumerate().map(|(n, [force, response])| {
+        let segments = segments();
+        let rows = segments[1].iter().enumerate().map(|(n, [force, response])| {
             format!("{},{force},{force},{response}\n", n as f64 / RATE)
         });
         std::fs::write(&path, heads.to_owned() + "\n" + &rows.collect::<String>()).unwrap();
@@ -214,13 +218,16 @@ fn a_second_force_is_named_also_when_the_first_is_stated() {
     };
     let stated = ["--force", "Hammer"];
     for heads in ["Time,Hammer,Force 2,a", "Time,Hammer [N],Cell [lbf],a [m/s^2]"] {
-        let (code, said) = grade(heads, &stated);
-        assert!(code == 2 && said.contains("channel 2 is a force as well"), "{heads}: {said}");
+        let (code, message) = grade(heads, &stated);
+        assert!(
+            code == 2 && message.contains("channel 2 is a force as well"),
+            "{heads}: {message}"
+        );
         let name = if heads.contains("Cell") { "Cell" } else { "Force 2" };
-        assert!(said.contains(&format!("--leave-out \"{name}\"")), "{said}");
+        assert!(message.contains(&format!("--leave-out \"{name}\"")), "{message}");
         let units = ["--unit", "Hammer=N", "--unit", "*=m/s^2"];
-        let (code, said) = grade(heads, &[&stated[..], &["--leave-out", name], &units].concat());
-        assert_eq!(code, 0, "{said}");
+        let (code, message) = grade(heads, &[&stated[..], &["--leave-out", name], &units].concat());
+        assert_eq!(code, 0, "{message}");
     }
     let unit = ["--unit", "Hammer=N", "--unit", "Force 2=g", "--unit", "a=g"];
     let unit = [&stated[..], &unit].concat();
@@ -313,7 +320,9 @@ fn a_byte_order_or_an_increment_that_cannot_be_is_named() {
         let header = time_header(0, (hit.len(), Some(step)), (13, "N"));
         let rows: String = hit
             .chunks(4)
-            .map(|row| row.iter().map(|of| format!("{:20.11e}", of[0])).collect::<String>() + "\n")
+            .map(|row| {
+                row.iter().map(|values| format!("{:20.11e}", values[0])).collect::<String>() + "\n"
+            })
             .collect();
         let words =
             ["dataset 1, line 1", "the increment of the abscissa (record 7) is", "positive"];

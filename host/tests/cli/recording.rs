@@ -1,4 +1,5 @@
-//! A recording of a terminal as an animated SVG: the screens one above the other, of which a window shows one at a time.
+//! A recording of a terminal as an animated SVG: the screens one above the other, of which a window shows one at a
+//! time.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -84,19 +85,19 @@ fn of_screen(screen: &Screen) -> Size {
 
 /// The rules that move the window from screen to screen.
 fn style(shown: &[(Screen, Duration)], height: f64) -> String {
-    let all: f64 = shown.iter().map(|(_, time)| time.as_secs_f64()).sum();
+    let total: f64 = shown.iter().map(|(_, time)| time.as_secs_f64()).sum();
     let mut frames = String::new();
     let mut at = 0.0;
     for (place, (_, time)) in shown.iter().enumerate() {
         let up = place as f64 * height;
-        let _ = write!(frames, "{:.2}%{{transform:translateY(-{up:.0}px)}}", 100.0 * at / all);
+        let _ = write!(frames, "{:.2}%{{transform:translateY(-{up:.0}px)}}", 100.0 * at / total);
         at += time.as_secs_f64();
     }
     let last = shown.len().saturating_sub(1) as f64 * height;
     let mut style = format!(
         "text{{font:{FONT}px ui-monospace,'DejaVu Sans Mono',Menlo,Consolas,monospace;white-space:pre}}\
          .b{{font-weight:bold}}\n@keyframes screens{{{frames}}}\n\
-         #screens{{animation:screens {all:.1}s step-end infinite}}\n\
+         #screens{{animation:screens {total:.1}s step-end infinite}}\n\
          @media(prefers-reduced-motion:reduce){{#screens{{animation:none;transform:translateY(-{last:.0}px)}}}}\n"
     );
     for (number, color) in PALETTE.iter().chain([&TEXT, &GROUND]).enumerate() {
@@ -184,7 +185,8 @@ fn run_of(column: u16, look: Look, text: &str) -> String {
     let escaped = inner.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     let _ = write!(
         svg,
-        "<text x=\"{:.1}\" y=\"13\" textLength=\"{:.1}\" lengthAdjust=\"spacingAndGlyphs\" class=\"c{}{bold}\">{escaped}</text>",
+        "<text x=\"{:.1}\" y=\"13\" textLength=\"{:.1}\" lengthAdjust=\"spacingAndGlyphs\" \
+         class=\"c{}{bold}\">{escaped}</text>",
         x(usize::from(column) + before),
         x(inner.chars().count()),
         look.text

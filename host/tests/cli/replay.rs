@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use massline_files::file::Existing;
+use massline_files::file::ExistingFile;
 use massline_files::tape::{Segment, Sidecar, Tape, TapeWriter};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -33,7 +33,7 @@ impl Recording {
     fn replay(&mut self, segments: Vec<Segment>) -> (i32, Value, String) {
         let path = self.folder.path().join("some.npy");
         let sidecar = Sidecar { segments, ..self.tape.sidecar.clone() };
-        let mut writer = TapeWriter::create(&path, sidecar, Existing::Replaced).unwrap();
+        let mut writer = TapeWriter::create(&path, sidecar, ExistingFile::Replaced).unwrap();
         writer.push(&self.tape.scans.to_vec().unwrap()).unwrap();
         writer.finish().unwrap();
         let path = path.display().to_string();

@@ -227,8 +227,8 @@ fn every_hit_of_a_measurement_has_its_verdict_in_the_page() {
     let (exit, measured) = rig.run(&["measure", &layout, "-o", &path]);
     assert_eq!(exit, 0, "{measured}");
     let log = measured["hit_log"].as_array().unwrap();
-    let of = |verdict: &str| log.iter().filter(|hit| hit["verdict"] == verdict).count();
-    assert_eq!(of("accepted"), 9, "{log:?}");
+    let count = |verdict: &str| log.iter().filter(|hit| hit["verdict"] == verdict).count();
+    assert_eq!(count("accepted"), 9, "{log:?}");
     let weak = log.iter().find(|hit| hit["verdict"] == "rejected").unwrap();
     assert_eq!(weak["findings"][0]["code"], "too_weak");
     assert!(weak["peak_force_n"].as_f64().unwrap() < 20.0, "{weak}");

@@ -198,7 +198,8 @@ fn a_page_without_an_answer_says_every_reason_once() {
     let folder = tempfile::tempdir().unwrap();
     let reason = "the hits are too few for such a body";
     let mut document = without_answer();
-    let refused = |method: &str| json!({ "method": method, "message": reason, "code": "fewer_than_three_hits", "codes": ["fewer_than_three_hits"] });
+    let code = "fewer_than_three_hits";
+    let refused = |method: &str| json!({ "method": method, "message": reason, "code": code, "codes": [code] });
     document["not_applicable"] =
         json!([refused("maximum-likelihood"), refused("inertia-restraint")]);
     document["diagnostics"] =
@@ -210,8 +211,8 @@ fn a_page_without_an_answer_says_every_reason_once() {
     };
     let text = shown(&document);
     assert_eq!(text.matches(reason).count(), 1);
-    let said = format!("Maximum-likelihood, inertia-restraint: {reason}");
-    assert!(text.contains(&said), "{text:.900}");
+    let sentence = format!("Maximum-likelihood, inertia-restraint: {reason}");
+    assert!(text.contains(&sentence), "{text:.900}");
 
     let mut wider = refused("maximum-likelihood");
     wider["message"] = format!("{reason}; nor is it square").into();
@@ -294,8 +295,8 @@ fn suspension_modes_of_a_file_have_advice_and_the_share_of_the_hammer_or_a_reaso
     };
     let well = limits(&document);
     assert!(well.contains("of the variance of the mass: calibrate it"), "{well}");
-    let found = document["diagnostics"].as_array_mut().unwrap();
-    found.retain(|one| one["code"] != "hammer_gain_limits");
+    let diagnostics = document["diagnostics"].as_array_mut().unwrap();
+    diagnostics.retain(|one| one["code"] != "hammer_gain_limits");
     let none = limits(&document);
     assert!(none.contains("is computed for tests by a rig in the suspension profile"), "{none}");
     document["suspension"]["modes"][2]["better_hit"] = json!({ "dof": "9:+Z", "shown": 0.12 });

@@ -90,12 +90,12 @@ fn a_measured_result_can_be_listed_fetched_and_deleted() {
     assert_eq!(exit, 0, "{fetched}");
     // Hammer and sensors have their terms; four lines are left.
     let unseen = measured["cannot_see"].as_array().unwrap();
-    let sources: Vec<_> = unseen.iter().map(|of| of["source"].as_str().unwrap()).collect();
+    let sources: Vec<_> = unseen.iter().map(|source| source["source"].as_str().unwrap()).collect();
     assert_eq!(
         sources,
         ["same_side_miss", "lateral_force_or_free_moment", "sensor_mass", "nonlinearity"]
     );
-    assert!(unseen.iter().all(|of| !of["message"].as_str().unwrap().is_empty()));
+    assert!(unseen.iter().all(|source| !source["message"].as_str().unwrap().is_empty()));
     for key in ["number", "layout_hash", "calibration", "firmware", "mass_lines"] {
         // The answers are not compared: the file has more digits and nodes than the rig stores of it.
         assert_eq!(fetched[key], measured[key], "{key}");
@@ -154,14 +154,14 @@ fn a_target_that_is_missed_is_a_note_with_what_to_hit_again() {
     let (exit, measured) = answer(&["measure", &path, "--port", &process.port]);
     assert_eq!(exit, 0, "{measured}");
     assert_eq!(measured["mass_lines"].as_array().unwrap().len(), 5);
-    let found = measured["diagnostics"].as_array().unwrap();
-    let of = |code: &str| found.iter().find(|d| d["code"] == code);
-    let missed = of("target_missed").unwrap();
+    let diagnostics = measured["diagnostics"].as_array().unwrap();
+    let diagnostic = |code: &str| diagnostics.iter().find(|d| d["code"] == code);
+    let missed = diagnostic("target_missed").unwrap();
     assert_eq!(missed["severity"], "note");
     assert!(missed["message"].as_str().unwrap().contains("interval of c"), "{missed}");
-    let again = of("hit_again").unwrap()["message"].as_str().unwrap();
+    let again = diagnostic("hit_again").unwrap()["message"].as_str().unwrap();
     assert!(again.contains("(") && again.contains(":+"), "the DOF has its name: {again}");
-    assert!(of("stopped_at_target").is_none());
+    assert!(diagnostic("stopped_at_target").is_none());
 }
 
 #[test]
@@ -266,7 +266,8 @@ fn a_replay_of_recorded_hits_gives_what_the_rig_itself_had() {
     let (_, own) = rig.run(&["results", "get", "1", "--layout", &layout]);
     let replayed = success(&["replay", &tape, "--layout", &layout]);
     assert_eq!(replayed["results"], own["results"]);
-    // The program's answer differs from the rig's by single precision, which is a tenth of a standard deviation at most.
+    // The program's answer differs from the rig's by single precision, which is a tenth of a standard deviation at
+    // most.
     assert_eq!(own["rig"]["agrees"], true, "{}", own["rig"]);
     let far = own["rig"]["difference_sigma"].as_f64().unwrap();
     assert!(far != 0.0 && far.abs() < 0.1, "{far}");
@@ -293,8 +294,8 @@ fn after_a_killed_recording_a_campaign_ends_without_a_keyboard_and_can_be_aborte
     kill_a_recording();
     let (exit, refused) = rig.run(&["measure", &rig.layout(1)]);
     assert_eq!((exit, &refused["error"]["code"]), (4, &"another_campaign".into()));
-    let said = refused["error"]["message"].as_str().unwrap();
-    assert!(said.contains("`massline device abort`"), "{said}");
+    let message = refused["error"]["message"].as_str().unwrap();
+    assert!(message.contains("`massline device abort`"), "{message}");
     assert_eq!(rig.run(&["device", "abort"]).1["aborted"], true);
     assert_eq!(rig.run(&["device", "abort"]).1["aborted"], false);
     let (exit, identity) = rig.run(&["device", "identify"]);

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use massline_report::document::Described;
+use massline_report::document::DocumentKind;
 use serde_json::Value;
 
 use crate::program::{run, success};
@@ -14,9 +14,9 @@ fn a_schema_is_printed_by_its_name_and_all_are_listed() {
         .as_array()
         .unwrap()
         .iter()
-        .map(|of| of["document"].as_str().unwrap())
+        .map(|document| document["document"].as_str().unwrap())
         .collect();
-    assert_eq!(names, Described::ALL.map(|of| of.name));
+    assert_eq!(names, DocumentKind::ALL.map(|kind| kind.name));
     for name in names {
         let schema: Value = serde_json::from_str(&run(&["schema", name]).stdout).unwrap();
         assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
@@ -29,9 +29,9 @@ fn a_schema_is_printed_by_its_name_and_all_are_listed() {
 fn the_published_schemas_are_those_of_the_types() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("schemas");
     let mut published = Vec::new();
-    for described in &Described::ALL {
-        let path = folder.join(format!("{}.schema.json", described.name));
-        let text = format!("{:#}\n", described.schema().to_value());
+    for kind in &DocumentKind::ALL {
+        let path = folder.join(format!("{}.schema.json", kind.name));
+        let text = format!("{:#}\n", kind.schema().to_value());
         if std::env::var_os("MASSLINE_BLESS").is_some() {
             std::fs::create_dir_all(&folder).unwrap();
             std::fs::write(&path, &text).unwrap();

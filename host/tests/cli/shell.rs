@@ -49,14 +49,14 @@ fn colour_is_for_terminals_or_for_who_asks() {
 fn doctor_says_how_things_are_and_what_to_do() {
     let value = success(&["doctor"]);
     let findings = value["findings"].as_array().unwrap();
-    let of = |subject: &str| findings.iter().find(|found| found["subject"] == subject);
-    let program = of("massline").unwrap();
+    let finding_of = |subject: &str| findings.iter().find(|finding| finding["subject"] == subject);
+    let program = finding_of("massline").unwrap();
     assert_eq!(program["state"], "good");
     assert!(program["found"].as_str().unwrap().starts_with(env!("CARGO_PKG_VERSION")), "{program}");
-    let emulator = of("emulated rig").unwrap();
+    let emulator = finding_of("emulated rig").unwrap();
     assert_eq!(emulator["advice"].is_null(), emulator["state"] == "good", "{emulator}");
-    for found in findings.iter().filter(|found| found["state"] == "absent") {
-        assert!(found["advice"].is_string(), "{found}");
+    for finding in findings.iter().filter(|finding| finding["state"] == "absent") {
+        assert!(finding["advice"].is_string(), "{finding}");
     }
     let text = run(&["doctor"]);
     assert!(text.exit == 0 && text.stdout.contains("massline: "), "{}", text.stdout);

@@ -45,11 +45,11 @@ fn many_runs_tell_of_every_method_and_property() {
         let names: Vec<_> = properties.iter().map(|p| p["name"].as_str().unwrap()).collect();
         assert_eq!(names, massline_shared::body::INERTIAL_PARAMETERS.map(|p| p.symbol));
         for p in properties {
-            let of = |key: &str| p[key].as_f64().unwrap();
-            assert!(of("rms") >= of("bias").abs() && of("bound") > 0.0, "{p}");
+            let number = |key: &str| p[key].as_f64().unwrap();
+            assert!(number("rms") >= number("bias").abs() && number("bound") > 0.0, "{p}");
             // Both are printed with all digits.
-            assert!((of("ratio") - of("rms") / of("bound")).abs() < 1e-9, "{p}");
-            assert!((0.0..=1.0).contains(&of("coverage95")), "{p}");
+            assert!((number("ratio") - number("rms") / number("bound")).abs() < 1e-9, "{p}");
+            assert!((0.0..=1.0).contains(&number("coverage95")), "{p}");
         }
     }
 }
@@ -66,8 +66,8 @@ fn the_bench_has_the_errors_of_the_layout_when_asked() {
         mass[key].as_f64().unwrap() / mass["truth"].as_f64().unwrap()
     };
     let (uncalibrated, calibrated) = (study(&[]), study(&["--calibrated-hammer"]));
-    // The 2 % of a hammer that is not calibrated, which nothing else tells of; and 0.3 % with 1 % of nine sensor axes and the
-    // placement of three marks, 1.3 % in all.
+    // The 2 % of a hammer that is not calibrated, which nothing else tells of; and 0.3 % with 1 % of nine sensor axes
+    // and the placement of three marks, 1.3 % in all.
     assert!(share(&uncalibrated, "bound") > 0.02, "{uncalibrated}");
     assert!((0.003..0.016).contains(&share(&calibrated, "bound")), "{calibrated}");
     // The rig assumes the same: intervals of 1.96 times that, and what is learned may widen them by a half.
@@ -83,8 +83,12 @@ fn a_fault_on_the_bench_is_named_beside_the_result() {
     let suspect = &value["single_faults"]["suspects"][0];
     assert_eq!((&suspect["code"], &suspect["sensor"]), (&"sensor_axes_suspect".into(), &2.into()));
     assert!(suspect["message"].as_str().unwrap().contains("y axis reversed"), "{suspect}");
-    let said = value["diagnostics"].as_array().unwrap();
-    assert!(said.iter().any(|d| d["code"] == "sensor_axes_suspect" && d["severity"] == "warning"));
+    let diagnostics = value["diagnostics"].as_array().unwrap();
+    assert!(
+        diagnostics
+            .iter()
+            .any(|d| d["code"] == "sensor_axes_suspect" && d["severity"] == "warning")
+    );
 }
 
 #[test]
@@ -141,8 +145,8 @@ fn a_method_that_does_not_apply_is_said_with_its_reason() {
         assert_eq!(refused[0]["method"], "inertia-restraint");
         assert_eq!(refused[0]["code"], "fewer_than_three_sensors");
         assert!(refused[0]["message"].as_str().unwrap().contains("six motions"), "{refused:?}");
-        let all = if arguments.is_empty() { &["--details"][..] } else { arguments };
-        let text = text_of(layout, all);
+        let options = if arguments.is_empty() { &["--details"][..] } else { arguments };
+        let text = text_of(layout, options);
         let line = "inertia-restraint: not applicable: fewer than three";
         assert!(text.contains(line), "{text}");
     }
@@ -176,11 +180,14 @@ fn a_prior_that_is_hardly_wrong_enough_is_named_in_place_of_a_sensor() {
     let (code, value) = simulate_layout(layout, &[]);
     assert_eq!((code, &value["verdict"]), (3, &"do_not_use".into()));
     assert_eq!(value["results"][0]["method"], "maximum-likelihood");
-    let said = value["results"][0]["diagnostics"].as_array().unwrap();
-    assert!(said.iter().any(|d| d["code"] == "data_inconsistent_with_budget"), "{said:?}");
-    assert!(!said.iter().any(|d| d["code"] == "large_sensor_pull"), "{said:?}");
-    let said = value["diagnostics"].as_array().unwrap();
-    let named = said.iter().find(|d| d["code"] == "prior_inconsistent_with_data").unwrap();
+    let diagnostics = value["results"][0]["diagnostics"].as_array().unwrap();
+    assert!(
+        diagnostics.iter().any(|d| d["code"] == "data_inconsistent_with_budget"),
+        "{diagnostics:?}"
+    );
+    assert!(!diagnostics.iter().any(|d| d["code"] == "large_sensor_pull"), "{diagnostics:?}");
+    let diagnostics = value["diagnostics"].as_array().unwrap();
+    let named = diagnostics.iter().find(|d| d["code"] == "prior_inconsistent_with_data").unwrap();
     assert!(
         named["message"]
             .as_str()
@@ -322,6 +329,6 @@ fn the_rejected_hits_of_runs_without_an_answer_are_counted() {
     let layout = changed(|text| text.replacen("hits_per_dof = 5", hard, 1));
     let layout = layout.path().to_str().unwrap();
     let simulated = run(&["simulate", layout, "--bench", "default", "--runs", "2"]);
-    let said = words(&(simulated.stdout + &simulated.stderr));
-    assert!(said.contains("400 hits rejected and repeated"), "{said}");
+    let text = words(&(simulated.stdout + &simulated.stderr));
+    assert!(text.contains("400 hits rejected and repeated"), "{text}");
 }

@@ -19,8 +19,8 @@ fn identify(port: &str) -> (String, String) {
     (text("code"), text("message"))
 }
 
-/// A terminal, whose other end gives this answer to what it reads. The end of the program is kept open, because reading fails
-/// while nobody has it.
+/// A terminal, whose other end gives this answer to what it reads. The end of the program is kept open, because reading
+/// fails while nobody has it.
 fn terminal(answer: impl Fn(&[u8]) -> Vec<u8> + Send + 'static) -> (String, OwnedFd) {
     let pair = openpty(None, None).unwrap();
     let mut master = File::from(pair.master);
@@ -111,6 +111,7 @@ fn a_server_that_closes_each_connection_is_named_as_that() {
     // Without reading the request, as the server of a rig that has another client does.
     let (code, message) = identify(&server(drop));
     assert_eq!(code, "port_busy", "{message}");
-    let said = "it closes the connection without an answer; if no other program is connected, no massline rig listens there";
-    assert!(message.contains(said), "{message}");
+    let text = "it closes the connection without an answer; if no other program is connected, no massline rig listens \
+         there";
+    assert!(message.contains(text), "{message}");
 }

@@ -29,8 +29,8 @@ fn a_written_wheel_is_solved_by_all_methods_and_its_files_are_not_replaced() {
     let folder = tempfile::tempdir().unwrap();
     let [layout, uff] = wheel(folder.path());
     let solved = success(&["solve", &layout, &uff]);
-    let all = ["global-fit", "toivola-nuutila", "conti-bretl", "dppim", "modal-constant"];
-    assert_eq!(methods(&solved), all);
+    let expected = ["global-fit", "toivola-nuutila", "conti-bretl", "dppim", "modal-constant"];
+    assert_eq!(methods(&solved), expected);
     // The wheel weighs 17.295 kg; the stated errors of hammer and gains are some percent, and none is made here.
     assert!((mass(&solved) - 17.295).abs() < 0.2, "{}", mass(&solved));
     let agreement = &solved["agreement"];
@@ -43,8 +43,8 @@ fn a_written_wheel_is_solved_by_all_methods_and_its_files_are_not_replaced() {
     // Mass lines have no part of the band to themselves: their methods are listed with the reason.
     let refused = solved["not_applicable"].as_array().unwrap();
     for name in ["maximum-likelihood", "inertia-restraint"] {
-        let of = refused.iter().find(|of| of["method"] == name).unwrap();
-        assert_eq!(of["code"], "band_too_narrow", "{of}");
+        let refusal = refused.iter().find(|refusal| refusal["method"] == name).unwrap();
+        assert_eq!(refusal["code"], "band_too_narrow", "{refusal}");
     }
     let again = run(&["demo", "wheel", "--write", &uff]);
     assert!(again.exit == 2 && again.says("--force"), "{}", again.stderr);
@@ -58,8 +58,8 @@ fn the_demonstration_compares_every_method_with_the_truth() {
     let [set] = value["sets"].as_array().unwrap().as_slice() else { panic!("{value}") };
     assert_eq!((&set["set"], &set["runs"]), (&json!("A"), &json!(2)));
     assert_eq!(set["forces"], json!(["101:+X", "102:+Z", "104:+Y"]));
-    let of = |name| set["methods"].as_array().unwrap().iter().find(|row| row["name"] == name);
-    let combined = of("combined").unwrap();
+    let row_of = |name| set["methods"].as_array().unwrap().iter().find(|row| row["name"] == name);
+    let combined = row_of("combined").unwrap();
     assert_eq!(combined["unanswered"], 0);
     // Near the bound, as over hundreds of runs; two runs scatter by a few tens of percent.
     let ratio = combined["over_bound"].as_f64().unwrap();
@@ -71,18 +71,18 @@ fn the_demonstration_compares_every_method_with_the_truth() {
 fn modes_have_shapes_indicators_and_where_to_hit_instead() {
     let folder = tempfile::tempdir().unwrap();
     let [layout, uff] = wheel(folder.path());
-    let found = success(&["modes", &layout, &uff]);
-    let modes = found["modes"].as_array().unwrap();
+    let document = success(&["modes", &layout, &uff]);
+    let modes = document["modes"].as_array().unwrap();
     let hz: Vec<f64> =
         modes.iter().map(|mode| mode["frequency_hz"]["value"].as_f64().unwrap()).collect();
-    for (found, paper) in hz.iter().zip([2.82, 3.22, 3.56, 6.14, 7.16, 7.66]) {
+    for (computed, paper) in hz.iter().zip([2.82, 3.22, 3.56, 6.14, 7.16, 7.66]) {
         // The paper gives three digits.
-        assert!((found - paper).abs() < 0.01, "{hz:?}");
+        assert!((computed - paper).abs() < 0.01, "{hz:?}");
     }
-    assert_eq!((hz.len(), &found["modes_missing"]), (6, &json!(0)));
+    assert_eq!((hz.len(), &document["modes_missing"]), (6, &json!(0)));
     assert!(modes.iter().all(|mode| mode["better_hit"].is_null()));
-    assert_eq!(found["modal_assurance"][2][2], json!(1.0));
-    let orders = found["orders"].as_array().unwrap();
+    assert_eq!(document["modal_assurance"][2][2], json!(1.0));
+    let orders = document["orders"].as_array().unwrap();
     assert_eq!(orders.iter().filter(|order| order["used"] == json!(true)).count(), 1);
     // A hit beside the node of two modes: another place shows more of them.
     let one = success(&["modes", &layout, &uff, "--hits", "103:+Z"]);
@@ -94,10 +94,10 @@ fn modes_have_shapes_indicators_and_where_to_hit_instead() {
         assert!(mode["better_hit"]["shown"].as_f64().unwrap() < 0.2, "{mode}");
     }
     let text = run(&["modes", &layout, &uff]).stdout;
-    for said in
+    for phrase in
         ["shapes at the origin", "Norm Indicator", "modal assurance criterion", "stabilisation"]
     {
-        assert!(text.contains(said), "{said}: {text}");
+        assert!(text.contains(phrase), "{phrase}: {text}");
     }
 }
 
@@ -110,9 +110,9 @@ fn modes_are_shown_with_a_warning_of_gravity_that_does_not_fit() {
         let changed = text.replace("gravity = [0.0, 0.0, -9.80665]", gravity);
         let path = folder.path().join("gravity.toml").display().to_string();
         std::fs::write(&path, changed).unwrap();
-        let found = success(&["modes", &path, &uff]);
-        assert!(!found["modes"].as_array().unwrap().is_empty());
-        let warnings = found["diagnostics"].as_array().unwrap().iter();
+        let document = success(&["modes", &path, &uff]);
+        assert!(!document["modes"].as_array().unwrap().is_empty());
+        let warnings = document["diagnostics"].as_array().unwrap().iter();
         let codes = warnings.map(|d| d["code"].as_str().unwrap().to_owned());
         codes.filter(|code| code.starts_with("gravity")).collect::<Vec<_>>()
     };

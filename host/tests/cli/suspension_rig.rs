@@ -24,10 +24,10 @@ fn changed(folder: &tempfile::TempDir, from: &str, to: &str) -> String {
 /// Code and message of the error of a run that ends with this exit code.
 #[track_caller]
 fn refusal(exit: i32, arguments: &[&str]) -> (String, String) {
-    let (found, value) = answer(arguments);
-    assert_eq!(found, exit, "{arguments:?}: {value}");
-    let of = |key: &str| value["error"][key].as_str().unwrap_or_default().to_owned();
-    (of("code"), of("message"))
+    let (actual, value) = answer(arguments);
+    assert_eq!(actual, exit, "{arguments:?}: {value}");
+    let entry = |key: &str| value["error"][key].as_str().unwrap_or_default().to_owned();
+    (entry("code"), entry("message"))
 }
 
 fn methods(results: &Value) -> Vec<&str> {
@@ -44,7 +44,10 @@ fn a_simulated_wheel_is_solved_beside_the_truth_and_again_from_its_report() {
     assert_eq!(simulated["profile"], "suspension");
     assert_eq!(simulated["mass_lines"], json!([]));
     let lines = simulated["lines"].as_array().unwrap();
-    let dofs: Vec<_> = lines.iter().map(|of| (of["dof"].as_str().unwrap(), &of["hits"])).collect();
+    let dofs: Vec<_> = lines
+        .iter()
+        .map(|dof_lines| (dof_lines["dof"].as_str().unwrap(), &dof_lines["hits"]))
+        .collect();
     let five = json!(5);
     let hits = ["101:+X", "102:+Z", "103:+Z", "104:+Y", "105:+X"];
     assert_eq!(dofs, hits.map(|dof| (dof, &five)));
@@ -209,10 +212,10 @@ mod on_a_rig {
         let measure = ["measure", &plain, "--profile", "suspension", "-o", &measured_to];
         let (run, measured) = run_json(&[&measure[..], &port].concat());
         assert_eq!(run.exit, 0, "{}", run.stderr);
-        for said in
+        for phrase in
             ["when it hangs still, hit 101:+X", "ringing, 40 s left: do not touch it", "N s"]
         {
-            assert!(run.says(said), "{said}: {}", run.stderr);
+            assert!(run.says(phrase), "{phrase}: {}", run.stderr);
         }
         after_each_point(&run.stderr, &measured["modes_after_each_dof"]);
         let log = measured["hit_log"].as_array().unwrap();
@@ -238,8 +241,8 @@ mod on_a_rig {
         // which moves what depends on positions by less than a millionth.
         let corrected = success(&["modes", &plain, &measured_to]);
         assert_eq!(corrected["band_hz"], modes["band_hz"]);
-        let frequencies = |found: &Value| -> Vec<f64> {
-            let modes = found["modes"].as_array().unwrap();
+        let frequencies = |document: &Value| -> Vec<f64> {
+            let modes = document["modes"].as_array().unwrap();
             modes.iter().map(|mode| mode["frequency_hz"]["value"].as_f64().unwrap()).collect()
         };
         let pairs = frequencies(&corrected).into_iter().zip(frequencies(&modes));
@@ -375,8 +378,8 @@ mod on_a_rig {
         assert_eq!(solved["verdict"], "use_with_care");
         let reasons = solved["verdict_reasons"].as_array().unwrap();
         let missing = reasons.iter().find(|reason| reason["code"] == "lines_missing").unwrap();
-        let said = missing["message"].as_str().unwrap();
-        assert!(said.starts_with("the lines of 105:+X are missing"), "{said}");
+        let message = missing["message"].as_str().unwrap();
+        assert!(message.starts_with("the lines of 105:+X are missing"), "{message}");
         let indicators = &solved["suspension"]["modes"][0]["norm_indicators"];
         assert_eq!(indicators.as_array().unwrap().len(), 4);
         with_lines(0);
@@ -413,16 +416,16 @@ mod on_a_screen {
         for size in [[80, 24], [200, 60]] {
             let mut terminal = on_terminal(size, &rig, &layout, &[]);
             let hit = |shown: &str| shown.contains(" N s") && shown.contains("good");
-            assert!(terminal.until_shown(hit), "{}", terminal.shown());
+            assert!(terminal.until_shown(hit), "{}", terminal.screen_text());
             // Wrapped where it does not fit a line.
-            let shown = terminal.shown();
+            let shown = terminal.screen_text();
             assert!(shown.contains("the records of 40 s stay on the rig;"), "{shown}");
             assert!(shown.contains("what they give"), "{shown}");
             let (exit, text) = terminal.end();
             assert_eq!(exit, 0, "{text}");
             let (_, answer) = text.rsplit_once("\x1b[?1049l").expect("the screen is left");
-            for said in ["global-fit", "J_xy = ", "what limits it: ", "next: "] {
-                assert!(answer.contains(said), "{said}: {answer}");
+            for phrase in ["global-fit", "J_xy = ", "what limits it: ", "next: "] {
+                assert!(answer.contains(phrase), "{phrase}: {answer}");
             }
         }
     }
@@ -435,9 +438,9 @@ mod on_a_screen {
         let rig = VirtualProcess::on_bench("wheel", &["--layout", &layout]);
         for (more, goes_on) in [(&[][..], false), (&["--plain"], true)] {
             let mut terminal = on_terminal([80, 24], &rig, &layout, more);
-            for said in ["when it hangs still, hit 110:+X", "39 s left", "38 s left"] {
-                let shown = |shown: &str| words(shown).contains(said);
-                assert!(terminal.until_shown(shown), "{said}: {}", terminal.shown());
+            for phrase in ["when it hangs still, hit 110:+X", "39 s left", "38 s left"] {
+                let shown = |shown: &str| words(shown).contains(phrase);
+                assert!(terminal.until_shown(shown), "{phrase}: {}", terminal.screen_text());
             }
             terminal.type_keys("\x03");
             let (exit, text) = terminal.end();

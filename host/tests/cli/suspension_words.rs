@@ -1,5 +1,5 @@
-//! What is said about a test of the suspension profile: which answer to use, what puts it in doubt, and with what it was
-//! measured.
+//! What is said about a test of the suspension profile: which answer to use, what puts it in doubt, and with what it
+//! was measured.
 
 use std::fs;
 use std::path::Path;
@@ -55,13 +55,13 @@ fn the_global_fit_stands_first_everywhere_and_no_other_method_puts_it_in_doubt()
     let measured = between(&report, "record of a hit", "Calibration");
     assert!(measured.contains("41.0 s, 1.6 s of it before the hit"), "{measured}");
     let budget = between(&report, "Error budget of the answer", "Files and versions");
-    for said in [
+    for phrase in [
         "gain of the hammer from mark to mark: its linearity 0.50 %",
         "gain of a nonlinear converter for small responses 0.50 %",
         "direction of gravity about each axis across it 20 mrad",
         "budget used as stated",
     ] {
-        assert!(budget.contains(said), "{said}: {budget}");
+        assert!(budget.contains(phrase), "{phrase}: {budget}");
     }
     let unseen = between(&report, "This test cannot see", "Do the methods agree?");
     assert!(unseen.contains("the budget has 0.50 % (1 sd, converter_gain)"), "{unseen}");

@@ -75,7 +75,7 @@ fn a_simulation_that_is_killed_leaves_a_tape_of_its_whole_hits() {
         .spawn()
         .unwrap();
     // More than the first hits of the first DOF, far less than all 150.
-    let written = || std::fs::metadata(&partial).map_or(0, |of| of.len());
+    let written = || std::fs::metadata(&partial).map_or(0, |metadata| metadata.len());
     while written() < 2_000_000 {
         assert!(recording.try_wait().unwrap().is_none(), "it ended at {} bytes", written());
         std::thread::yield_now();

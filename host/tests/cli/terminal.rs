@@ -67,10 +67,10 @@ fn every_text_fits_terminals_of_forty_eighty_and_two_hundred_columns() {
 #[test]
 fn narrow_terminals_break_no_word_of_a_help_text() {
     for command in [&["--help"][..], &["virtual", "--help"], &["layout", "check", "--help"]] {
-        let of = |columns| words(&plain(&start(columns, "xterm", command).end().1));
-        let wide = of(200);
-        assert_eq!(of(40), wide, "{command:?}");
-        assert_eq!(of(80), wide, "{command:?}");
+        let help_words = |columns| words(&plain(&start(columns, "xterm", command).end().1));
+        let wide = help_words(200);
+        assert_eq!(help_words(40), wide, "{command:?}");
+        assert_eq!(help_words(80), wide, "{command:?}");
     }
 }
 
@@ -94,11 +94,11 @@ fn help_and_errors_have_colours_where_they_are_wanted() {
 #[test]
 fn a_verdict_has_the_colour_of_what_it_says() {
     let archive = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/archive/version-1.massline");
-    let said = |color| run(&["solve", archive, "--details", "--color", color]).stdout;
-    assert!(said("always").contains("\x1b[32mthe methods agree"), "{}", said("always"));
-    let plain_text = said("never");
+    let text_in = |color| run(&["solve", archive, "--details", "--color", color]).stdout;
+    assert!(text_in("always").contains("\x1b[32mthe methods agree"), "{}", text_in("always"));
+    let plain_text = text_in("never");
     assert!(plain_text.contains("the methods agree") && !plain_text.contains('\x1b'));
-    assert_eq!(said("auto"), plain_text);
+    assert_eq!(text_in("auto"), plain_text);
 }
 
 #[test]
@@ -171,8 +171,8 @@ fn a_silent_rig_is_told_of_above_the_progress_bar() {
 /// Lines of an answer on a terminal of so many columns: from the verdict to the end, without those of the measurement.
 #[track_caller]
 fn lines_of_answer(columns: u16, exit: i32, arguments: &[&str]) -> usize {
-    let (found, text) = start(columns, "dumb", arguments).end();
-    assert_eq!(found, exit, "{arguments:?}: {text}");
+    let (actual, text) = start(columns, "dumb", arguments).end();
+    assert_eq!(actual, exit, "{arguments:?}: {text}");
     let text = plain(&text);
     let verdicts = ["Good: ", "Use with care", "Do not use", "test 1: "];
     let is_verdict = |line: &&str| verdicts.iter().any(|verdict| line.starts_with(verdict));

@@ -20,7 +20,7 @@ fn on_screen(rig: &VirtualProcess, folder: &Path) -> Terminal {
     let arguments = arguments(rig, folder);
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let mut terminal = Terminal::start([80, 24], "xterm-256color", &arguments);
-    assert!(terminal.until_shown(|shown| shown.contains("sensor 3")), "{}", terminal.shown());
+    assert!(terminal.until_shown(|shown| shown.contains("sensor 3")), "{}", terminal.screen_text());
     terminal
 }
 
@@ -69,11 +69,15 @@ fn a_position_in_which_the_sensors_do_not_lie_is_not_stored() {
     let pushed = run(&["calibrate", "push", &file, "--port", &rig.port]);
     assert_eq!(pushed.exit, 0, "{}", pushed.stderr);
     let mut terminal = on_screen(&rig, folder.path());
-    assert!(terminal.until_shown(|shown| shown.contains("+Z, turn it")), "{}", terminal.shown());
+    assert!(
+        terminal.until_shown(|shown| shown.contains("+Z, turn it")),
+        "{}",
+        terminal.screen_text()
+    );
     terminal.type_keys("\r");
     let refused = terminal.until_shown(|shown| words(shown).contains("+X is not stored"));
-    assert!(refused, "{}", terminal.shown());
-    assert!(terminal.shown().contains("0 of 6 positions read"), "{}", terminal.shown());
+    assert!(refused, "{}", terminal.screen_text());
+    assert!(terminal.screen_text().contains("0 of 6 positions read"), "{}", terminal.screen_text());
     terminal.type_keys("p");
     terminal.end();
     let stored = std::fs::read_to_string(folder.path().join("readings.toml")).unwrap_or_default();

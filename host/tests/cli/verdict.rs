@@ -6,12 +6,12 @@ use tempfile::TempDir;
 use crate::program::{LAYOUT, Run, answer, run, run_json};
 
 /// What the commands print of a test: with a mistake in it, or without.
-struct Simulated {
+struct SimulatedCase {
     folder: TempDir,
     fault: Option<&'static str>,
 }
 
-impl Simulated {
+impl SimulatedCase {
     fn healthy() -> Self {
         Self { folder: tempfile::tempdir().unwrap(), fault: None }
     }
@@ -60,9 +60,10 @@ fn is_not_to_be_used((first, exit, value): &(String, i32, Value)) {
 
 #[test]
 fn simulate_and_replay_state_the_verdict_first_and_end_with_it() {
-    for (simulated, check) in
-        [(Simulated::healthy(), is_good as fn(&_)), (Simulated::contradicted(), is_not_to_be_used)]
-    {
+    for (simulated, check) in [
+        (SimulatedCase::healthy(), is_good as fn(&_)),
+        (SimulatedCase::contradicted(), is_not_to_be_used),
+    ] {
         check(&simulated.verdict(&simulated.simulate(&[])));
         let tape = simulated.path("tape.npy");
         run(&simulated.simulate(&["--tape", &tape]));
@@ -71,7 +72,7 @@ fn simulate_and_replay_state_the_verdict_first_and_end_with_it() {
 }
 
 /// Writes the result of a simulation as URDF.
-fn exported(simulated: &Simulated, more: &[&str]) -> Run {
+fn exported(simulated: &SimulatedCase, more: &[&str]) -> Run {
     let result = simulated.path("result.json");
     let printed = run(&[&["--json"], simulated.simulate(&[]).as_slice()].concat());
     std::fs::write(&result, printed.stdout).unwrap();
@@ -80,7 +81,7 @@ fn exported(simulated: &Simulated, more: &[&str]) -> Run {
 
 #[test]
 fn a_good_answer_is_exported_with_its_verdict() {
-    let written = exported(&Simulated::healthy(), &[]);
+    let written = exported(&SimulatedCase::healthy(), &[]);
     assert_eq!(written.exit, 0, "{}", written.stderr);
     assert!(written.stdout.contains("verdict: good"), "{}", written.stdout);
     assert!(!written.stderr.contains("verdict"), "{}", written.stderr);
@@ -88,7 +89,7 @@ fn a_good_answer_is_exported_with_its_verdict() {
 
 #[test]
 fn a_contradicted_answer_is_exported_only_despite_its_verdict() {
-    let simulated = Simulated::contradicted();
+    let simulated = SimulatedCase::contradicted();
     let refused = exported(&simulated, &[]);
     assert_eq!((refused.exit, refused.stdout.as_str()), (3, ""), "{}", refused.stderr);
     assert!(refused.says("has its y axis reversed"), "{}", refused.stderr);

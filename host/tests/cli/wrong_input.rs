@@ -365,7 +365,8 @@ fn the_template_of_the_suspension_profile_has_a_forecast_by_every_sort_of_method
     let (checked, value) = run_json(&["layout", "check", &modes]);
     assert_eq!(checked.exit, 0, "{}", checked.stderr);
     let answers = value["forecast"]["answers"].as_array().unwrap();
-    let methods: Vec<&str> = answers.iter().map(|of| of["method"].as_str().unwrap()).collect();
+    let methods: Vec<&str> =
+        answers.iter().map(|answer| answer["method"].as_str().unwrap()).collect();
     for method in ["global-fit", "toivola-nuutila", "conti-bretl", "dppim"] {
         assert!(methods.contains(&method), "{method}: {methods:?}");
     }
@@ -403,13 +404,13 @@ fn a_setting_that_no_rig_has_is_named_with_file_and_line() {
     for command in ["simulate", "measure"] {
         let (run, value) = run_json(&[command, &wide]);
         assert_eq!((run.exit, &value["error"]["code"]), (2, &"setting_out_of_range".into()));
-        let said = value["error"]["message"].as_str().unwrap();
-        assert!(said.starts_with(&place), "{said}");
+        let message = value["error"]["message"].as_str().unwrap();
+        assert!(message.starts_with(&place), "{message}");
     }
     let checked = run(&["layout", "check", &wide]);
     assert_eq!(checked.exit, 0);
-    let said = checked.says(&place) && checked.says("only `massline solve` takes it");
-    assert!(said, "{}", checked.stderr);
+    let is_said = checked.says(&place) && checked.says("only `massline solve` takes it");
+    assert!(is_said, "{}", checked.stderr);
 }
 
 #[test]
@@ -448,8 +449,8 @@ fn a_key_that_is_there_twice_is_named_with_its_line() {
     ] {
         let refused = run(arguments);
         assert_eq!(refused.exit, 2, "{}", refused.stderr);
-        let said = format!("{place}this key is in the file twice; delete one");
-        assert!(refused.says(&said), "{}", refused.stderr);
+        let sentence = format!("{place}this key is in the file twice; delete one");
+        assert!(refused.says(&sentence), "{}", refused.stderr);
     }
 }
 

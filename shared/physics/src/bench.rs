@@ -26,7 +26,8 @@ pub struct Bench {
     pub title: String,
     /// Acceleration of gravity in the body frame as suspended, m/s².
     pub gravity: Vector3<f64>,
-    /// Tilt of the object, and so of gravity in its frame, about each axis across gravity, 1 σ, rad; drawn once for each test.
+    /// Tilt of the object, and so of gravity in its frame, about each axis across gravity, 1 σ, rad; drawn once for
+    /// each test.
     pub gravity_tilt_sigma_rad: f64,
     /// What says how large the errors of sensors, hits, hammer and gravity are.
     pub errors: ErrorsFrom,

@@ -6,7 +6,7 @@ use massline_shared::body::RigidBody;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
-use super::locate::{BenchFileError, Located};
+use super::locate::{BenchFileError, LocatedText};
 
 /// Allowed size of a part, m.
 const LENGTH: RangeInclusive<f64> = 1e-6..=1e3;
@@ -30,7 +30,7 @@ pub(super) struct BodyTable {
 
 impl BodyTable {
     /// The object that the table describes, with errors located in the file.
-    pub(super) fn body(&self, at: &Located) -> Result<RigidBody<f64>, BenchFileError> {
+    pub(super) fn body(&self, at: &LocatedText) -> Result<RigidBody<f64>, BenchFileError> {
         let mut parts = Vec::new();
         for (i, part) in self.boxes.iter().enumerate() {
             let key = format!("body.box[{i}]");
@@ -125,7 +125,7 @@ fn mass_of(
     density: Option<f64>,
     volume: f64,
     key: &str,
-    at: &Located,
+    at: &LocatedText,
 ) -> Result<f64, BenchFileError> {
     let mass = match (mass, density) {
         (Some(mass), None) => mass,
@@ -143,7 +143,7 @@ fn mass_of(
 fn axes_of(
     axes: Option<[[f64; 3]; 2]>,
     key: &str,
-    at: &Located,
+    at: &LocatedText,
 ) -> Result<Matrix3<f64>, BenchFileError> {
     let Some([x, y]) = axes else { return Ok(Matrix3::identity()) };
     let (x, y) = (Vector3::from(x), Vector3::from(y));

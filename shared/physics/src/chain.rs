@@ -8,7 +8,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 pub use super::channels::Channels;
-use super::channels::{Sampled, UNLIMITED, per_channel};
+use super::channels::{SampledOutputs, UNLIMITED, per_channel};
 use super::converter::Converter;
 use super::errors::{TestErrors, normal};
 use super::faults;
@@ -118,7 +118,7 @@ impl Chain {
 
     /// Advances over interval `step` of a scan to the input at its end, and writes the outputs of those
     /// channels that are sampled within it to `sampled`.
-    pub(super) fn advance(&mut self, step: usize, input: &Channels, sampled: &mut Sampled) {
+    pub(super) fn advance(&mut self, step: usize, input: &Channels, sampled: &mut SampledOutputs) {
         let input = self.limit(input);
         let step_of = |factors: &[Channels; 3], k: usize| {
             factors[0][k] * self.output[k]
@@ -159,15 +159,15 @@ impl Chain {
     }
 
     /// The present outputs of the low-passes as samples; those at rest while nothing moves.
-    pub(super) fn at_rest(&self) -> Sampled {
-        Sampled { value: self.output, slope: [0.0; CHANNELS] }
+    pub(super) fn at_rest(&self) -> SampledOutputs {
+        SampledOutputs { value: self.output, slope: [0.0; CHANNELS] }
     }
 
     /// Converts the outputs of the low-passes to codes, with a fresh sample of noise; no channel moves
     /// further than `limits` from its value at rest.
     pub(super) fn convert(
         &mut self,
-        sampled: &Sampled,
+        sampled: &SampledOutputs,
         limits: &Channels,
         rng: &mut ChaCha8Rng,
     ) -> Scan {

@@ -10,7 +10,7 @@ pub(super) const UNLIMITED: Channels = [f64::INFINITY; CHANNELS];
 
 /// Outputs of the low-passes at the instants at which the channels are sampled.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sampled {
+pub(super) struct SampledOutputs {
     /// N and m/s².
     pub(super) value: Channels,
     /// Rates of change, N/s and m/s³.

@@ -8,7 +8,7 @@ use massline_shared::signal::{CHANNELS, Scan};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::channels::{Channels, Sampled, per_channel};
+use super::channels::{Channels, SampledOutputs, per_channel};
 use super::errors::{TestErrors, normal};
 use super::faults;
 use super::mains::Mains;
@@ -107,7 +107,7 @@ impl Converter {
     /// rest.
     pub(super) fn convert(
         &mut self,
-        sampled: &Sampled,
+        sampled: &SampledOutputs,
         noise: &Channels,
         limits: &Channels,
     ) -> Scan {

@@ -66,8 +66,8 @@ impl Environment {
         })
     }
 
-    /// Draws the motion of the rigid modes in a draught that has been blowing for long, displacement and velocity of each;
-    /// creaks come from now on.
+    /// Draws the motion of the rigid modes in a draught that has been blowing for long, displacement and velocity of
+    /// each; creaks come from now on.
     pub(super) fn settle(&mut self, states: &mut [[f64; 2]], rng: ChaCha8Rng) {
         self.rng = rng;
         if let Some(draught) = &mut self.draught {

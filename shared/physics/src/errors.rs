@@ -60,11 +60,11 @@ impl TestErrors {
         let sensors: Vec<_> = sizes
             .sensors
             .iter()
-            .map(|of| SensorErrors {
-                position: normal_vector(rng) * of.position,
-                rotation: normal_vector(rng) * of.rotation,
+            .map(|sigmas| SensorErrors {
+                position: normal_vector(rng) * sigmas.position,
+                rotation: normal_vector(rng) * sigmas.rotation,
                 sensitivity: Matrix3::from_fn(|row, column| {
-                    let sigma = if row == column { of.gain } else { of.cross_axis };
+                    let sigma = if row == column { sigmas.gain } else { sigmas.cross_axis };
                     f64::from(u8::from(row == column)) + normal(rng) * sigma
                 }),
             })
@@ -83,9 +83,9 @@ impl TestErrors {
 impl TestErrors {
     /// Draws the position and rotation errors again, as when the same sensors are glued on again.
     pub(super) fn mount_again(&mut self, sizes: &ErrorSizes, rng: &mut ChaCha8Rng) {
-        for (sensor, of) in self.sensors.iter_mut().zip(&sizes.sensors) {
-            sensor.position = normal_vector(rng) * of.position;
-            sensor.rotation = normal_vector(rng) * of.rotation;
+        for (sensor, sigmas) in self.sensors.iter_mut().zip(&sizes.sensors) {
+            sensor.position = normal_vector(rng) * sigmas.position;
+            sensor.rotation = normal_vector(rng) * sigmas.rotation;
         }
     }
 

@@ -9,7 +9,7 @@ use std::ops::RangeInclusive;
 use serde::Deserialize;
 
 use super::body::BodyTable;
-use super::locate::{BenchFileError, Located};
+use super::locate::{BenchFileError, LocatedText};
 use super::settings::{
     AdcSettings, ElasticMode, EnvironmentSettings, ErrorsFrom, Fault, HammerSettings,
     MainsSettings, Node, OperatorSettings, SIGMA, SensorSettings, SupplySettings, TapSettings,
@@ -23,7 +23,7 @@ pub const DEFAULT: &str = include_str!("../benches/default.toml");
 
 /// A bench that is built into the program.
 #[derive(Clone, Copy, Debug)]
-pub struct Bundled {
+pub struct BundledBench {
     /// Its name.
     pub name: &'static str,
     /// A few words on what distinguishes it.
@@ -33,29 +33,29 @@ pub struct Bundled {
 }
 
 /// All bundled benches.
-pub(super) const BUNDLED: [Bundled; 6] = [
-    Bundled { name: "default", about: "the three-bar frame of the paper", text: DEFAULT },
-    Bundled {
+pub(super) const BUNDLED: [BundledBench; 6] = [
+    BundledBench { name: "default", about: "the three-bar frame of the paper", text: DEFAULT },
+    BundledBench {
         name: "ideal",
         about: "no errors of placement, rotation, cross-axis and gain",
         text: include_str!("../benches/ideal.toml"),
     },
-    Bundled {
+    BundledBench {
         name: "uncalibrated",
         about: "parts out of the box",
         text: include_str!("../benches/uncalibrated.toml"),
     },
-    Bundled {
+    BundledBench {
         name: "block",
         about: "the block to calibrate them with",
         text: include_str!("../benches/block.toml"),
     },
-    Bundled {
+    BundledBench {
         name: "wheel",
         about: "a wheel of 17.3 kg with modes up to 7.7 Hz",
         text: include_str!("../benches/wheel.toml"),
     },
-    Bundled {
+    BundledBench {
         name: "wheel-with-tyre",
         about: "the same with 9 kg of it on springs of 50 Hz",
         text: concat!(
@@ -78,7 +78,7 @@ const MOST_GRAVITY: f64 = 100.0;
 
 impl Bench {
     /// The bundled benches.
-    pub const BUNDLED: &[Bundled] = &BUNDLED;
+    pub const BUNDLED: &[BundledBench] = &BUNDLED;
 
     /// A bundled bench.
     ///
@@ -163,7 +163,7 @@ fn one_percent() -> f64 {
 /// # Errors
 /// Names file, line and key of the first thing that is wrong.
 pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
-    let at = Located::parse(text, name)?;
+    let at = LocatedText::parse(text, name)?;
     let file: BenchFile = at.deserialize()?;
     for g in file.gravity_m_per_s2 {
         at.within(g, &(-MOST_GRAVITY..=MOST_GRAVITY), "gravity_m_per_s2")?;
@@ -228,7 +228,7 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
     Ok(bench)
 }
 
-fn suspension_of(table: SuspensionTable, at: &Located) -> Result<Suspension, BenchFileError> {
+fn suspension_of(table: SuspensionTable, at: &LocatedText) -> Result<Suspension, BenchFileError> {
     let damping_ratio = table.damping_ratio;
     at.within(damping_ratio, &DAMPING, "suspension.damping_ratio")?;
     for (i, cord) in table.cord.iter().enumerate() {
@@ -267,7 +267,7 @@ fn suspension_of(table: SuspensionTable, at: &Located) -> Result<Suspension, Ben
 
 fn checked_part(
     part: Option<SprungPart>,
-    at: &Located,
+    at: &LocatedText,
 ) -> Result<Option<SprungPart>, BenchFileError> {
     if let Some(part) = &part {
         at.within(part.share, &SPRUNG_SHARE, "sprung_part.share")?;
@@ -277,7 +277,7 @@ fn checked_part(
     Ok(part)
 }
 
-fn check_elastic(bench: &Bench, at: &Located) -> Result<(), BenchFileError> {
+fn check_elastic(bench: &Bench, at: &LocatedText) -> Result<(), BenchFileError> {
     for (i, node) in bench.nodes.iter().enumerate() {
         let twice = bench.nodes[..i].iter().any(|n| n.id == node.id);
         at.require(!twice, &format!("node[{i}].id"), "is there twice")?;

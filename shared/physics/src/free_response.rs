@@ -8,7 +8,7 @@
 use massline_shared::signal::CHANNELS;
 
 use super::chain::ChainState;
-use super::channels::{Channels, Sampled};
+use super::channels::{Channels, SampledOutputs};
 use super::dynamics::Step;
 use super::environment::Load;
 
@@ -43,7 +43,7 @@ struct Outputs {
 
 /// What acts on the object during a scan: the loads at its beginning and end, and their modal forces.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Acting<'a> {
+pub(super) struct ActingForces<'a> {
     pub(super) loads: &'a [Load; 2],
     pub(super) forces: [&'a [f64]; 2],
 }
@@ -63,8 +63,8 @@ impl FreeResponse {
     pub(super) fn of(
         modes: Vec<Step>,
         [with_slopes, with_loads]: [bool; 2],
-        rest: &Scanned,
-        bare: impl Fn(&Start) -> Scanned,
+        rest: &FreeScan,
+        bare: impl Fn(&Start) -> FreeScan,
     ) -> Self {
         let zero = Start {
             states: vec![[0.0; 2]; modes.len()],
@@ -72,7 +72,7 @@ impl FreeResponse {
             loads: [Load::zeros(); 2],
         };
         let by_held = bare(&Start { output: [1.0; CHANNELS], ..zero.clone() });
-        let by_state: Vec<[Scanned; 2]> = (0..modes.len())
+        let by_state: Vec<[FreeScan; 2]> = (0..modes.len())
             .map(|mode| {
                 [0, 1].map(|component| {
                     let mut start = zero.clone();
@@ -81,7 +81,7 @@ impl FreeResponse {
                 })
             })
             .collect();
-        let by_load: Vec<[Scanned; 2]> = (0..if with_loads { 6 } else { 0 })
+        let by_load: Vec<[FreeScan; 2]> = (0..if with_loads { 6 } else { 0 })
             .map(|component| {
                 [0, 1].map(|end| {
                     let mut start = zero.clone();
@@ -90,7 +90,7 @@ impl FreeResponse {
                 })
             })
             .collect();
-        let outputs = |pick: fn(&Scanned) -> Channels| Outputs {
+        let outputs = |pick: fn(&FreeScan) -> Channels| Outputs {
             by_state: by_state.iter().map(|pair| [0, 1].map(|i| pick(&pair[i]))).collect(),
             by_load: by_load.iter().map(|pair| [0, 1].map(|i| pick(&pair[i]))).collect(),
             by_held: pick(&by_held),
@@ -116,16 +116,16 @@ impl FreeResponse {
         &self,
         states: &mut [[f64; 2]],
         held: &mut ChainState,
-        acting: &Acting,
+        acting: &ActingForces,
         input_wanted: bool,
-    ) -> Sampled {
-        let of = |outputs: &Outputs| outputs.of(states, &held.output, acting.loads);
-        let sampled = Sampled {
-            value: of(&self.sampled),
-            slope: self.slope.as_ref().map_or([0.0; CHANNELS], of),
+    ) -> SampledOutputs {
+        let evaluate = |outputs: &Outputs| outputs.of(states, &held.output, acting.loads);
+        let sampled = SampledOutputs {
+            value: evaluate(&self.sampled),
+            slope: self.slope.as_ref().map_or([0.0; CHANNELS], evaluate),
         };
-        let input = if input_wanted { of(&self.input) } else { held.input };
-        *held = ChainState { output: of(&self.held), input };
+        let input = if input_wanted { evaluate(&self.input) } else { held.input };
+        *held = ChainState { output: evaluate(&self.held), input };
         let [before, after] = acting.forces;
         for ((state, step), (before, after)) in
             states.iter_mut().zip(&self.modes).zip(before.iter().zip(after))
@@ -144,8 +144,8 @@ impl Outputs {
         }
         let loads = before.iter().zip(after).map(|(a, b)| (*a, *b));
         let states = states.iter().map(|[q, v]| (*q, *v));
-        let all = states.zip(&self.by_state).chain(loads.zip(&self.by_load));
-        for ((a, b), [by_a, by_b]) in all {
+        let contributions = states.zip(&self.by_state).chain(loads.zip(&self.by_load));
+        for ((a, b), [by_a, by_b]) in contributions {
             for k in 0..CHANNELS {
                 values[k] += by_a[k] * a + by_b[k] * b;
             }
@@ -156,7 +156,7 @@ impl Outputs {
 
 /// The outcome of one scan of free motion.
 #[derive(Clone, Debug)]
-pub(super) struct Scanned {
-    pub(super) sampled: Sampled,
+pub(super) struct FreeScan {
+    pub(super) sampled: SampledOutputs,
     pub(super) held: ChainState,
 }

@@ -81,7 +81,7 @@ mod tests;
 
 pub use bench::{Bench, BenchError};
 pub use error_sizes::ErrorSizes;
-pub use file::Bundled;
+pub use file::BundledBench;
 pub use locate::BenchFileError;
 pub use operator::{BenchSource, TapHandle};
 pub use settings::{ErrorsFrom, Fault};

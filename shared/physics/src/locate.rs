@@ -25,13 +25,13 @@ pub struct BenchFileError {
 }
 
 /// A TOML text with the positions of its keys.
-pub(super) struct Located<'a> {
+pub(super) struct LocatedText<'a> {
     text: &'a str,
     file: &'a str,
     root: Spanned<DeTable<'a>>,
 }
 
-impl<'a> Located<'a> {
+impl<'a> LocatedText<'a> {
     /// Reads the text and refuses NaN and infinity.
     pub(super) fn parse(text: &'a str, file: &'a str) -> Result<Self, BenchFileError> {
         let root = massline_toml::parse(text).map_err(|error| in_file(error, text, file))?;
@@ -79,7 +79,7 @@ impl<'a> Located<'a> {
     }
 }
 
-impl Located<'_> {
+impl LocatedText<'_> {
     /// An error about the key at this path unless its value lies in the range.
     pub(super) fn within(
         &self,

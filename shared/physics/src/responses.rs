@@ -21,7 +21,7 @@ pub struct Dashpot {
 
 /// What an object has besides mass, springs, and a viscous damping that every mode has as stated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Besides {
+pub struct ObjectExtras {
     /// A part on springs of its own, in place of the one that the bench has, if any.
     pub part: Option<SprungPart>,
     /// A damper at one point, which makes shapes complex.
@@ -31,7 +31,7 @@ pub struct Besides {
     pub structural: bool,
 }
 
-impl From<SprungPart> for Besides {
+impl From<SprungPart> for ObjectExtras {
     fn from(part: SprungPart) -> Self {
         Self { part: Some(part), ..Self::default() }
     }
@@ -48,7 +48,7 @@ pub fn frequency_responses(
     layout: &HostLayout,
     frequencies_hz: &[f64],
     decay: f64,
-    besides: &Besides,
+    besides: &ObjectExtras,
 ) -> Result<Vec<Complex<f64>>, SuspensionError> {
     let modes = rigid_modes(&bench.body, &bench.suspension, &bench.gravity)?;
     let mass = bench.body.mass_matrix();
@@ -79,8 +79,8 @@ pub fn frequency_responses(
     Ok(responses)
 }
 
-/// Adds white noise of this standard deviation, of the complex number, to every response; the seed and the number of the
-/// run determine it.
+/// Adds white noise of this standard deviation, of the complex number, to every response; the seed and the number of
+/// the run determine it.
 pub fn add_noise(responses: &mut [Complex<f64>], sigma: f64, seed: u64, run: u64) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(run);

@@ -1,13 +1,13 @@
-//! The tables of a bench file, with the defaults of the default bench: a row of `settings!` says all that there is to say
-//! about a key.
+//! The tables of a bench file, with the defaults of the default bench: a row of `settings!` says all that there is to
+//! say about a key.
 
 use std::ops::RangeInclusive;
 
 use serde::Deserialize;
 
-/// Generates the struct of a table from its rows: what a key says, its name, type, default and allowed values, those of each
-/// number of a list, which may depend on the `$table` itself. A table whose keys can contradict one another says so in a function
-/// `contradiction`.
+/// Generates the struct of a table from its rows: what a key says, its name, type, default and allowed values, those of
+/// each number of a list, which may depend on the `$table` itself. A table whose keys can contradict one another says
+/// so in a function `contradiction`.
 macro_rules! settings {
     (
         $(#[$doc:meta])*

@@ -9,12 +9,12 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::chain::{Chain, ChainState};
-use super::channels::{Channels, Sampled, UNLIMITED};
+use super::channels::{Channels, SampledOutputs, UNLIMITED};
 use super::dynamics::{Oscillators, PointShape, Step, check_node, point_shapes};
 use super::environment::{Environment, Load};
 use super::errors::{SensorErrors, TestErrors};
 use super::faults::{self, Mounting};
-use super::free_response::{Acting, FreeResponse, Scanned, Start};
+use super::free_response::{ActingForces, FreeResponse, FreeScan, Start};
 use super::loads::loaded_modes;
 use super::streams::{Branch, branch};
 use super::suspension::RigidMode;
@@ -85,12 +85,13 @@ impl Simulation {
             * bench.adc.clock_stretch();
         let elastic =
             bench.elastic.iter().map(|m| (m.frequency_hz * std::f64::consts::TAU, m.damping_ratio));
-        let all = rigid.iter().map(|m| (m.omega, m.damping_ratio)).chain(elastic);
+        let omega_and_zeta = rigid.iter().map(|m| (m.omega, m.damping_ratio)).chain(elastic);
         let modes = rigid.len() + bench.elastic.len();
         let steps_per_scan = usize::from(bench.adc.oversampling);
         let scan = h * steps_per_scan as f64;
-        let steps = all.clone().map(|(omega, zeta)| Step::new(omega, zeta, scan)).collect();
-        let oscillators = Oscillators::new(all, h);
+        let steps =
+            omega_and_zeta.clone().map(|(omega, zeta)| Step::new(omega, zeta, scan)).collect();
+        let oscillators = Oscillators::new(omega_and_zeta, h);
         let environment = Environment::new(bench, &rigid, scan);
         let mut simulation = Self {
             rigid,
@@ -233,7 +234,7 @@ impl Simulation {
     }
 
     /// The outputs of the low-passes at the next scan, without noise and conversion.
-    pub(super) fn scan_inputs(&mut self, drives: &[Drive]) -> Sampled {
+    pub(super) fn scan_inputs(&mut self, drives: &[Drive]) -> SampledOutputs {
         let end = self.grid_time(self.steps_per_scan);
         self.moving |= drives.iter().any(|d| d.tap.start() < end);
         let next = self.environment.as_mut().map_or(self.load, Environment::advance);
@@ -255,7 +256,7 @@ impl Simulation {
     }
 
     /// One scan without a tap, in closed form where that is known.
-    fn free_scan(&mut self, loads: &[Load; 2]) -> Sampled {
+    fn free_scan(&mut self, loads: &[Load; 2]) -> SampledOutputs {
         let Some(free_response) = &self.free_response else {
             return self.stepped_scan(&[], loads);
         };
@@ -266,7 +267,7 @@ impl Simulation {
         }
         let forces = [&self.forces[..], &self.next_forces[..]];
         let mut held = self.chain.held();
-        let acting = Acting { loads, forces };
+        let acting = ActingForces { loads, forces };
         let calm = self.scans + 1 < self.calm_until;
         let states = self.oscillators.states_mut();
         let sampled = free_response.scan(states, &mut held, &acting, !calm);
@@ -300,7 +301,7 @@ impl Simulation {
     }
 
     /// One scan step by step.
-    fn stepped_scan(&mut self, drives: &[Drive], loads: &[Load; 2]) -> Sampled {
+    fn stepped_scan(&mut self, drives: &[Drive], loads: &[Load; 2]) -> SampledOutputs {
         let mut sampled = self.chain.at_rest();
         for step in 0..self.steps_per_scan {
             let share = (step + 1) as f64 / self.steps_per_scan as f64;
@@ -328,12 +329,12 @@ impl Simulation {
     }
 
     /// One scan without a tap, computed step by step.
-    fn scanned(mut self, start: &Start) -> Scanned {
+    fn scanned(mut self, start: &Start) -> FreeScan {
         self.oscillators.states_mut().copy_from_slice(&start.states);
         load_modes(&mut self.forces, &self.rigid, &start.loads[0]);
         self.chain.hold(&ChainState { input: self.reading(0.0), output: start.output });
         let sampled = self.stepped_scan(&[], &start.loads);
-        Scanned { sampled, held: self.chain.held() }
+        FreeScan { sampled, held: self.chain.held() }
     }
 
     fn grid_time(&self, step: usize) -> f64 {

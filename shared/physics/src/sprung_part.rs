@@ -98,18 +98,18 @@ impl SprungPart {
 
 /// Two matrices on the diagonal.
 fn diagonal(rest: &Matrix6<f64>, part: &Matrix6<f64>) -> Matrix12 {
-    let mut all = Matrix12::zeros();
-    all.fixed_view_mut::<6, 6>(0, 0).copy_from(rest);
-    all.fixed_view_mut::<6, 6>(6, 6).copy_from(part);
-    all
+    let mut matrix = Matrix12::zeros();
+    matrix.fixed_view_mut::<6, 6>(0, 0).copy_from(rest);
+    matrix.fixed_view_mut::<6, 6>(6, 6).copy_from(part);
+    matrix
 }
 
 /// What acts between the rest and the ground, and between the rest and the part.
 fn joined(of_suspension: &Matrix6<f64>, of_springs: &Matrix6<f64>) -> Matrix12 {
-    let mut all = diagonal(&(of_suspension + of_springs), of_springs);
-    all.fixed_view_mut::<6, 6>(0, 6).copy_from(&-of_springs);
-    all.fixed_view_mut::<6, 6>(6, 0).copy_from(&-of_springs);
-    all
+    let mut matrix = diagonal(&(of_suspension + of_springs), of_springs);
+    matrix.fixed_view_mut::<6, 6>(0, 6).copy_from(&-of_springs);
+    matrix.fixed_view_mut::<6, 6>(6, 0).copy_from(&-of_springs);
+    matrix
 }
 
 #[cfg(test)]

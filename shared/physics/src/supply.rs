@@ -1,7 +1,7 @@
 //! The supply of sensors and converter: ripple by the screen, and droops when a load changes.
 //!
-//! With a supply of `V (1 + e)` a converter reads a voltage as `1/(1 + e)` of itself. The output of a sensor, which is a
-//! share of its supply, is then `1 + f` of what it is at a steady supply, where `f` is `e` behind the sensor's
+//! With a supply of `V (1 + e)` a converter reads a voltage as `1/(1 + e)` of itself. The output of a sensor, which is
+//! a share of its supply, is then `1 + f` of what it is at a steady supply, where `f` is `e` behind the sensor's
 //! low-pass: `τ f' + f = e`. The output of the hammer is a voltage, so that its `f` is zero.
 
 use std::f64::consts::TAU;

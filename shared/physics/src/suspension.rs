@@ -124,14 +124,14 @@ pub(super) fn stiffness_of(mass: &Matrix6<f64>, modes: &[RigidMode; 6]) -> Matri
     of_modes(mass, modes, |mode| mode.omega * mode.omega)
 }
 
-/// The matrix that is diagonal in these modes: `M (Σ of(mode) φ φᵀ) M`.
+/// The matrix that is diagonal in these modes: `M (Σ coefficient(mode) φ φᵀ) M`.
 pub(super) fn of_modes(
     mass: &Matrix6<f64>,
     modes: &[RigidMode; 6],
-    of: impl Fn(&RigidMode) -> f64,
+    coefficient: impl Fn(&RigidMode) -> f64,
 ) -> Matrix6<f64> {
     let sum: Matrix6<f64> =
-        modes.iter().map(|mode| mode.shape * mode.shape.transpose() * of(mode)).sum();
+        modes.iter().map(|mode| mode.shape * mode.shape.transpose() * coefficient(mode)).sum();
     mass * sum * mass
 }
 

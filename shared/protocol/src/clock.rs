@@ -12,7 +12,8 @@ pub enum Clock {
     Unknown = 0,
     /// The board's crystal.
     Crystal = 1,
-    /// The chip's own oscillator, because the crystal does not oscillate. It may be wrong by a few per cent, and USB may fail.
+    /// The chip's own oscillator, because the crystal does not oscillate. It may be wrong by a few per cent, and USB
+    /// may fail.
     Internal = 2,
 }
 

@@ -2,8 +2,8 @@
 
 use num_enum::{FromPrimitive, IntoPrimitive};
 
-/// What is wrong with the frames of an external converter. It travels as its number: what an older host does not know, it reads
-/// as [`None`](Self::None).
+/// What is wrong with the frames of an external converter. It travels as its number: what an older host does not know,
+/// it reads as [`None`](Self::None).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, FromPrimitive, IntoPrimitive)]
 #[repr(u8)]
 pub enum ConverterFault {
@@ -26,9 +26,9 @@ mod tests {
 
     #[test]
     fn the_numbers_are_those_of_the_wire() {
-        let all = [None, LineHigh, LineLow, NoCommands, WrongTag];
-        assert_eq!(all.map(u8::from), [0, 1, 2, 3, 4]);
-        assert_eq!([0, 1, 2, 3, 4].map(ConverterFault::from), all);
+        let faults = [None, LineHigh, LineLow, NoCommands, WrongTag];
+        assert_eq!(faults.map(u8::from), [0, 1, 2, 3, 4]);
+        assert_eq!([0, 1, 2, 3, 4].map(ConverterFault::from), faults);
         assert!((5..=u8::MAX).all(|raw| ConverterFault::from(raw) == None));
     }
 }

@@ -156,14 +156,14 @@ mod tests {
             second: 1,
             value: f32::NAN,
         };
-        let found = Diagnostic::from(newer);
-        assert_eq!((found.code, found.severity), (Code::Unknown(999), Severity::Error));
-        assert_eq!((found.subject, found.value), (Subject::Whole, 0.0));
-        assert_eq!(WireDiagnostic::from(&found).code, 999, "passed on");
+        let diagnostic = Diagnostic::from(newer);
+        assert_eq!((diagnostic.code, diagnostic.severity), (Code::Unknown(999), Severity::Error));
+        assert_eq!((diagnostic.subject, diagnostic.value), (Subject::Whole, 0.0));
+        assert_eq!(WireDiagnostic::from(&diagnostic).code, 999, "passed on");
         // An index that no subject can have, and an unknown setting.
         for (subject, first) in [(1, 300), (5, 9)] {
-            let found = Diagnostic::from(WireDiagnostic { subject, first, ..newer });
-            assert_eq!(found.subject, Subject::Whole);
+            let diagnostic = Diagnostic::from(WireDiagnostic { subject, first, ..newer });
+            assert_eq!(diagnostic.subject, Subject::Whole);
         }
     }
 

@@ -41,7 +41,7 @@ pub struct HitEvent {
 impl HitEvent {
     /// True when the operator has taken back the hit after it had been accepted.
     pub fn is_undone(&self) -> bool {
-        self.findings.iter().any(|found| found.code == Code::HitUndone)
+        self.findings.iter().any(|finding| finding.code == Code::HitUndone)
     }
 }
 

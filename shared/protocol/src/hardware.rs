@@ -8,11 +8,11 @@ use crate::{Clock, ConverterFault};
 impl Hardware {
     /// What is wrong with clock and supply.
     pub fn findings(self) -> impl Iterator<Item = Diagnostic> {
-        let all = [
+        let checks = [
             (Clock::from(self.clock) == Clock::Internal, Code::CrystalDead),
             (self.supply_is_low, Code::SupplyTooLow),
         ];
-        let wrong = all.into_iter().filter(|(applies, _)| *applies);
+        let wrong = checks.into_iter().filter(|(applies, _)| *applies);
         wrong.map(|(_, code)| Diagnostic::whole(code, Severity::Error, 0.0))
     }
 

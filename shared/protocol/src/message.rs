@@ -4,7 +4,7 @@ use heapless::{String, Vec};
 use num_enum::{IntoPrimitive, TryFromPrimitive};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use massline_shared::Estimated;
+use massline_shared::EstimatedValue;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::layout::{RIG_HITS, RigLayout};
@@ -102,9 +102,9 @@ endpoints! {
     EraseStore = 18, changes: () => ();
     /// Asks for the state of clock, supply and converter.
     GetHardware = 19: () => Hardware;
-    /// Sets [`Hardware::brown_out_mv`] to the chip's highest level that is below its supply. It is in force after the next
-    /// power-on at the latest. Refused with [`Reason::SupplyLow`] while the supply is too low to write flash, and with
-    /// [`Reason::UnknownMessage`] by a board whose chip has no such level.
+    /// Sets [`Hardware::brown_out_mv`] to the chip's highest level that is below its supply. It is in force after the
+    /// next power-on at the latest. Refused with [`Reason::SupplyLow`] while the supply is too low to write flash, and
+    /// with [`Reason::UnknownMessage`] by a board whose chip has no such level.
     SetBrownOut = 20, changes: () => ();
     /// Asks for the charge of the battery; `None` when there is no gauge, or none that answers.
     GetBattery = 21: () => Option<Battery>;
@@ -174,8 +174,8 @@ pub struct Status {
     pub diagnostics: Diagnostics,
 }
 
-/// Level of every channel over the last tenth of a second: the number of bits of the range of its codes, 0 when the code
-/// did not change.
+/// Level of every channel over the last tenth of a second: the number of bits of the range of its codes, 0 when the
+/// code did not change.
 pub type Levels = [u8; CHANNELS];
 
 /// Counters of the rig since power-on.
@@ -258,7 +258,8 @@ pub struct Battery {
 }
 
 impl Battery {
-    /// Below this voltage of the cell, mV, little charge is left, and a linear regulator passes on the ripple of the cell.
+    /// Below this voltage of the cell, mV, little charge is left, and a linear regulator passes on the ripple of the
+    /// cell.
     pub const LOW_MV: u16 = 3500;
 
     /// True when it should be charged.
@@ -299,7 +300,7 @@ pub struct ListRequest {
 }
 
 /// A mass in kg; it has no standard deviation when it comes from single hits.
-pub type EstimatedMass = Estimated<f32, Option<f32>>;
+pub type EstimatedMass = EstimatedValue<f32, Option<f32>>;
 
 /// One entry of the list of results.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -391,8 +392,8 @@ impl From<CommandError> for Reason {
 pub struct Refusal {
     /// Raw [`Reason`].
     pub reason: u16,
-    /// With [`Reason::StoreFull`] for a start: how many results must be deleted, the oldest first; zero when even without
-    /// results there is too little room, and for any other request.
+    /// With [`Reason::StoreFull`] for a start: how many results must be deleted, the oldest first; zero when even
+    /// without results there is too little room, and for any other request.
     pub results_to_delete: u8,
 }
 

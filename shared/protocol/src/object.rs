@@ -284,8 +284,8 @@ pub struct MeasurementResult {
     pub dofs: Vec<DofResult, RIG_HITS>,
     /// Or, in the suspension profile, what is known of each DOF besides its lines, which are objects of their own.
     pub lines: Vec<LinesHead, RIG_HITS>,
-    /// Estimates, one per method, best first; empty when there are none, as in the suspension profile, which the program
-    /// solves.
+    /// Estimates, one per method, best first; empty when there are none, as in the suspension profile, which the
+    /// program solves.
     pub estimates: Vec<StoredEstimate, METHODS>,
     /// Diagnostics of the campaign.
     #[serde(with = "crate::diagnostic")]
@@ -300,8 +300,8 @@ impl MeasurementResult {
 
     /// The DOFs of either profile, each with its index in the layout and the number of its hits.
     pub fn measured(&self) -> impl Iterator<Item = (Dof, u8, u16)> {
-        let lines = self.lines.iter().map(|of| (of.dof, of.index, of.hits));
-        self.dofs.iter().map(|of| (of.dof, of.index, of.hits.into())).chain(lines)
+        let lines = self.lines.iter().map(|head| (head.dof, head.index, head.hits));
+        self.dofs.iter().map(|stored| (stored.dof, stored.index, stored.hits.into())).chain(lines)
     }
 
     /// The estimates, best first, and the numbers of the methods that this program does not know.

@@ -19,7 +19,7 @@ use crate::real::Real;
 /// assert!(body.is_physically_consistent());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Principal<R> {
+pub struct PrincipalInertia<R> {
     /// Principal moments in ascending order, kg m².
     pub moments: Vector3<R>,
     /// Principal axes as columns: unit vectors in the body frame, right-handed.
@@ -28,11 +28,11 @@ pub struct Principal<R> {
 
 impl<R: Real> RigidBody<R> {
     /// Principal moments and axes; `None` when the inertia is not finite.
-    pub fn principal(&self) -> Option<Principal<R>> {
+    pub fn principal(&self) -> Option<PrincipalInertia<R>> {
         let (moments, mut axes) = symmetric_eigen3(&self.inertia)?;
         let third = axes.column(0).cross(&axes.column(1));
         axes.set_column(2, &third);
-        Some(Principal { moments, axes })
+        Some(PrincipalInertia { moments, axes })
     }
 
     /// Smallest eigenvalue of `½ tr(J) I − J`, J about the centre of mass, kg m²: half of the sum of the two
@@ -76,7 +76,7 @@ impl<R: Real> RigidBody<R> {
     }
 }
 
-impl<R: Real> Principal<R> {
+impl<R: Real> PrincipalInertia<R> {
     /// Standard deviations of the moments from the covariance of `theta`, to first order: a moment with the
     /// axis `n` changes by `nᵀ dJ n`. For two moments closer than their standard deviations the figures are
     /// too small or too large by about the distance of the two.

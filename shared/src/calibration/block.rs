@@ -130,10 +130,10 @@ impl<R: Real> ForceRatio<R> {
 /// });
 /// let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 /// let block = BlockMass { mass: 2.0, sigma: 0.002 };
-/// let found = sensor_ratios(&hits, 0, &axes, block)?;
-/// assert!((found.ratio[(0, 0)] - 1.03).abs() < 1e-12 && found.ratio[(0, 1)].abs() < 1e-12);
+/// let estimate = sensor_ratios(&hits, 0, &axes, block)?;
+/// assert!((estimate.ratio[(0, 0)] - 1.03).abs() < 1e-12 && estimate.ratio[(0, 1)].abs() < 1e-12);
 /// // The mass is known to 0.1 %.
-/// assert!((found.sigma[(1, 1)] - 0.001).abs() < 1e-12);
+/// assert!((estimate.sigma[(1, 1)] - 0.001).abs() < 1e-12);
 /// assert!(sensor_ratios(&hits[..2], 0, &axes, block).is_err());
 /// # Ok::<(), massline_shared::calibration::block::BlockError>(())
 /// ```
@@ -201,8 +201,8 @@ const DEAD: f64 = 0.05;
 /// // The hammer reads 2 % too little, so every accelerance is 2 % too large, whatever its direction.
 /// let accelerance = &Responses::<f64, Fixed<1, 1>>::from([[0.6, 0.8, 0.0]]) * (1.02 / 2.0);
 /// let lines = MassLines { hits: 5, ..MassLines::without_scatter(accelerance) };
-/// let found = force_ratio([&lines; 3].into_iter(), 1, BlockMass { mass: 2.0, sigma: 0.002 })?;
-/// assert!((found.ratio - 1.02).abs() < 1e-12 && found.is_consistent());
+/// let estimate = force_ratio([&lines; 3].into_iter(), 1, BlockMass { mass: 2.0, sigma: 0.002 })?;
+/// assert!((estimate.ratio - 1.02).abs() < 1e-12 && estimate.is_consistent());
 /// # Ok::<(), massline_shared::calibration::block::BlockError>(())
 /// ```
 pub fn force_ratio<'a, R: Real, C: Capacity>(

@@ -8,7 +8,7 @@
 //! stored as. Within a sensor that takes it out of measurements too.
 
 use super::tumble::{Position, RestVoltages};
-use crate::estimated::Estimated;
+use crate::estimated::EstimatedValue;
 use crate::real::Real;
 use crate::signal::HAMMER;
 
@@ -34,7 +34,7 @@ pub const LARGE_MEMORY: f64 = 0.002;
 pub fn kept_by_hammer<R: Real>(
     readings: &[(Position, RestVoltages<R>)],
     before: usize,
-) -> Option<Estimated<R>> {
+) -> Option<EstimatedValue<R>> {
     let level = |reading: &RestVoltages<R>| {
         let (mean, sigma) = (reading.mean(), reading.sigma());
         Some((*mean.get(before)?, *mean.get(HAMMER)?, *sigma.get(HAMMER)?))
@@ -45,7 +45,9 @@ pub fn kept_by_hammer<R: Real>(
         return None;
     }
     let number = R::of(count as f64);
-    let mean = |of: fn(&(R, R, R)) -> R| levels().fold(R::zero(), |sum, l| sum + of(&l)) / number;
+    let mean = |component: fn(&(R, R, R)) -> R| {
+        levels().fold(R::zero(), |sum, l| sum + component(&l)) / number
+    };
     let (center, rest) = (mean(|l| l.0), mean(|l| l.1));
     let (mut square, mut product, mut noise) = (R::zero(), R::zero(), R::zero());
     for (volts, hammer, sigma) in levels() {
@@ -63,7 +65,7 @@ pub fn kept_by_hammer<R: Real>(
     // A rest level that drifts from position to position shows in the residuals.
     let seen = (left / R::of((count - 2) as f64) / square).sqrt();
     let sigma = stated.max(seen);
-    (value.finite() && sigma.finite()).then_some(Estimated { value, sigma })
+    (value.finite() && sigma.finite()).then_some(EstimatedValue { value, sigma })
 }
 
 #[cfg(test)]
@@ -97,9 +99,9 @@ mod tests {
     fn a_rest_level_that_drifts_makes_it_uncertain_and_not_wrong() {
         // 0.2 mV from position to position: between +Z and −Z as much as a share of 0.2 %.
         let drifting = |place: usize, _| 0.1 + 2e-4 * place as f64;
-        let found = kept_by_hammer(&readings::<f64>(drifting), 3).unwrap();
-        assert!(found.value.abs() < 2.0 * found.sigma, "{found:?}");
-        assert!(found.sigma > 1e-3, "{found:?}");
+        let estimate = kept_by_hammer(&readings::<f64>(drifting), 3).unwrap();
+        assert!(estimate.value.abs() < 2.0 * estimate.sigma, "{estimate:?}");
+        assert!(estimate.sigma > 1e-3, "{estimate:?}");
     }
 
     #[test]

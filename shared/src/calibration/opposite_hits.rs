@@ -21,7 +21,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::block::BlockHit;
 use crate::capacity::Capacity;
-use crate::estimated::Estimated;
+use crate::estimated::EstimatedValue;
 use crate::layout::Sensor;
 use crate::real::Real;
 use crate::responses::Responses;
@@ -55,9 +55,9 @@ pub struct Setup<'a, R> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct OppositeHits<R> {
     /// Share of the hammer's voltage that remains in the channel converted after it.
-    pub memory: Option<Estimated<R>>,
+    pub memory: Option<EstimatedValue<R>>,
     /// Response to pushes along a direction over that to pushes against it, minus one; by direction.
-    pub asymmetry: Vec<(Vector3<R>, Estimated<R>), DIRECTIONS>,
+    pub asymmetry: Vec<(Vector3<R>, EstimatedValue<R>), DIRECTIONS>,
 }
 
 /// One direction: the half sum of both sides.
@@ -90,7 +90,7 @@ pub fn opposite_hits<R: Real, C: Capacity>(
         }
     }
     let memory = (weights > R::zero()).then(|| sum / weights);
-    let mut asymmetry: Vec<(Vector3<R>, Estimated<R>), DIRECTIONS> = Vec::new();
+    let mut asymmetry: Vec<(Vector3<R>, EstimatedValue<R>), DIRECTIONS> = Vec::new();
     let (mut square, mut freedom) = (R::zero(), 0);
     for pair in &pairs {
         let known = memory.zip(kept);
@@ -98,7 +98,7 @@ pub fn opposite_hits<R: Real, C: Capacity>(
         square += left;
         freedom += 3 * count - UNKNOWNS;
         let two = R::of(2.0);
-        let estimated = Estimated { value: two * value, sigma: two * variance.sqrt() };
+        let estimated = EstimatedValue { value: two * value, sigma: two * variance.sqrt() };
         // There are at most as many pairs as places.
         let _ = asymmetry.push((pair.direction, estimated));
     }
@@ -108,10 +108,10 @@ pub fn opposite_hits<R: Real, C: Capacity>(
     }
     // The readings scatter about the fit as they do, whatever the cause.
     let noise = (square / R::of(freedom as f64)).sqrt();
-    asymmetry.iter_mut().for_each(|(_, found)| found.sigma *= noise);
-    let memory = memory.map(|value| Estimated { value, sigma: noise / weights.sqrt() });
-    let finite = |of: &Estimated<R>| of.value.finite() && of.sigma.finite();
-    let sound = memory.iter().chain(asymmetry.iter().map(|(_, found)| found)).all(finite);
+    asymmetry.iter_mut().for_each(|(_, estimate)| estimate.sigma *= noise);
+    let memory = memory.map(|value| EstimatedValue { value, sigma: noise / weights.sqrt() });
+    let finite = |estimate: &EstimatedValue<R>| estimate.value.finite() && estimate.sigma.finite();
+    let sound = memory.iter().chain(asymmetry.iter().map(|(_, estimate)| estimate)).all(finite);
     sound.then_some(OppositeHits { memory, asymmetry })
 }
 

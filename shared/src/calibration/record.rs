@@ -188,8 +188,8 @@ impl CalibrationRecord {
     /// standard deviations become those of the worst sensor; that of the hammer against the sensors returns
     /// to its default.
     pub fn take_tumble<R: Real>(&mut self, sensors: &[SensorSensitivity<R>], hammer_zero: R) {
-        let worst = |of: fn(&SensorSensitivity<R>) -> R| {
-            sensors.iter().map(of).fold(R::zero(), |worst, sigma| worst.max(sigma)).to_f32()
+        let worst = |sigma_of: fn(&SensorSensitivity<R>) -> R| {
+            sensors.iter().map(sigma_of).fold(R::zero(), |worst, sigma| worst.max(sigma)).to_f32()
         };
         self.method = CalibrationMethod::Tumble;
         self.sigma = CalibrationSigma {
@@ -274,11 +274,11 @@ mod tests {
 
     #[test]
     fn only_a_test_of_one_s_own_contributes_to_a_budget() {
-        let of = |method| CalibrationRecord { method, ..Default::default() }.budget();
+        let budget_of = |method| CalibrationRecord { method, ..Default::default() }.budget();
         for method in CalibrationMethod::ALL {
             let unknown =
                 [CalibrationMethod::DataSheet, CalibrationMethod::Other].contains(&method);
-            assert_eq!(of(method).is_none(), unknown, "{method:?}");
+            assert_eq!(budget_of(method).is_none(), unknown, "{method:?}");
         }
     }
 

@@ -14,7 +14,7 @@
 
 use nalgebra::{Complex, SMatrix, SVector};
 
-use crate::estimated::Estimated;
+use crate::estimated::EstimatedValue;
 use crate::mass_line::{Bin, MassLineError, window_correlation};
 use crate::real::Real;
 
@@ -56,11 +56,14 @@ const ODD: usize = 3;
 ///     (Bin { frequency, weight: 1.0 }, h)
 /// });
 /// let how = SpectraSettings { band: [10.0, 300.0], lag: sensor, decay: 10.0, record: 0.512 };
-/// let found = difference(lines, how)?;
-/// assert!((found.value - (hammer - sensor)).abs() < 1e-9);
+/// let estimate = difference(lines, how)?;
+/// assert!((estimate.value - (hammer - sensor)).abs() < 1e-9);
 /// # Ok::<(), MassLineError>(())
 /// ```
-pub fn difference<R, I>(lines: I, how: SpectraSettings<R>) -> Result<Estimated<R>, MassLineError>
+pub fn difference<R, I>(
+    lines: I,
+    how: SpectraSettings<R>,
+) -> Result<EstimatedValue<R>, MassLineError>
 where
     R: Real,
     I: IntoIterator<Item = (Bin<R>, Complex<R>)>,
@@ -104,7 +107,7 @@ where
     let correlation = window_correlation(decay, how.record);
     let sigma = (inverse[(ODD, ODD)].sqrt() * spread * correlation * to_seconds).abs();
     if value.finite() && sigma.finite() {
-        Ok(Estimated { value, sigma })
+        Ok(EstimatedValue { value, sigma })
     } else {
         Err(MassLineError::BandTooNarrow)
     }
@@ -113,7 +116,7 @@ where
 /// Mean of several differences of the same two low-passes, weighted by inverse variance. When they scatter
 /// more than their standard deviations allow, that of the mean is increased by the same factor. `None` for an
 /// empty slice or when a standard deviation is zero.
-pub fn mean<R: Real>(parts: &[Estimated<R>]) -> Option<Estimated<R>> {
+pub fn mean<R: Real>(parts: &[EstimatedValue<R>]) -> Option<EstimatedValue<R>> {
     let (mut weights, mut sum) = (R::zero(), R::zero());
     for part in parts {
         let weight = R::one() / (part.sigma * part.sigma);
@@ -121,11 +124,11 @@ pub fn mean<R: Real>(parts: &[Estimated<R>]) -> Option<Estimated<R>> {
         sum += weight * part.value;
     }
     let value = sum / weights;
-    let square = |part: &Estimated<R>| ((part.value - value) / part.sigma).powi(2);
+    let square = |part: &EstimatedValue<R>| ((part.value - value) / part.sigma).powi(2);
     let chi_squared = parts.iter().map(square).fold(R::zero(), |sum, square| sum + square);
     let freedom = R::of(parts.len().saturating_sub(1).max(1) as f64);
     let sigma = (R::one() / weights).sqrt() * (chi_squared / freedom).sqrt().max(R::one());
-    (value.finite() && sigma.finite()).then_some(Estimated { value, sigma })
+    (value.finite() && sigma.finite()).then_some(EstimatedValue { value, sigma })
 }
 
 /// Real and imaginary equation of the line at `s`: the coefficients of A, B/ω², C ω², D ω, E/ω at the
@@ -174,9 +177,9 @@ mod tests {
             .collect()
     }
 
-    fn found<R: Real>(noise: f64) -> Estimated<f64> {
-        let found = difference(measured::<R>(noise), how(BAND)).unwrap();
-        Estimated { value: found.value.to_f64(), sigma: found.sigma.to_f64() }
+    fn estimate_difference<R: Real>(noise: f64) -> EstimatedValue<f64> {
+        let estimate = difference(measured::<R>(noise), how(BAND)).unwrap();
+        EstimatedValue { value: estimate.value.to_f64(), sigma: estimate.sigma.to_f64() }
     }
 
     /// 1/(2π 497.36) − 1/(2π 482.44): −9.897 µs. The neglected second order is that times ω at the end of the
@@ -184,7 +187,8 @@ mod tests {
     #[test]
     fn the_difference_of_two_low_passes_is_found() {
         let truth = (TAU * CUTOFFS_HZ[0]).recip() - (TAU * CUTOFFS_HZ[1]).recip();
-        for value in [found::<f64>(0.0).value, found::<f32>(0.0).value] {
+        for value in [estimate_difference::<f64>(0.0).value, estimate_difference::<f32>(0.0).value]
+        {
             assert!((value / truth - 1.0).abs() < 0.0075, "{value:e} {truth:e}");
         }
     }
@@ -193,10 +197,10 @@ mod tests {
     fn noise_shows_in_the_sigma() {
         // 1 % of the accelerance on each of 56 lines gives about 1 %/√112 of A at ω_ref = 218 rad/s, and the
         // window raises it by √(10 · 0.512).
-        let sigma = found::<f64>(0.005).sigma;
+        let sigma = estimate_difference::<f64>(0.005).sigma;
         let expected = 0.01 / 112.0_f64.sqrt() / 218.0 * (5.12_f64).sqrt();
         assert!((0.3..3.0).contains(&(sigma / expected)), "{sigma:e} {expected:e}");
-        assert!(found::<f64>(0.0).sigma < 0.1 * sigma);
+        assert!(estimate_difference::<f64>(0.0).sigma < 0.1 * sigma);
     }
 
     #[test]
@@ -212,7 +216,7 @@ mod tests {
 
     #[test]
     fn the_mean_weighs_by_variance_and_sees_a_contradiction() {
-        let part = |value: f64, sigma| Estimated { value, sigma };
+        let part = |value: f64, sigma| EstimatedValue { value, sigma };
         // Weights 4 and 1, χ² = 0.05: the formal standard deviation is 1/√5.
         let agreeing = mean(&[part(1.0, 0.5), part(1.25, 1.0)]).unwrap();
         assert!((agreeing.value - 1.05).abs() < 1e-12, "{agreeing:?}");

@@ -274,11 +274,11 @@ pub fn solve<R: Real>(
     let mut problems = TumbleProblems::new();
     let mut six = [None; 6];
     for (place, position) in six.iter_mut().zip(Position::ALL) {
-        let mut found = readings.iter().filter(|r| r.position == position);
-        *place = found.next();
+        let mut matching_readings = readings.iter().filter(|r| r.position == position);
+        *place = matching_readings.next();
         if place.is_none() {
             note(&mut problems, TumbleProblem::Missing(position));
-        } else if found.next().is_some() {
+        } else if matching_readings.next().is_some() {
             note(&mut problems, TumbleProblem::Repeated(position));
         }
     }

@@ -37,8 +37,8 @@ mod tests {
     fn bar_bound() -> (Bound<f64>, f64) {
         let layout = bar_layout();
         let noise = |_| crate::responses::Responses::<f64, Rig>::repeat(3, 0.01);
-        let found = bound(&layout, &bar_body(), noise, 5, &mut [0.0; RIG_WORKSPACE]).unwrap();
-        (found, layout.characteristic_length())
+        let bound = bound(&layout, &bar_body(), noise, 5, &mut [0.0; RIG_WORKSPACE]).unwrap();
+        (bound, layout.characteristic_length())
     }
 
     #[test]
@@ -47,8 +47,8 @@ mod tests {
         let here = minus_log_det(&bound, own, own);
         assert_eq!(here, -bound.log_det_information);
         // Fifteen powers of the length, squared.
-        let there = minus_log_det(&bound, own, own * 1_f64.exp());
-        assert!((there - (here - 30.0)).abs() < 1e-12);
+        let scaled_cost = minus_log_det(&bound, own, own * 1_f64.exp());
+        assert!((scaled_cost - (here - 30.0)).abs() < 1e-12);
     }
 
     #[test]

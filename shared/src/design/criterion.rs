@@ -128,18 +128,18 @@ mod tests {
         let scatter = only_scatter();
         // Rounding times the condition of the information, 2e4.
         assert!((times(&scatter, 20) / times(&scatter, 5) - 0.25).abs() < 1e-11);
-        let all = bar_layout();
-        assert!(times(&all, 20) > 0.5 * times(&all, 5));
+        let layout = bar_layout();
+        assert!(times(&layout, 20) > 0.5 * times(&layout, 5));
     }
 
     #[test]
     fn of_a_single_property_the_cost_is_its_own() {
         let mut memory = vec![0.0; workspace(3, 12)];
-        let all = criterion();
-        let sigma = all.bound(&bar_layout(), &mut memory).unwrap().sigma();
+        let criterion = criterion();
+        let sigma = criterion.bound(&bar_layout(), &mut memory).unwrap().sigma();
         for k in [0, 3, 9] {
-            let cost = all.of_property(k).cost(&bar_layout(), &mut memory).unwrap();
-            assert!((cost.sqrt() * all.scale[k] / sigma[k] - 1.0).abs() < 1e-12);
+            let cost = criterion.of_property(k).cost(&bar_layout(), &mut memory).unwrap();
+            assert!((cost.sqrt() * criterion.scale[k] / sigma[k] - 1.0).abs() < 1e-12);
         }
     }
 

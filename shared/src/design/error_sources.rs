@@ -13,8 +13,8 @@ use crate::capacity::Capacity;
 use crate::layout::{ApparatusUncertainty, ErrorSource, HitUncertainty, Layout, SensorUncertainty};
 use crate::real::Real;
 
-/// Fraction by which variances are raised to see the effect on the bound: rounding divided by it and itself are both below a
-/// thousandth.
+/// Fraction by which variances are raised to see the effect on the bound: rounding divided by it and itself are both
+/// below a thousandth.
 const STEP: f64 = 1e-4;
 
 /// Contribution of one source.
@@ -38,11 +38,11 @@ pub struct Part<R> {
 /// let layout = frame::layout();
 /// let criterion = Criterion::new(frame::body(), 0.14, DEFAULT_NOISE);
 /// let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
-/// let found = parts(&criterion, &layout, &mut memory).unwrap();
-/// let sum: f64 = found.iter().map(|part| part.share).sum();
+/// let parts = parts(&criterion, &layout, &mut memory).unwrap();
+/// let sum: f64 = parts.iter().map(|part| part.share).sum();
 /// assert!((sum - 1.0).abs() < 1e-3);
 /// // Without a calibration, the hammer's gain causes most of the uncertainty of the mass.
-/// let of_mass = found.iter().max_by(|a, b| a.shares[0].total_cmp(&b.shares[0])).unwrap();
+/// let of_mass = parts.iter().max_by(|a, b| a.shares[0].total_cmp(&b.shares[0])).unwrap();
 /// assert_eq!(of_mass.source.name(), "hammer_gain");
 /// ```
 pub fn parts<R: Real, C: Capacity>(
@@ -52,9 +52,9 @@ pub fn parts<R: Real, C: Capacity>(
 ) -> Option<[Part<R>; ErrorSource::ALL.len()]> {
     let whole = prediction.variances(layout, workspace)?;
     let relative = |v: &SVector<R, 10>| relative_variance(v, prediction.scale());
-    let mut found =
+    let mut parts =
         ErrorSource::ALL.map(|source| Part { source, share: R::zero(), shares: SVector::zeros() });
-    for part in &mut found {
+    for part in &mut parts {
         let factor = R::of(1.0 + STEP).sqrt();
         let raised = if part.source == ErrorSource::Noise {
             prediction.with_noise(factor).variances(layout, workspace)
@@ -67,7 +67,7 @@ pub fn parts<R: Real, C: Capacity>(
         part.share = relative(&slope) / relative(&whole);
         part.shares = slope.component_div(&whole);
     }
-    Some(found)
+    Some(parts)
 }
 
 /// Multiplies the standard deviations of a source; that of the noise is not in the layout.
@@ -108,7 +108,7 @@ mod tests {
     use crate::design::Criterion;
     use crate::identify::maximum_likelihood::RIG_WORKSPACE;
     use crate::layout::tests::{bar_body, bar_layout};
-    use crate::layout::{Attached, Prior};
+    use crate::layout::{AttachedBody, Prior};
 
     fn bar_parts(layout: &Layout<f64, Rig>) -> [Part<f64>; ErrorSource::ALL.len()] {
         let criterion = Criterion::new(bar_body(), layout.characteristic_length(), 0.005);
@@ -124,7 +124,7 @@ mod tests {
         let mut layout = bar_layout();
         let prior = Prior { property: 0, value: 1.23, sigma: 0.005 };
         layout.priors.push(prior).unwrap();
-        layout.attached.push(Attached::point(0.05, 0.1, [0.1, 0.0, 0.0])).unwrap();
+        layout.attached.push(AttachedBody::point(0.05, 0.1, [0.1, 0.0, 0.0])).unwrap();
         let parts = bar_parts(&layout);
         let shares: f64 = parts.iter().map(|part| part.share).sum();
         // The error is the step, for each share.

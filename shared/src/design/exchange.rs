@@ -27,7 +27,7 @@ pub struct Choice<C: Capacity> {
 
 /// A choice that no single exchange improves.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found<R: Real, C: Capacity> {
+pub struct BestChoice<R: Real, C: Capacity> {
     /// The sensors and hits.
     pub choice: Choice<C>,
     /// Cost of the choice.
@@ -59,12 +59,12 @@ pub struct Found<R: Real, C: Capacity> {
 ///     starts: 4,
 ///     seed: 1,
 /// };
-/// let found = search.run(None, |choice: &Choice<Fixed<3, 4>>| {
+/// let best = search.run(None, |choice: &Choice<Fixed<3, 4>>| {
 ///     layout.hits = choice.hits.iter().map(|&hit| candidates[hit]).collect();
 ///     criterion.cost(&layout, &mut memory)
 /// }).unwrap();
 /// layout.hits = present;
-/// assert!(found.cost <= criterion.cost(&layout, &mut memory).unwrap());
+/// assert!(best.cost <= criterion.cost(&layout, &mut memory).unwrap());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Search {
@@ -112,11 +112,11 @@ impl Search {
         &self,
         first: Option<&Choice<C>>,
         mut cost: impl FnMut(&Choice<C>) -> Option<R>,
-    ) -> Result<Found<R, C>, SearchError> {
+    ) -> Result<BestChoice<R, C>, SearchError> {
         let mut best = first.and_then(|first| self.improve(first.clone(), &mut cost));
         for index in 0..self.starts {
-            let found = self.improve(self.start(index)?, &mut cost);
-            best = better(best, found);
+            let improved_choice = self.improve(self.start(index)?, &mut cost);
+            best = better(best, improved_choice);
         }
         best.ok_or(SearchError::NothingFound)
     }
@@ -141,7 +141,7 @@ impl Search {
         &self,
         mut choice: Choice<C>,
         mut cost: impl FnMut(&Choice<C>) -> Option<R>,
-    ) -> Option<Found<R, C>> {
+    ) -> Option<BestChoice<R, C>> {
         let mut least = cost(&choice);
         loop {
             let before = least;
@@ -154,7 +154,7 @@ impl Search {
             match (before, least) {
                 (_, None) => return None,
                 (Some(before), Some(least)) if !falls(before, least) => {
-                    return Some(Found { choice, cost: least });
+                    return Some(BestChoice { choice, cost: least });
                 }
                 _ => {}
             }
@@ -179,9 +179,9 @@ impl Search {
                 continue;
             }
             let present = choice.set(member, candidate);
-            let found = cost(choice);
-            if found.is_some_and(|found| least.is_none_or(|least| found < least)) {
-                (best, least) = (candidate, found);
+            let new_cost = cost(choice);
+            if new_cost.is_some_and(|new_cost| least.is_none_or(|least| new_cost < least)) {
+                (best, least) = (candidate, new_cost);
             }
             choice.set(member, present);
         }
@@ -223,9 +223,9 @@ impl<C: Capacity> Choice<C> {
 }
 
 fn better<R: Real, C: Capacity>(
-    a: Option<Found<R, C>>,
-    b: Option<Found<R, C>>,
-) -> Option<Found<R, C>> {
+    a: Option<BestChoice<R, C>>,
+    b: Option<BestChoice<R, C>>,
+) -> Option<BestChoice<R, C>> {
     match (a, b) {
         (Some(a), Some(b)) => Some(if b.cost < a.cost { b } else { a }),
         (a, b) => a.or(b),

@@ -89,8 +89,8 @@ impl<R: Real> FurtherHitSearch<R> {
         self.scales.apply_to(&mut measured);
         let index = self.next_candidate(measured.hits.len(), lines);
         let candidate = index.and_then(|index| measured.hits.get(index).copied());
-        let place = index.and_then(|index| lines.iter().position(|(of, _)| *of == index));
-        let hits = lines.iter().filter_map(|(of, _)| measured.hits.get(*of).copied()).collect();
+        let place = index.and_then(|index| lines.iter().position(|(dof, _)| *dof == index));
+        let hits = lines.iter().filter_map(|(dof, _)| measured.hits.get(*dof).copied()).collect();
         measured.hits = hits;
         if self.present.is_none() {
             self.present = self.criterion.cost(&measured, workspace);
@@ -113,8 +113,8 @@ impl<R: Real> FurtherHitSearch<R> {
         lines: &[DofMassLines<R, C>],
     ) -> Option<usize> {
         let is_candidate = |dof: usize| match self.candidates {
-            HitCandidates::Measured => lines.iter().any(|(of, _)| *of == dof),
-            HitCandidates::Following => lines.iter().all(|(of, _)| *of < dof),
+            HitCandidates::Measured => lines.iter().any(|(other, _)| *other == dof),
+            HitCandidates::Following => lines.iter().all(|(other, _)| *other < dof),
         };
         (self.next..dofs).find(|&dof| is_candidate(dof))
     }
@@ -134,7 +134,7 @@ impl<R: Real> FurtherHitSearch<R> {
     }
 
     /// The best hit of a search that is done; `None` when none narrows the interval by 1 %.
-    pub fn found(&self) -> Option<FurtherHit<R>> {
+    pub fn best_hit(&self) -> Option<FurtherHit<R>> {
         let (dof, cost) = self.best?;
         let narrower = (cost / self.present?).sqrt();
         let half_width = self.half_width * narrower;
@@ -177,27 +177,30 @@ mod tests {
 
     /// Exact mass lines of the first `count` DOFs, with a noise of 0.5 % of 1/m for each of five hits.
     fn lines(layout: &Wide, count: usize) -> Lines {
-        let of = |dof: usize| {
+        let exact_lines = |dof: usize| {
             let mut lines =
                 MassLines::without_scatter(layout.accelerance(&bar_body(), dof).unwrap());
             (lines.hits, lines.noise) = (5, lines.noise.map(|_| 0.004 / 5_f64.sqrt()));
             (dof, lines)
         };
-        (0..count).map(of).collect()
+        (0..count).map(exact_lines).collect()
     }
 
     fn search(layout: &Wide, lines: &Lines, candidates: HitCandidates) -> Option<FurtherHit<f64>> {
         let mut memory = [0.0; RIG_WORKSPACE];
         let observed = Observations::of_mass_lines(layout, lines);
-        let mut found = Identification::<f64, MASS_LINE_METHODS>::idle();
-        found.begin(Method::of_mass_lines());
-        while found.step(&observed, &IdentifySettings::default(), &mut memory) == Progress::Going {}
+        let mut identification = Identification::<f64, MASS_LINE_METHODS>::idle();
+        identification.begin(Method::of_mass_lines());
+        while identification.step(&observed, &IdentifySettings::default(), &mut memory)
+            == Progress::Going
+        {}
         let length = layout.characteristic_length();
-        let precision = Precision::of(found.estimates(), Target::default(), length).unwrap();
-        let best = &found.estimates()[0];
+        let precision =
+            Precision::of(identification.estimates(), Target::default(), length).unwrap();
+        let best = &identification.estimates()[0];
         let mut search = FurtherHitSearch::new(&precision, best, lines, 3, candidates);
         while search.step(layout, lines, &mut memory) == Progress::Going {}
-        let hit = search.found()?;
+        let hit = search.best_hit()?;
         assert_eq!(hit.property, precision.worst().0);
         assert!(hit.half_width < precision.half_widths[hit.property]);
         Some(hit)
@@ -207,7 +210,7 @@ mod tests {
     fn the_hit_found_is_the_one_whose_bound_is_smallest() {
         let layout = layout();
         let lines = lines(&layout, 3);
-        let found = search(&layout, &lines, HitCandidates::Following).unwrap();
+        let best = search(&layout, &lines, HitCandidates::Following).unwrap();
         // Without the search: the standard deviation of that property with either hit added.
         let mut memory = [0.0; RIG_WORKSPACE];
         let mut sigma = |extra: usize| {
@@ -216,21 +219,21 @@ mod tests {
             layout.hits.truncate(3);
             layout.hits.push(hit).unwrap();
             let criterion = Criterion { noise: 0.004, ..Criterion::new(bar_body(), 0.14, 0.0) };
-            criterion.bound(&layout, &mut memory).unwrap().sigma()[found.property]
+            criterion.bound(&layout, &mut memory).unwrap().sigma()[best.property]
         };
         let (third, fourth) = (sigma(3), sigma(4));
-        assert_eq!(found.dof, if third < fourth { 3 } else { 4 });
+        assert_eq!(best.dof, if third < fourth { 3 } else { 4 });
     }
 
     #[test]
     fn a_hit_that_was_skipped_is_not_advised() {
         let layout = layout();
-        let all = lines(&layout, 5);
+        let five_dofs = lines(&layout, 5);
         for skipped in 0..3 {
             let kept: Lines =
-                all.iter().take(4).filter(|(dof, _)| *dof != skipped).cloned().collect();
-            let found = search(&layout, &kept, HitCandidates::Following);
-            assert!(found.is_none_or(|hit| hit.dof == 4), "{skipped}: {found:?}");
+                five_dofs.iter().take(4).filter(|(dof, _)| *dof != skipped).cloned().collect();
+            let advice = search(&layout, &kept, HitCandidates::Following);
+            assert!(advice.is_none_or(|hit| hit.dof == 4), "{skipped}: {advice:?}");
         }
     }
 

@@ -19,12 +19,12 @@ use crate::real::Real;
 /// let mass_lines = frame::mass_lines(&layout);
 /// let observed = Observations::of_mass_lines(&layout, &mass_lines);
 /// let mut memory = vec![0.0; workspace(&Method::ALL, layout.sensors.len(), layout.hits.len())];
-/// let found = identify(&observed, &observed.methods(), &IdentifySettings::default(), &mut memory);
+/// let identification = identify(&observed, &observed.methods(), &IdentifySettings::default(), &mut memory);
 /// let length = layout.characteristic_length();
-/// let of = |target| Precision::of(found.estimates(), target, length).unwrap();
-/// let widths = of(Target::default()).widths();
-/// assert!(of(Target { mass: Some(1.01 * widths.mass), ..Target::default() }).is_reached());
-/// assert!(!of(Target { mass: Some(0.99 * widths.mass), ..Target::default() }).is_reached());
+/// let with_target = |target| Precision::of(identification.estimates(), target, length).unwrap();
+/// let widths = with_target(Target::default()).widths();
+/// assert!(with_target(Target { mass: Some(1.01 * widths.mass), ..Target::default() }).is_reached());
+/// assert!(!with_target(Target { mass: Some(0.99 * widths.mass), ..Target::default() }).is_reached());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precision<R> {
@@ -133,8 +133,8 @@ mod tests {
         assert!((center - 0.003).abs() < 1e-15, "{center}");
         assert!((inertia - 0.09).abs() < 1e-15, "{inertia}");
         let precision = precision(Target::default());
-        let of = |k: usize| precision.in_target_units(k, precision.half_widths[k]);
-        assert_eq!([of(0), of(3), of(9)], [mass, center, inertia]);
+        let in_units = |k: usize| precision.in_target_units(k, precision.half_widths[k]);
+        assert_eq!([in_units(0), in_units(3), in_units(9)], [mass, center, inertia]);
     }
 
     #[test]

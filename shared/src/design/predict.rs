@@ -16,8 +16,8 @@ pub trait Predict<R: Real> {
     /// Scale of each inertial parameter.
     fn scale(&self) -> &SVector<R, 10>;
 
-    /// The predicted variances of `theta`, SI units; `None` when the layout does not determine the ten properties. What the
-    /// workspace is for depends on the prediction.
+    /// The predicted variances of `theta`, SI units; `None` when the layout does not determine the ten properties. What
+    /// the workspace is for depends on the prediction.
     fn variances<C: Capacity>(
         &self,
         layout: &Layout<R, C>,

@@ -35,10 +35,13 @@ impl AllowedValues {
     }
 }
 
-/// Generates the settings from their rows: number on the wire, which never changes, name, words for the screen, unit, allowed
-/// values.
+/// Generates the settings from their rows: number on the wire, which never changes, name, words for the screen, unit,
+/// allowed values.
 macro_rules! settings {
-    ($($(#[$doc:meta])* $name:ident = $number:literal, $key:literal, $words:literal, $unit:literal, $allowed:ident;)*) => {
+    ($(
+        $(#[$doc:meta])*
+        $name:ident = $number:literal, $key:literal, $words:literal, $unit:literal, $allowed:ident;
+    )*) => {
         /// Names a setting as the subject of a diagnostic. The numbers never change.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, IntoPrimitive, TryFromPrimitive)]
         #[repr(u8)]

@@ -126,9 +126,9 @@ codes! {
     /// No gravity vector is given, so its effect on the sensors is left to the B/s² term.
     GravityNotGiven = 41, "gravity_not_given", Whole, None;
         "Layout gives no\ngravity: less exact\nbelow 20 Hz.";
-        "the layout gives no `gravity`, and accelerometers that measure down to 0 Hz feel it as the object tilts: a mass line \
-         leaves that to its B/s² term, the suspension profile needs the direction; state the vector, or that the sensors do \
-         not sense it";
+        "the layout gives no `gravity`, and accelerometers that measure down to 0 Hz feel it as the object tilts: a \
+         mass line leaves that to its B/s² term, the suspension profile needs the direction; state the vector, or that \
+         the sensors do not sense it";
     /// The flash did not store the result. Make room or try again, then resume.
     ResultNotStored = 42, "result_not_stored", Whole, None;
         "Result not stored:\ndelete an old one,\nthen resume.";
@@ -150,9 +150,9 @@ codes! {
         "Suspect: check its\nnode, axes and cable.";
         "{subject} would have to be off by {value} times its stated uncertainties; check its node, axes \
          and cable";
-    /// The hit with the largest pull: the errors that would explain the data exceed its stated uncertainties
-    /// most. Subject: the hit DOF. Value: their root mean square in units of the uncertainties, or of the force alone what
-    /// is as rare.
+    /// The hit with the largest pull: the errors that would explain the data exceed its stated uncertainties most.
+    /// Subject: the hit DOF. Value: their root mean square in units of the uncertainties, or of the force alone what is
+    /// as rare.
     LargeHitPull = 46, "large_hit_pull", Hit, Times;
         "Suspect: check node,\ndirection and sign.";
         "{subject} would have to be off by {value} times its stated uncertainties; check its node, \
@@ -359,26 +359,25 @@ codes! {
     /// Value: the relative distance of their responses per force.
     HitsDisagree = 76, "hits_disagree", Hit, Share(0);
         "First two hits differ\nboth dropped: hit the\nsame point.";
-        "at {subject} the first and the second hit differ by {value}, so one of them may have landed elsewhere: both are \
-         dropped; hit the same point in the same direction every time";
+        "at {subject} the first and the second hit differ by {value}, so one of them may have landed elsewhere: both \
+         are dropped; hit the same point in the same direction every time";
     /// The operator took back a hit that had been accepted. Subject: the DOF.
     HitUndone = 77, "hit_undone", Hit, None;
         "Undone: hit this\nplace again.";
         "the hit at {subject} was undone by the operator and does not count; hit again";
 
-    /// A hit differs so much from several repeat hits that it may have landed elsewhere, or the first two differ so much
-    /// from each other. Subject: the DOF. Value: the
-    /// relative distance of its responses per force from theirs.
+    /// A hit differs so much from several repeat hits that it may have landed elsewhere, or the first two differ so
+    /// much from each other. Subject: the DOF. Value: the relative distance of its responses per force from theirs.
     HitElsewhere = 78, "hit_elsewhere", Hit, Share(0);
         "Landed elsewhere?\nHit the marked point\nagain.";
-        "a hit at {subject} differs from the others by {value}: it may have landed elsewhere; hit the marked point in the \
-         same direction";
-    /// The first two hits at a DOF differ; the next one shows whether both have to be dropped. Subject: the DOF. Value: the
-    /// relative distance of their responses per force.
+        "a hit at {subject} differs from the others by {value}: it may have landed elsewhere; hit the marked point in \
+         the same direction";
+    /// The first two hits at a DOF differ; the next one shows whether both have to be dropped. Subject: the DOF. Value:
+    /// the relative distance of their responses per force.
     HitsInDoubt = 79, "hits_in_doubt", Hit, Share(0);
         "First two hits differ\none is wrong: hit the\nsame point.";
-        "at {subject} the first and the second hit differ by {value}, so one of them may have landed elsewhere; hit the \
-         marked point again";
+        "at {subject} the first and the second hit differ by {value}, so one of them may have landed elsewhere; hit \
+         the marked point again";
 
     // Codes of the suspension modes.
 
@@ -464,12 +463,12 @@ codes! {
         "All points move\nagainst the hammer:\nreversed polarity?";
         "every point that is hit moves against the force, which no body does: the hammer has reversed polarity, or the \
          responses are displacements and not accelerations, which have the opposite sign (--quantity receptance)";
-    /// The responses are in phase with the forces near the suspension modes, or a quarter of a period from them above, as
-    /// velocities are.
+    /// The responses are in phase with the forces near the suspension modes, or a quarter of a period from them above,
+    /// as velocities are.
     LooksLikeMobility = 130, "looks_like_mobility", Whole, None;
         "Responses look like\nvelocities, not\naccelerations.";
-        "the responses move as velocities do and accelerations do not: in phase with the force at the resonances, and a \
-         quarter of a period from it above them; say so (--quantity mobility)";
+        "the responses move as velocities do and accelerations do not: in phase with the force at the resonances, and \
+         a quarter of a period from it above them; say so (--quantity mobility)";
     /// The response at one hit to the other is not that at the other to the one. Subject: both. Value: the
     /// difference relative to their driving points.
     NotReciprocal = 110, "not_reciprocal", HitPair, Share(0);
@@ -499,23 +498,24 @@ codes! {
         "{value} of the readings fit no motion of a rigid body; check axes, gains, positions and cables of the \
          sensors";
 
-    /// A body on a suspension does not explain the readings as well as their own modes do. Value: what it leaves, relative to
-    /// the noise.
+    /// A body on a suspension does not explain the readings as well as their own modes do. Value: what it leaves,
+    /// relative to the noise.
     ModelDoesNotFit = 122, "model_does_not_fit", Whole, Times;
         "Does not fit: check\ngravity, gains and\nplaces.";
-        "no body on a suspension fits these responses (it leaves {value} times their noise), so the answer may be wrong by \
-         more than it says; check gravity and senses_gravity, gains, places and directions; a delay or a high-pass between \
-         hammer and sensors, hum, and a loose part do this as well";
+        "no body on a suspension fits these responses (it leaves {value} times their noise), so the answer may be \
+         wrong by more than it says; check gravity and senses_gravity, gains, places and directions; a delay or a \
+         high-pass between hammer and sensors, hum, and a loose part do this as well";
     /// The global fit leaves a small part of the readings besides their noise. Value: that part.
     ModelFitsRoughly = 132, "model_fits_roughly", Whole, Share(1);
         "Fits roughly: noise\ngrows with responses,\nor small errors.";
-        "the global fit leaves {value} of the responses besides their noise, as noise does that grows with them, and small \
-         errors of gains, delays or filters; where it is not noise, the answers may be off by a few times as much, modal-constant most";
+        "the global fit leaves {value} of the responses besides their noise, as noise does that grows with them, and \
+         small errors of gains, delays or filters; where it is not noise, the answers may be off by a few times as \
+         much, modal-constant most";
     /// A flexible mode above the band shows within it.
     FlexibleModeShows = 133, "flexible_mode_shows", Whole, None;
         "A part on springs\nmoves the mass within\nthe band.";
-        "a flexible mode above the band moves the apparent mass within it: only the global fit takes it into account, and \
-         there is no mass line below that mode";
+        "a flexible mode above the band moves the apparent mass within it: only the global fit takes it into account, \
+         and there is no mass line below that mode";
     /// The readings are explained without one hit, and not with it. Subject: the hit.
     HitContradictsOthers = 126, "hit_contradicts_others", Hit, None;
         "Contradicts the other\nhits: check it or\nleave it out.";
@@ -524,7 +524,8 @@ codes! {
     /// Hum or the like disturbs some lines, which the global fit leaves out. Value: where they begin.
     LinesDisturbed = 127, "lines_disturbed", Whole, Hertz;
         "Hum in some lines:\nthey are left out.";
-        "the lines from {value} on are disturbed, as by hum, and no body moves like that: the global fit leaves them out";
+        "the lines from {value} on are disturbed, as by hum, and no body moves like that: the global fit leaves them \
+         out";
     /// Sensors sense gravity that should not by the layout, or the other way round.
     SensesGravitySuspect = 128, "senses_gravity_suspect", Whole, None;
         "Which sensors sense\ngravity? Correct the\nlayout.";
@@ -537,26 +538,27 @@ codes! {
     /// Gravity with the opposite sign explains the readings, and that of the layout does not.
     GravityReversed = 131, "gravity_reversed", Whole, None;
         "Gravity seems\nreversed: correct\nthe layout.";
-        "the responses fit with gravity reversed, and not as the layout states it: change the signs of its vector, which \
-         points down";
-    /// Gravity with a direction of its own explains the readings, and that of the layout does not. Value: the angle between them.
+        "the responses fit with gravity reversed, and not as the layout states it: change the signs of its vector, \
+         which points down";
+    /// Gravity with a direction of its own explains the readings, and that of the layout does not. Value: the angle
+    /// between them.
     GravityTilted = 129, "gravity_tilted", Whole, Degrees;
         "Gravity is tilted:\nlevel the object or\ncorrect the layout.";
-        "gravity lies {value} from its direction in the layout, as the responses show: the answers use the direction that \
-         fits; level the object, or correct gravity in the layout";
+        "gravity lies {value} from its direction in the layout, as the responses show: the answers use the direction \
+         that fits; level the object, or correct gravity in the layout";
     /// The responses show a mode more than a rigid body on a suspension has. Value: its frequency.
     MoreModesThanSix = 124, "more_modes_than_six", Whole, Hertz;
         "A seventh mode: the\nobject is not rigid\nhere.";
-        "besides six suspension modes there is one more at about {value}: a part of the object, a cord or a stand moves by \
-         itself, and no method for rigid bodies holds; fix what is loose, or make the suspension softer";
+        "besides six suspension modes there is one more at about {value}: a part of the object, a cord or a stand \
+         moves by itself, and no method for rigid bodies holds; fix what is loose, or make the suspension softer";
 
     // Codes of a campaign on the suspension modes.
 
     /// The impulse of a hit is below `test.impulse_ns`: too small for a clear response. Value: the impulse, N s.
     ImpulseTooSmall = 134, "impulse_too_small", Whole, NewtonSeconds;
         "Push too weak: hit\nharder, with a softer\nand heavier mallet.";
-        "the impulse of {value} is too small for a clear response of the suspension modes; hit harder, with a softer and \
-         heavier mallet";
+        "the impulse of {value} is too small for a clear response of the suspension modes; hit harder, with a softer \
+         and heavier mallet";
     /// The impulse of a hit is above `test.impulse_ns`: so large that the object swings far. Value: the impulse, N s.
     ImpulseTooLarge = 135, "impulse_too_large", Whole, NewtonSeconds;
         "Push too strong: hit\nmore gently.";
@@ -575,13 +577,13 @@ codes! {
     /// All outputs of a sensor are far below what any acceleration gives, but not at 0 V. Value: the highest of them.
     SensorReversed = 141, "sensor_reversed", Sensor, Volts;
         "Supply swapped?\nSwitch off; check 3V3\nand ground.";
-        "all outputs of {subject} are at most {value}, which no acceleration gives: 3V3 and ground are probably swapped; \
-         switch the rig off and check its connector";
+        "all outputs of {subject} are at most {value}, which no acceleration gives: 3V3 and ground are probably \
+         swapped; switch the rig off and check its connector";
     /// A sensor gets its supply through the output of x. Value: the level of x.
     CableReversed = 165, "cable_reversed", Sensor, Volts;
         "Cable the wrong way\nround: turn its plug.";
-        "{subject} has {value} at x, and y and z have half of that: its cable is the wrong way round, so that the supply reaches it \
-         through x; turn the plug";
+        "{subject} has {value} at x, and y and z have half of that: its cable is the wrong way round, so that the \
+         supply reaches it through x; turn the plug";
     /// All outputs of a sensor are at the supply. Value: the lowest of them.
     SensorGroundOpen = 142, "sensor_ground_open", Sensor, Volts;
         "Sensor at supply:\nits ground wire is\nbroken.";
@@ -597,17 +599,18 @@ codes! {
     /// The output is none that the sensor can have at rest. Value: the level.
     RestLevelOutOfRange = 145, "rest_level_out_of_range", Channel, Volts;
         "Not a rest level:\ncheck wire, follower,\nsensor type.";
-        "{subject} rests at {value}, and an ADXL326 that is not moved rests at 1.14 to 1.86 V: check wire, follower and type \
-         of the sensor";
+        "{subject} rests at {value}, and an ADXL326 that is not moved rests at 1.14 to 1.86 V: check wire, follower \
+         and type of the sensor";
     /// The code of a sensor's channel does not change.
     ChannelStuck = 146, "channel_stuck", Channel, None;
         "This channel does not\nchange: check sensor\nand follower.";
-        "{subject} does not even have noise, so it is not the sensor that is read: check its follower and the wire to the rig";
+        "{subject} does not even have noise, so it is not the sensor that is read: check its follower and the wire to \
+         the rig";
     /// A channel has far more noise than its sensor. Value: the standard deviation.
     ChannelNoisy = 147, "channel_noisy", Channel, Volts;
         "Too much noise: loose\ncontact or missing\ncapacitor.";
-        "{subject} has noise of {value}, far more than its sensor: look for a loose contact, a missing capacitor, or a follower \
-         that oscillates";
+        "{subject} has noise of {value}, far more than its sensor: look for a loose contact, a missing capacitor, or a \
+         follower that oscillates";
     /// Two channels read the same at every instant. Subject: the second of them.
     ChannelsAlike = 148, "channels_alike", Channel, None;
         "Reads the same as\nanother: look for a\nsolder bridge.";
@@ -615,35 +618,38 @@ codes! {
     /// A sensor moved during the self-test. Value: by how much its acceleration changed.
     NotAtRest = 149, "not_at_rest", Sensor, OfChannel;
         "It moves: let it come\nto rest, and test\nagain.";
-        "{subject} was moved during the test (by {value}): let the object come to rest, or lay the sensors down, and test again";
+        "{subject} was moved during the test (by {value}): let the object come to rest, or lay the sensors down, and \
+         test again";
     /// Mains of 50 Hz in a channel at rest. Value: the amplitude.
     PickUp50Hz = 150, "pick_up_50_hz", Channel, Volts;
         "50 Hz mains pick-up:\ncheck ground wires,\nor use a battery.";
-        "{subject} picks up {value} of 50 Hz from the mains: check the ground wires of its cable, move it away from mains, or run the rig from its battery";
+        "{subject} picks up {value} of 50 Hz from the mains: check the ground wires of its cable, move it away from \
+         mains, or run the rig from its battery";
     /// Mains of 60 Hz in a channel at rest. Value: the amplitude.
     PickUp60Hz = 151, "pick_up_60_hz", Channel, Volts;
         "60 Hz mains pick-up:\ncheck ground wires,\nor use a battery.";
-        "{subject} picks up {value} of 60 Hz from the mains: check the ground wires of its cable, move it away from mains, or run the rig from its battery";
+        "{subject} picks up {value} of 60 Hz from the mains: check the ground wires of its cable, move it away from \
+         mains, or run the rig from its battery";
     /// Mains in all channels at rest. Value: the largest amplitude.
     MainsInAllChannels = 166, "mains_in_all_channels", Whole, Volts;
         "Mains hum in all\nchannels: unplug the\ncharger, use battery.";
-        "all channels pick up the mains, up to {value}: unplug charger and wall plugs, and run the rig from its battery or \
-         from a computer that runs from its own; check the ground wires of the sensors";
+        "all channels pick up the mains, up to {value}: unplug charger and wall plugs, and run the rig from its \
+         battery or from a computer that runs from its own; check the ground wires of the sensors";
     /// The refresh of the screen shows in all sensors. Value: the largest amplitude.
     ScreenInAllSensors = 167, "screen_in_all_sensors", Whole, Volts;
         "The screen's ripple\nis in all sensors:\ncheck its supply.";
-        "all sensors have the screen's ripple at about 105 Hz, up to {value}: check the regulator that supplies the screen, and \
-         its ground wire";
+        "all sensors have the screen's ripple at about 105 Hz, up to {value}: check the regulator that supplies the \
+         screen, and its ground wire";
     /// Most channels do the same at every instant, because the supply is not steady.
     SupplyUnsteady = 168, "supply_unsteady", Whole, None;
         "Supply not steady:\ncharge, or look for a\nloose power wire.";
-        "most channels do the same at every instant, because their supply is not steady: charge the battery, try another cable, \
-         and look for a loose contact in the wires of 3V3 and ground";
+        "most channels do the same at every instant, because their supply is not steady: charge the battery, try \
+         another cable, and look for a loose contact in the wires of 3V3 and ground";
     /// The refresh of the screen shows in a channel. Value: the amplitude.
     ScreenRipple = 152, "screen_ripple", Channel, Volts;
         "The screen's ripple\nis in this channel:\ncheck its supply.";
-        "{subject} has {value} of the screen's ripple at about 105 Hz: check the filter in the supply of the screen, and its \
-         ground wire";
+        "{subject} has {value} of the screen's ripple at about 105 Hz: check the filter in the supply of the screen, \
+         and its ground wire";
     /// Nothing is connected to the hammer's input. Value: the level.
     HammerAbsent = 153, "hammer_absent", Whole, Volts;
         "No hammer: plug it in\nand switch its amp\non.";
@@ -651,23 +657,23 @@ codes! {
     /// The hammer's input is at 0 V. Value: the level.
     HammerAtGround = 154, "hammer_at_ground", Whole, Volts;
         "Hammer at 0 V: short\nin its cable? On a\nBlack Pill: KEY?";
-        "the hammer's input is shorted to ground ({value}): check its cable and socket; on a Black Pill its button KEY does \
-         that while it is pressed";
+        "the hammer's input is shorted to ground ({value}): check its cable and socket; on a Black Pill its button KEY \
+         does that while it is pressed";
     /// The hammer's input is at its upper end. Value: the level.
     HammerAtSupply = 155, "hammer_at_supply", Whole, Volts;
         "Hammer at the end of\nits range: check its\nconditioner.";
-        "the hammer's input is at the end of its range ({value}): check the offset of its conditioner and the wiring of its \
-         input";
+        "the hammer's input is at the end of its range ({value}): check the offset of its conditioner and the wiring \
+         of its input";
     /// By its calibration a sensor does not read 1 g at rest. Value: what it reads, in g.
     NotOneGravity = 156, "not_one_gravity", Sensor, Factor;
         "Reads not 1 g: check\nits type; calibrate\nagain (tumble).";
-        "{subject} reads {value} g at rest by its calibration: another sensor than the calibrated one, or it is damaged; \
-         calibrate it again (massline calibrate tumble)";
+        "{subject} reads {value} g at rest by its calibration: another sensor than the calibrated one, or it is \
+         damaged; calibrate it again (massline calibrate tumble)";
     /// A flash chip on a Black Pill loads the inputs. Value: the level of its select pin.
     FlashOnInputs = 157, "flash_on_inputs", Whole, Volts;
         "A flash chip sits on\nPA4 to PA7: unsolder\nit.";
-        "PA4 rests at {value}, to which the select pin of a flash chip pulls it: some Black Pills have one on PA4 to PA7 (U3, \
-         eight legs, on the back); unsolder it";
+        "PA4 rests at {value}, to which the select pin of a flash chip pulls it: some Black Pills have one on PA4 to \
+         PA7 (U3, eight legs, on the back); unsolder it";
     /// The cutoff of a channel, by its calibration, is that of a breakout's own capacitor. Value: the cutoff.
     CapacitorLeft = 158, "capacitor_left", Channel, Hertz;
         "Capacitor left on the\nbreakout: remove it,\nthen block test.";
@@ -676,8 +682,8 @@ codes! {
     /// The rig's crystal does not oscillate.
     CrystalDead = 159, "crystal_dead", Whole, None;
         "The crystal does not\nwork: time is a few %\noff.";
-        "the crystal of the board does not oscillate, so all frequencies are up to a few per cent off, and USB may fail: look for a broken \
-         joint at the crystal";
+        "the crystal of the board does not oscillate, so all frequencies are up to a few per cent off, and USB may \
+         fail: look for a broken joint at the crystal";
     /// The supply is too low to write flash.
     SupplyTooLow = 160, "supply_too_low", Whole, None;
         "The supply is too\nlow to store: charge,\nor another cable.";
@@ -697,8 +703,8 @@ codes! {
     /// A frame of an external converter is not of the channel that is due. Value: the channel in its tag.
     ConverterWrongTag = 164, "converter_wrong_tag", Whole, Count;
         "ADS7953 out of step:\ncheck SCLK, SDO and\nground; shorten them.";
-        "a frame of the converter (ADS7953) says channel {value} where another one is due: check its wires SCLK and SDO and its \
-         ground, and make them shorter";
+        "a frame of the converter (ADS7953) says channel {value} where another one is due: check its wires SCLK and \
+         SDO and its ground, and make them shorter";
 
     // Codes of single mistakes that would explain the data.
 
@@ -730,7 +736,8 @@ codes! {
     FaultsNotVisible = 118, "faults_not_visible", Whole, Count;
         "Some mistakes would\nnot show in these\ndata.";
         "{value} single mistakes would not show in these data";
-    /// A wrong gain of one channel, one sensor or one hit explains the data. Value: the readings over their true values.
+    /// A wrong gain of one channel, one sensor or one hit explains the data. Value: the readings over their true
+    /// values.
     GainSuspect = 87, "gain_suspect", Whole, Factor;
         "Wrong gain?";
         "one gain is wrong: the readings are {value} times what they should be";

@@ -24,12 +24,12 @@ use crate::real::Real;
 /// # use massline_shared::identify::{Applicability, Method};
 /// let mut layout = frame::layout();
 /// let methods = [Method::MaximumLikelihood, Method::InertiaRestraint];
-/// let found = Applicability::new(&layout, &frame::body(), &methods);
-/// assert!(found.diagnostics.is_empty() && found.rank == 10);
+/// let applicability = Applicability::new(&layout, &frame::body(), &methods);
+/// assert!(applicability.diagnostics.is_empty() && applicability.rank == 10);
 /// layout.sensors.pop();
-/// let found = Applicability::new(&layout, &frame::body(), &methods);
-/// assert!(found.admits(Method::MaximumLikelihood));
-/// assert!(!found.admits(Method::InertiaRestraint));
+/// let applicability = Applicability::new(&layout, &frame::body(), &methods);
+/// assert!(applicability.admits(Method::MaximumLikelihood));
+/// assert!(!applicability.admits(Method::InertiaRestraint));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Applicability<R> {
@@ -65,11 +65,11 @@ impl<R: Real> Applicability<R> {
             let _ = diagnostics.push(Diagnostic::whole(unknown, Severity::Error, rank as f32));
         }
         let prior_of_inertia = rank == 10 && layout.priors.iter().any(Prior::is_of_inertia);
-        for found in &mut diagnostics {
+        for diagnostic in &mut diagnostics {
             let blocks =
-                |method: &Method| (method.entry().is_blocked)(found.code, prior_of_inertia);
+                |method: &Method| (method.entry().is_blocked)(diagnostic.code, prior_of_inertia);
             let blocked = methods.iter().all(blocks);
-            found.severity = if blocked { Severity::Error } else { Severity::Warning };
+            diagnostic.severity = if blocked { Severity::Error } else { Severity::Warning };
         }
         Self { diagnostics, geometry, rank, condition, prior_of_inertia }
     }

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::Estimate;
 use crate::body::RigidBody;
-use crate::layout::Attached;
+use crate::layout::AttachedBody;
 use crate::linalg::congruence;
 use crate::real::Real;
 
@@ -15,7 +15,7 @@ use crate::real::Real;
 /// The remaining mass, when it is not positive.
 pub(super) fn take_off<R: Real>(
     estimate: &mut Estimate<R>,
-    attached: &[Attached<R>],
+    attached: &[AttachedBody<R>],
 ) -> Result<(), R> {
     if attached.is_empty() {
         return Ok(());

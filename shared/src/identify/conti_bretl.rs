@@ -30,13 +30,13 @@ pub const ENTRY: Entry = Entry {
 };
 
 /// The answer of the method, or why there is none.
-pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
-    let modes = &of.modes.modes;
+pub(super) fn answer<R: Real>(suspension: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
+    let modes = &suspension.modes.modes;
     if modes.len() != SUSPENSION_MODES {
         return Err(fatal(Code::SixModesNeeded, R::of(modes.len() as f64)));
     }
-    let length = of.responses.length;
-    refuse_mixed_modes(of.modes, length)?;
+    let length = suspension.responses.length;
+    refuse_mixed_modes(suspension.modes, length)?;
     let balanced: Vec<_, SUSPENSION_MODES> =
         modes.iter().map(|mode| balanced_motion(&mode.shape, length)).collect();
     let columns = core::array::from_fn(|i| core::array::from_fn(|k| balanced[k][i]));

@@ -35,9 +35,9 @@ pub const ENTRY: Entry = Entry {
 };
 
 /// The answer of the viscous form, or why there is none.
-pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
-    let ([below, above], length) = (sides(of), of.responses.length);
-    let rank = span_above_noise(of).min(span(&below, length).unwrap_or(0));
+pub(super) fn answer<R: Real>(suspension: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
+    let ([below, above], length) = (sides(suspension), suspension.responses.length);
+    let rank = span_above_noise(suspension).min(span(&below, length).unwrap_or(0));
     if rank < 6 {
         return Err(fatal(Code::ResponsesDoNotSpanSix, R::of(rank as f64)));
     }
@@ -49,8 +49,8 @@ const CLEARLY_WORSE: f64 = 1.2;
 /// The same for the structural form, which has to be needed.
 const WORSE: f64 = 1.05;
 
-/// The form that fits clearly worse than the other, the code that says so, and by which factor, from what both leave of their
-/// equations.
+/// The form that fits clearly worse than the other, the code that says so, and by which factor, from what both leave of
+/// their equations.
 pub fn worse_form<R: Real>(viscous: R, structural: R) -> Option<(Method, Code, R)> {
     if viscous > structural * R::of(CLEARLY_WORSE) {
         Some((Method::Dppim, Code::DampingNotViscous, viscous / structural))
@@ -66,18 +66,19 @@ pub fn worse_form<R: Real>(viscous: R, structural: R) -> Option<(Method, Code, R
 const ABOVE_NOISE: f64 = 3.0;
 
 /// Number of independent motions below the modes that stand out of the noise.
-fn span_above_noise<R: Real>(of: &Suspension<'_, R>) -> usize {
-    let responses = of.responses;
+fn span_above_noise<R: Real>(suspension: &Suspension<'_, R>) -> usize {
+    let responses = suspension.responses;
     let mut motions = ComplexLeastSquares::<R, 6, 0>::new();
     let forces = responses.forces.len();
-    for line in &of.lines.below {
-        let sigma = responses.sigma[*line].iter().fold(R::zero(), |top, v| top.max(*v)) * of.noise;
+    for line in &suspension.lines.below {
+        let sigma =
+            responses.sigma[*line].iter().fold(R::zero(), |top, v| top.max(*v)) * suspension.noise;
         for force in 0..forces {
             let motion = balanced_motion(&responses.motion(*line, force), responses.length);
             motions.push(motion.unscale(sigma).into(), []);
         }
     }
-    let rows = R::of((of.lines.below.len() * forces) as f64);
+    let rows = R::of((suspension.lines.below.len() * forces) as f64);
     motions.count_above::<12>(R::of(ABOVE_NOISE) * rows.sqrt())
 }
 
@@ -90,23 +91,23 @@ fn accepted<R: Real>(solution: Option<Solution<R>>) -> Result<Answer<R>, Diagnos
 }
 
 /// The excitations below and above the modes.
-fn sides<'a, R: Real>(of: &'a Suspension<'a, R>) -> [Side<'a, R>; 2] {
-    [&of.lines.below, &of.lines.above].map(|lines| Side { of, lines })
+fn sides<'a, R: Real>(suspension: &'a Suspension<'a, R>) -> [Side<'a, R>; 2] {
+    [&suspension.lines.below, &suspension.lines.above].map(|lines| Side { suspension, lines })
 }
 
 /// The excitations at the lines on one side of the modes: line by line, force by force.
 struct Side<'a, R> {
-    of: &'a Suspension<'a, R>,
+    suspension: &'a Suspension<'a, R>,
     lines: &'a [usize],
 }
 
 impl<R: Real> Excitations<R> for Side<'_, R> {
     fn count(&self) -> usize {
-        self.lines.len() * self.of.responses.forces.len()
+        self.lines.len() * self.suspension.responses.forces.len()
     }
 
     fn at(&self, place: usize) -> Excitation<R> {
-        let responses = self.of.responses;
+        let responses = self.suspension.responses;
         let forces = responses.forces.len();
         let (line, force) = (self.lines[place / forces], place % forces);
         let s = responses.s[line];

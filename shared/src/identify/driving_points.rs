@@ -1,7 +1,7 @@
 //! How the points that are hit move: with, against or a quarter of a period behind the force, line by line.
 //!
-//! A body moves with the force above its suspension modes and takes up power at every line. A point that does neither has a
-//! reversed hammer or is not where the layout has it; points that all do so have responses of another quantity.
+//! A body moves with the force above its suspension modes and takes up power at every line. A point that does neither
+//! has a reversed hammer or is not where the layout has it; points that all do so have responses of another quantity.
 
 use nalgebra::{Complex, Vector3, Vector6};
 
@@ -12,8 +12,8 @@ use crate::layout::Layout;
 use crate::modes::reduce_line;
 use crate::real::Real;
 
-/// Part of the lines at which a point moves against its force from which it is reversed. Noise looks like that at half of
-/// them, and an elastic mode turns a point for a part of the band.
+/// Part of the lines at which a point moves against its force from which it is reversed. Noise looks like that at half
+/// of them, and an elastic mode turns a point for a part of the band.
 pub(in crate::identify) const AGAINST_THE_FORCE: f64 = 0.75;
 
 /// How the point of a hit moves over some lines, in the direction of the hit.
@@ -39,8 +39,8 @@ impl<R: Real> PointMotion<R> {
     }
 }
 
-/// The motion of the point of each hit of the layout at these lines; `None` when the sensors do not see all motions of the
-/// body, and without lines.
+/// The motion of the point of each hit of the layout at these lines; `None` when the sensors do not see all motions of
+/// the body, and without lines.
 pub fn point_motions<R: Real, C: Capacity>(
     layout: &Layout<R, C>,
     readings: &FrequencyResponses<'_, R>,
@@ -62,14 +62,14 @@ pub(in crate::identify) fn points_at_lines<R: Real, C: Capacity>(
     let forces: C::Hits<_> = layout.hits.iter().map(|hit| hit.unit_force(reference)).collect();
     let none =
         PointMotion { power: R::zero(), imaginary_negative: R::zero(), real_negative: R::zero() };
-    let mut found: C::Hits<_> = forces.iter().map(|_| none).collect();
+    let mut points: C::Hits<_> = forces.iter().map(|_| none).collect();
     let mut of_hits: C::Hits<_> = forces.iter().map(|_| Vector6::zeros()).collect();
     let mut count = R::zero();
     let one_if = |is: bool| if is { R::one() } else { R::zero() };
     for line in lines {
         motions(line, &mut of_hits)?;
         count += R::one();
-        for (point, (force, motion)) in found.iter_mut().zip(forces.iter().zip(of_hits.iter())) {
+        for (point, (force, motion)) in points.iter_mut().zip(forces.iter().zip(of_hits.iter())) {
             let [real, imaginary] =
                 [motion.map(|y| y.re), motion.map(|y| y.im)].map(|part| part.dot(force));
             point.power += imaginary;
@@ -80,15 +80,15 @@ pub(in crate::identify) fn points_at_lines<R: Real, C: Capacity>(
     if count == R::zero() {
         return None;
     }
-    for point in found.iter_mut() {
+    for point in points.iter_mut() {
         point.imaginary_negative /= count;
         point.real_negative /= count;
     }
-    Some(found)
+    Some(points)
 }
 
-/// The error about points that are reversed: `driving_point_reversed` for each, or `all_points_reversed` when several are
-/// hit and all are.
+/// The error about points that are reversed: `driving_point_reversed` for each, or `all_points_reversed` when several
+/// are hit and all are.
 pub fn reversed_points<R>(
     points: &[PointMotion<R>],
     is_reversed: impl Fn(&PointMotion<R>) -> bool,

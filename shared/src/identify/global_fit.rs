@@ -50,7 +50,7 @@ use super::{Estimate, inertia_restraint};
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
-use crate::estimated::Estimated;
+use crate::estimated::EstimatedValue;
 use crate::frequency_responses::FrequencyResponses;
 use crate::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES, Layout};
 use crate::mass_line::Terms;
@@ -118,8 +118,8 @@ impl<R: Real> method::Solver<R> for Solver<R> {
         let Some(responses) = observed.spectrum_bins.responses() else {
             return Err(fatal(Code::FrfMissing, 0.0));
         };
-        let found = solve(observed.layout, responses, &self.start, &self.settings, workspace)?;
-        Ok(found.estimate)
+        let solution = solve(observed.layout, responses, &self.start, &self.settings, workspace)?;
+        Ok(solution.estimate)
     }
 }
 
@@ -146,8 +146,8 @@ pub struct GlobalFitSettings {
     /// Most extra terms of the dynamic stiffness, 0 to [`MOST_EXTRA_TERMS`]; how many of them are used is
     /// tested.
     pub most_extra_terms: usize,
-    /// Standard deviation of the directions of the hits that shortens their mean, over the stated one. The other effects of
-    /// the directions are those of the budget.
+    /// Standard deviation of the directions of the hits that shortens their mean, over the stated one. The other
+    /// effects of the directions are those of the budget.
     pub direction_scale: f64,
 }
 
@@ -192,8 +192,8 @@ pub struct GlobalFitSolution<R> {
     pub extra_terms_z: [Option<R>; MOST_EXTRA_TERMS],
     /// Gravity as the budget and the data have it, when the layout states it and a sensor senses it.
     pub gravity: Option<FittedGravity<R>>,
-    /// Standard deviation of the real and of the imaginary part of a reading, (m/s²)/N; over the precision of its bin, for
-    /// responses that are weighted.
+    /// Standard deviation of the real and of the imaginary part of a reading, (m/s²)/N; over the precision of its bin,
+    /// for responses that are weighted.
     pub noise: R,
 }
 
@@ -201,7 +201,7 @@ pub struct GlobalFitSolution<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FittedGravity<R> {
     /// In the body frame, m/s², with their standard deviations.
-    pub components: [Estimated<R>; 3],
+    pub components: [EstimatedValue<R>; 3],
     /// Its angle to that of the layout, rad.
     pub angle: R,
     /// The angle in standard deviations of the budget; zero without one.
@@ -215,11 +215,11 @@ pub struct Sensitivities<'a, R> {
     /// For each accelerance `[bin][channel][hit]`, in the order of [`FrequencyResponses::new`], the vector g of
     /// `δtheta = Σ Re(ḡ δH)`; [`gains`] gives the length. SI units.
     pub gain: &'a mut [SVector<Complex<R>, 10>],
-    /// For each nuisance parameter the change of theta when the nominal layout is shifted by one standard
-    /// deviation of it and the data stay, which is the covariance of theta with the parameter in standard
-    /// deviations; [`nuisances`] gives the length. The order is: for each sensor nine sensitivities row by row,
-    /// three rotations, three displacements; two rotations of gravity; for each hit DOF two displacements, two
-    /// rotations and its length; the hammer's gain; the mass of each attached body. Without a budget nothing is written.
+    /// For each nuisance parameter the change of theta when the nominal layout is shifted by one standard deviation of
+    /// it and the data stay, which is the covariance of theta with the parameter in standard deviations; [`nuisances`]
+    /// gives the length. The order is: for each sensor nine sensitivities row by row, three rotations, three
+    /// displacements; two rotations of gravity; for each hit DOF two displacements, two rotations and its length; the
+    /// hammer's gain; the mass of each attached body. Without a budget nothing is written.
     pub nuisances: &'a mut [SVector<R, 10>],
     /// For each accelerance, in the same order, what the fit leaves of it, (m/s²)/N.
     pub left: &'a mut [Complex<R>],

@@ -32,8 +32,8 @@
 //! let observed = Observations::of_mass_lines(&layout, &mass_lines);
 //! let wanted = observed.methods();
 //! let mut workspace = vec![0.0; workspace(&wanted, 3, 3)];
-//! let found = identify(&observed, &wanted, &IdentifySettings::default(), &mut workspace);
-//! let best = &found.estimates()[0];
+//! let identification = identify(&observed, &wanted, &IdentifySettings::default(), &mut workspace);
+//! let best = &identification.estimates()[0];
 //! assert_eq!(best.method, Method::MaximumLikelihood);
 //! // The readings are exact; the fit allows for forces that are 0.26 % weaker because hits turn.
 //! assert!((best.body.mass - 1.23).abs() < 0.0033);
@@ -43,7 +43,7 @@ use heapless::Vec;
 
 use super::method::Observable;
 use super::observations::{Observations, SpectrumBins};
-use super::{Estimate, IdentifySettings, METHODS, Method, Running};
+use super::{Estimate, IdentifySettings, METHODS, Method, RunningMethod};
 use crate::capacity::Capacity;
 use crate::diagnosis::Diagnostics;
 use crate::progress::Progress;
@@ -126,7 +126,7 @@ pub struct Identification<R, const N: usize = METHODS> {
     /// Methods still to run. The last one is next, so the simplest runs first and the others can start from
     /// its answer.
     queue: Methods,
-    running: Running<R>,
+    running: RunningMethod<R>,
     /// The running method needs no further step.
     settled: bool,
     estimates: Vec<Estimate<R>, N>,
@@ -138,7 +138,7 @@ impl<R, const N: usize> Identification<R, N> {
     pub const fn idle() -> Self {
         Self {
             queue: Vec::new(),
-            running: Running::No,
+            running: RunningMethod::No,
             settled: false,
             estimates: Vec::new(),
             refusals: Vec::new(),
@@ -150,7 +150,7 @@ impl<R, const N: usize> Identification<R, N> {
         self.queue.clear();
         // Limited to the number of answers that there is room for; every method runs once.
         self.queue.extend(wanted.into_iter().take(N.min(METHODS)));
-        self.running = Running::No;
+        self.running = RunningMethod::No;
         self.settled = false;
         self.estimates.clear();
         self.refusals.clear();
@@ -207,7 +207,7 @@ impl<R: Real, const N: usize> Identification<R, N> {
         let Some(method) = self.queue.pop() else { return };
         let start = self.estimates.first().map(|estimate| estimate.body);
         self.settled = false;
-        match Running::start(method, observed, settings, start.as_ref()) {
+        match RunningMethod::start(method, observed, settings, start.as_ref()) {
             Ok(running) => self.running = running,
             Err(reasons) => self.refuse(method, reasons),
         }
@@ -224,11 +224,11 @@ impl<R: Real, const N: usize> Identification<R, N> {
             Ok(estimate) => drop(self.estimates.insert(0, estimate)),
             Err(reasons) => self.refuse(method, reasons),
         }
-        self.running = Running::No;
+        self.running = RunningMethod::No;
     }
 
     fn refuse(&mut self, method: Method, reasons: Diagnostics) {
-        self.running = Running::No;
+        self.running = RunningMethod::No;
         // There is room for every method.
         let _ = self.refusals.insert(0, (method, reasons));
     }
@@ -248,11 +248,11 @@ impl<R: Real, const N: usize> Identification<R, N> {
 /// let observed = Observations::of_mass_lines(&layout, &mass_lines);
 /// let wanted = [Method::MaximumLikelihood, Method::InertiaRestraint];
 /// let mut memory = vec![0.0; workspace(&wanted, layout.sensors.len(), layout.hits.len())];
-/// let found = identify(&observed, &wanted, &IdentifySettings::default(), &mut memory);
+/// let identification = identify(&observed, &wanted, &IdentifySettings::default(), &mut memory);
 /// // Maximum likelihood compares readings and still works; the linear method does not.
-/// assert_eq!(found.estimates()[0].method, Method::MaximumLikelihood);
-/// assert!((found.estimates()[0].body.mass - 1.23).abs() < 0.0033);
-/// assert_eq!(found.refusals()[0].0, Method::InertiaRestraint);
+/// assert_eq!(identification.estimates()[0].method, Method::MaximumLikelihood);
+/// assert!((identification.estimates()[0].body.mass - 1.23).abs() < 0.0033);
+/// assert_eq!(identification.refusals()[0].0, Method::InertiaRestraint);
 /// ```
 pub fn identify<R: Real, C: Capacity, L: SpectrumBins<R>>(
     observed: &Observations<'_, R, C, L>,

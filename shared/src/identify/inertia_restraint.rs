@@ -140,9 +140,9 @@ fn with_all_that_hangs_on_it<R: Real, C: Capacity>(
         return Err(rank_deficient(layout.sensors.len(), inverse.rank));
     }
     let hits = dofs.iter().filter_map(|(index, _)| layout.hits.get(*index));
-    let found = check_hits(hits, length, None);
-    if !found.is_empty() {
-        return Err(found);
+    let diagnostics = check_hits(hits, length, None);
+    if !diagnostics.is_empty() {
+        return Err(diagnostics);
     }
     let mut regression = Regression::new(length);
     let mut factors = C::Hits::<Option<Triangle6<R>>>::default();
@@ -432,16 +432,16 @@ fn check_data<R: Real, C: Capacity>(
 }
 
 fn rank_deficient(sensors: usize, rank: usize) -> Diagnostics {
-    let mut found = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     if sensors < 3 {
-        found = fatal::<f32>(Code::FewerThanThreeSensors, sensors as f32);
+        diagnostics = fatal::<f32>(Code::FewerThanThreeSensors, sensors as f32);
     } else if rank == 5 {
         // Three triaxial sensors miss only one motion: the rotation about the line through them.
-        found = fatal::<f32>(Code::SensorsCollinear, 0.0);
+        diagnostics = fatal::<f32>(Code::SensorsCollinear, 0.0);
     }
     let deficient = Diagnostic::whole(Code::ResponseRankDeficient, Severity::Error, rank as f32);
-    let _ = found.push(deficient);
-    found
+    let _ = diagnostics.push(deficient);
+    diagnostics
 }
 
 /// Adds the diagnostics of an answer.

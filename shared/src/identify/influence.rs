@@ -55,10 +55,10 @@ impl<R: Real> Influence<R> {
 /// let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
 /// let whole = solve(&layout, &dofs, Start::InertiaRestraint, ErrorBudget::Stated, &mut memory).unwrap();
 /// let mut sensors = 0;
-/// influences(&layout, &dofs, &whole, &mut memory, |found| {
-///     assert!(matches!(found.subject, Subject::Sensor(_)));
+/// influences(&layout, &dofs, &whole, &mut memory, |influence| {
+///     assert!(matches!(influence.subject, Subject::Sensor(_)));
 ///     // The data are exact, and every subject contributes.
-///     assert!(found.largest_shift() < 0.01 && found.sigma_ratio > 1.0);
+///     assert!(influence.largest_shift() < 0.01 && influence.sigma_ratio > 1.0);
 ///     sensors += 1;
 /// });
 /// assert_eq!(sensors, 3);
@@ -149,15 +149,23 @@ mod tests {
         displaced.hits[3].position[0] -= 0.05;
         let dofs = fits::exact(&displaced, &body);
         let whole = fits::fit(&layout, &dofs, None).unwrap();
-        let mut found = Vec::new();
+        let mut influence_list = Vec::new();
         let mut workspace = [0.0; RIG_WORKSPACE];
-        influences(&layout, &dofs, &whole, &mut workspace, |influence| found.push(influence));
-        assert_eq!(found.len(), 8);
+        influences(&layout, &dofs, &whole, &mut workspace, |influence| {
+            influence_list.push(influence)
+        });
+        assert_eq!(influence_list.len(), 8);
         let equivalent_z = |i: &Influence<f64>| i.share.equivalent_z();
-        let most = found.iter().max_by(|a, b| equivalent_z(a).total_cmp(&equivalent_z(b))).unwrap();
+        let most = influence_list
+            .iter()
+            .max_by(|a, b| equivalent_z(a).total_cmp(&equivalent_z(b)))
+            .unwrap();
         assert_eq!(most.subject, Subject::Hit(3));
         assert!(most.largest_shift() > 1.0);
-        assert!(found.iter().all(|i| i.sigma_ratio > 0.99), "nothing is gained by leaving out");
+        assert!(
+            influence_list.iter().all(|i| i.sigma_ratio > 0.99),
+            "nothing is gained by leaving out"
+        );
     }
 
     #[test]

@@ -116,8 +116,9 @@ impl<R: Real, C: Capacity> MassLines<R, C> {
     /// True when all numbers are those of this many sensors.
     fn have_sensors(&self, sensors: usize) -> bool {
         let Self { accelerance, noise, scatter, trend, band_shift, .. } = self;
-        let all = [accelerance, noise, &trend.products, band_shift];
-        all.iter().all(|responses| responses.sensors() == sensors) && scatter.rows() == 3 * sensors
+        let parts = [accelerance, noise, &trend.products, band_shift];
+        parts.iter().all(|responses| responses.sensors() == sensors)
+            && scatter.rows() == 3 * sensors
     }
 
     /// Converts stored numbers: one accelerance and one standard deviation of its noise for each response,
@@ -314,7 +315,7 @@ pub(crate) fn check_mass_lines<R: Real, C: Capacity>(
     layout: &Layout<R, C>,
     dofs: &[DofMassLines<R, C>],
 ) -> Result<(), Diagnostics> {
-    let mut found = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     for (index, lines) in dofs {
         let trend = &lines.trend;
         let finite = lines.accelerance.is_finite()
@@ -335,9 +336,10 @@ pub(crate) fn check_mass_lines<R: Real, C: Capacity>(
             continue;
         };
         // There is room for sixteen diagnostics; any others are dropped.
-        let _ = found.push(Diagnostic::about(code, Severity::Error, Subject::hit(*index), 0.0));
+        let _ =
+            diagnostics.push(Diagnostic::about(code, Severity::Error, Subject::hit(*index), 0.0));
     }
-    if found.is_empty() { Ok(()) } else { Err(found) }
+    if diagnostics.is_empty() { Ok(()) } else { Err(diagnostics) }
 }
 
 /// Lower triangle of the first `count` rows of a symmetric matrix, row by row, for storage.
@@ -392,7 +394,9 @@ mod tests {
             }
             // Rounding only.
             prop_assert!((sums.mean() - &mean).norm() < 1e-14);
-            prop_assert!(sums.covariance().as_slice().iter().zip(expected.as_slice()).all(|(a, b)| (a - b).abs() < 1e-13));
+            let pairs = sums.covariance();
+            let mut pairs = pairs.as_slice().iter().zip(expected.as_slice());
+            prop_assert!(pairs.all(|(a, b)| (a - b).abs() < 1e-13));
             prop_assert_eq!(usize::from(sums.mass_lines().hits), hits.len());
         }
 

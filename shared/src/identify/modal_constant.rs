@@ -1,8 +1,8 @@
 //! The mass line as a constant of the modal fit: Newton and Euler for the rigid body's accelerance.
 //!
 //! Far above its suspension modes the body moves as if it were free. The fit of the modes contains that limit as the
-//! constant of every accelerance, so the curve fit of the mass line can be replaced (theory, section 7). An elastic mode
-//! above the band is in the term in s², not in the constant.
+//! constant of every accelerance, so the curve fit of the mass line can be replaced (theory, section 7). An elastic
+//! mode above the band is in the term in s², not in the constant.
 
 use super::inertia_restraint::Regression;
 use super::method::{Entry, Observable};
@@ -26,13 +26,13 @@ pub const ENTRY: Entry = Entry {
 };
 
 /// The answer of the method, or why there is none.
-pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
-    let modes = of.modes.modes.len();
+pub(super) fn answer<R: Real>(suspension: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
+    let modes = suspension.modes.modes.len();
     if modes < SUSPENSION_MODES {
         return Err(fatal(Code::SixModesNeeded, R::of(modes as f64)));
     }
-    let mut regression = Regression::new(of.responses.length);
-    for (motion, force) in of.modes.rigid.iter().zip(of.responses.forces) {
+    let mut regression = Regression::new(suspension.responses.length);
+    for (motion, force) in suspension.modes.rigid.iter().zip(suspension.responses.forces) {
         regression.add(motion, force);
     }
     let solution = regression.solve()?;

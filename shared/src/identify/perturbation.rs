@@ -16,9 +16,9 @@ pub struct Perturbation<'a, R: Real, C: Capacity> {
     pub draw: Option<u32>,
 }
 
-/// Two random signs that belong to a draw and the place of a reading: the noise of a reading, in its standard deviations.
-/// Only its mean and its variance matter, so signs do as well as normal numbers. The final mixing of MurmurHash3 (Appleby,
-/// public domain).
+/// Two random signs that belong to a draw and the place of a reading: the noise of a reading, in its standard
+/// deviations. Only its mean and its variance matter, so signs do as well as normal numbers. The final mixing of
+/// MurmurHash3 (Appleby, public domain).
 ///
 /// ```
 /// # use massline_shared::identify::random_signs;

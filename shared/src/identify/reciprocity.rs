@@ -1,40 +1,40 @@
-//! Checks that hold for every body on any suspension, whatever its properties: the point that is hit moves along the force,
-//! and two hits do the same at each other.
+//! Checks that hold for every body on any suspension, whatever its properties: the point that is hit moves along the
+//! force, and two hits do the same at each other.
 //!
-//! With the motion `yⱼ` of a reference point under the unit force `fⱼ = [F; T]`, the response at hit `i`, along it, to hit
-//! `j` is `fᵢᵀ yⱼ`. So the checks need no sensor at the hits, and gravity is out of the motions already.
+//! With the motion `yⱼ` of a reference point under the unit force `fⱼ = [F; T]`, the response at hit `i`, along it, to
+//! hit `j` is `fᵢᵀ yⱼ`. So the checks need no sensor at the hits, and gravity is out of the motions already.
 
 use nalgebra::{Complex, Vector6};
 
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::real::Real;
 
-/// Difference over the geometric mean of the driving points from which two hits are not reciprocal. Hits that scatter by
-/// the default error budget differ by 0.05.
+/// Difference over the geometric mean of the driving points from which two hits are not reciprocal. Hits that scatter
+/// by the default error budget differ by 0.05.
 const NOT_RECIPROCAL: f64 = 0.25;
 
-/// Checks the accelerances of hits at several lines: `motion(line, hit)`. The hits are those of the layout, in its order.
-/// `power` weighs a driving point: above the suspension the real part of its accelerance is positive, and near a mode the
-/// imaginary part.
+/// Checks the accelerances of hits at several lines: `motion(line, hit)`. The hits are those of the layout, in its
+/// order. `power` weighs a driving point: above the suspension the real part of its accelerance is positive, and near a
+/// mode the imaginary part.
 pub fn check_reciprocity<R: Real>(
     forces: &[Vector6<R>],
     lines: usize,
     motion: impl Fn(usize, usize) -> Vector6<Complex<R>>,
     power: impl Fn(Complex<R>) -> R,
 ) -> Diagnostics {
-    let mut found = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     let mut warn = |code: Code, subject: Subject, value: R| {
         let diagnostic = Diagnostic::about(code, Severity::Warning, subject, value.to_f32());
         // There is room for sixteen diagnostics; any others are dropped.
-        let _ = found.push(diagnostic);
+        let _ = diagnostics.push(diagnostic);
     };
     let at = |line: usize, place: usize, hit: usize| {
         let moved = motion(line, hit);
         let parts = forces[place].iter().zip(&moved).map(|(f, y)| y.scale(*f));
         parts.fold(Complex::new(R::zero(), R::zero()), |sum, part| sum + part)
     };
-    let square = |of: &dyn Fn(usize) -> Complex<R>| {
-        (0..lines).fold(R::zero(), |sum, line| sum + of(line).norm_sqr())
+    let square = |response: &dyn Fn(usize) -> Complex<R>| {
+        (0..lines).fold(R::zero(), |sum, line| sum + response(line).norm_sqr())
     };
     for hit in 0..forces.len() {
         let sum = (0..lines).fold(R::zero(), |sum, line| sum + power(at(line, hit, hit)));
@@ -50,7 +50,7 @@ pub fn check_reciprocity<R: Real>(
             }
         }
     }
-    found
+    diagnostics
 }
 
 #[cfg(test)]
@@ -70,8 +70,8 @@ mod tests {
             let motion = bar_body().acceleration(&change(hit, forces[hit])).unwrap();
             motion.map(|v| Complex::new(v, 0.0))
         };
-        let found = check_reciprocity(&forces, 1, motion, |h| h.re);
-        found.iter().map(|d| (d.code, d.subject)).collect()
+        let diagnostics = check_reciprocity(&forces, 1, motion, |h| h.re);
+        diagnostics.iter().map(|d| (d.code, d.subject)).collect()
     }
 
     #[test]
@@ -81,9 +81,9 @@ mod tests {
 
     #[test]
     fn a_reversed_hit_moves_against_its_force() {
-        let found = findings(|hit, force| if hit == 1 { -force } else { force });
-        assert!(found.contains(&(Code::DrivingPointReversed, Subject::Hit(1))), "{found:?}");
-        assert!(!found.iter().any(|(code, subject)| {
+        let findings = findings(|hit, force| if hit == 1 { -force } else { force });
+        assert!(findings.contains(&(Code::DrivingPointReversed, Subject::Hit(1))), "{findings:?}");
+        assert!(!findings.iter().any(|(code, subject)| {
             *code == Code::DrivingPointReversed && *subject != Subject::Hit(1)
         }));
     }
@@ -96,9 +96,9 @@ mod tests {
             let torque = arm.cross(&force.fixed_rows::<3>(0).into_owned());
             force + Vector6::new(0.0, 0.0, 0.0, torque.x, torque.y, torque.z)
         };
-        let found = findings(|hit, force| if hit == 2 { beside(force) } else { force });
-        assert!(!found.is_empty());
-        for (code, subject) in found {
+        let findings = findings(|hit, force| if hit == 2 { beside(force) } else { force });
+        assert!(!findings.is_empty());
+        for (code, subject) in findings {
             let with_it = matches!(subject, Subject::Hits { second: 2, .. });
             assert!(code == Code::NotReciprocal && with_it, "{code} {subject:?}");
         }

@@ -83,7 +83,12 @@ impl AxisMap {
     pub fn mistakes() -> impl Iterator<Item = Self> {
         Self::all().filter(|map| {
             let reversed = map.0.iter().filter(|(sign, _)| *sign == Sign::Minus).count();
-            let moved = map.0.iter().zip(Axis::ALL).filter(|((_, of), axis)| of != axis).count();
+            let moved = map
+                .0
+                .iter()
+                .zip(Axis::ALL)
+                .filter(|((_, mapped_axis), axis)| mapped_axis != axis)
+                .count();
             // Of the improper maps, only those that a single mistake produces.
             let single = reversed + moved / 2 == 1 || (reversed == 3 && moved == 0);
             *map != Self::IDENTITY && (map.is_turn() || single)

@@ -1,8 +1,8 @@
 //! The methods that use the suspension modes, on what they share: the motions of the reference point, the modes, and
 //! the lines about them.
 //!
-//! [`SuspensionFit`] is made once from the frequency responses of a test. From it each method answers, and the answers to
-//! slightly changed data or a slightly changed layout show how uncertain they are and what they have in common
+//! [`SuspensionFit`] is made once from the frequency responses of a test. From it each method answers, and the answers
+//! to slightly changed data or a slightly changed layout show how uncertain they are and what they have in common
 //! ([`agreement`](super::agreement)).
 
 mod answers;
@@ -37,8 +37,8 @@ pub(super) const DOUBTS_OF_SHAPES: &[Code] = &[
     Code::ModesNotSeparated,
 ];
 
-/// Whether a layout with this code rules out a method that uses the modes: they do not need three hits, one that excites
-/// every mode is enough.
+/// Whether a layout with this code rules out a method that uses the modes: they do not need three hits, one that
+/// excites every mode is enough.
 pub(super) fn is_blocked(code: Code, _prior: bool) -> bool {
     !matches!(
         code,
@@ -72,7 +72,7 @@ pub struct Answer<R> {
     pub body: RigidBody<R>,
     /// Condition of the balanced equations.
     pub condition: R,
-    /// Root mean square of what the answer leaves of its equations, over that of their right sides, where it is comparable
-    /// between methods.
+    /// Root mean square of what the answer leaves of its equations, over that of their right sides, where it is
+    /// comparable between methods.
     pub misfit: Option<R>,
 }

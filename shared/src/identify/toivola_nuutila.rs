@@ -30,13 +30,13 @@ pub const ENTRY: Entry = Entry {
 
 /// The answer of the method, or why there is none. Four modes are enough only with known properties; the rank of the
 /// equations decides.
-pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
-    refuse_mixed_modes(of.modes, of.responses.length)?;
+pub(super) fn answer<R: Real>(suspension: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
+    refuse_mixed_modes(suspension.modes, suspension.responses.length)?;
     let shapes: heapless::Vec<Vector6<R>, { crate::modes::MOST_PAIRS }> =
-        of.modes.modes.iter().map(|mode| mode.shape).collect();
-    let found = solve_with_known(&shapes, of.known, of.responses.length)
+        suspension.modes.modes.iter().map(|mode| mode.shape).collect();
+    let orthogonality = solve_with_known(&shapes, suspension.known, suspension.responses.length)
         .ok_or_else(|| fatal(Code::DataNotFinite, R::zero()))?;
-    let Orthogonality { body, rank, condition, .. } = found;
+    let Orthogonality { body, rank, condition, .. } = orthogonality;
     let body = body.ok_or_else(|| {
         let count = R::of(shapes.len() as f64);
         match shapes.len() {
@@ -81,8 +81,8 @@ pub struct Orthogonality<R> {
 /// let stiffness = Matrix6::from_fn(|i, j| 1.0 / (1 + i + j) as f64);
 /// let shapes = factor.transpose().try_inverse().unwrap() * SymmetricEigen::new(stiffness).eigenvectors;
 /// let shapes: Vec<Vector6<f64>> = shapes.column_iter().map(|shape| shape.into_owned()).collect();
-/// let found = solve_orthogonality(&shapes, 0.136).unwrap();
-/// assert!((found.body.unwrap().theta() - frame::body().theta()).norm() < 1e-12);
+/// let orthogonality = solve_orthogonality(&shapes, 0.136).unwrap();
+/// assert!((orthogonality.body.unwrap().theta() - frame::body().theta()).norm() < 1e-12);
 /// // Four modes are not enough, not even when the mass is known.
 /// let four = solve_orthogonality(&shapes[..4], 0.136).unwrap();
 /// assert_eq!((four.equations, four.rank, four.rank_of_known_mass), (10, 9, 8));

@@ -6,13 +6,13 @@ use super::{Consistency, Estimate, Method};
 use crate::diagnosis::{Code, Diagnostic, Severity};
 use crate::real::Real;
 
-/// χ² of the stated budget over its degrees of freedom from which an answer is not to be used: errors of three times their
-/// stated standard deviations. A bench that is twice as rough as stated has 4, on which the learning of the budget is
-/// tested.
+/// χ² of the stated budget over its degrees of freedom from which an answer is not to be used: errors of three times
+/// their stated standard deviations. A bench that is twice as rough as stated has 4, on which the learning of the
+/// budget is tested.
 const MOST_CONTRADICTION: f64 = 9.0;
 
-/// Standard normal deviate that χ² must exceed as well: with few degrees of freedom chance alone makes χ² several times as
-/// large as expected. It exceeds this in three of a million tests.
+/// Standard normal deviate that χ² must exceed as well: with few degrees of freedom chance alone makes χ² several times
+/// as large as expected. It exceeds this in three of a million tests.
 const BEYOND_CHANCE: f64 = 4.5;
 
 /// Whether a result can be used, the best first.
@@ -27,8 +27,8 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// The verdict on the best answer of a test of mass lines. `campaign` are the findings of the campaign; `is_complete` is
-    /// false when a method has no answer, for a reason that is among them.
+    /// The verdict on the best answer of a test of mass lines. `campaign` are the findings of the campaign;
+    /// `is_complete` is false when a method has no answer, for a reason that is among them.
     ///
     /// ```
     /// # use massline_shared::body::RigidBody;
@@ -93,10 +93,11 @@ impl<R: Real> Estimate<R> {
         self.covariance.is_some() && !self.diagnostics.iter().any(is_scatter)
     }
 
-    /// χ² of the stated budget. An answer that has learned its budget keeps it in a finding, of its own or of the campaign.
+    /// χ² of the stated budget. An answer that has learned its budget keeps it in a finding, of its own or of the
+    /// campaign.
     pub fn stated_consistency(&self, campaign: &[Diagnostic]) -> Option<Consistency<R>> {
-        let mut all = self.diagnostics.iter().chain(campaign);
-        let stated = all.find(|finding| finding.code == Code::DataInconsistentWithBudget);
+        let mut findings = self.diagnostics.iter().chain(campaign);
+        let stated = findings.find(|finding| finding.code == Code::DataInconsistentWithBudget);
         self.consistency.map(|consistency| match stated {
             Some(finding) => Consistency {
                 chi_squared: R::of(f64::from(finding.value))

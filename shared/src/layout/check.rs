@@ -37,7 +37,7 @@ const ONE_POINT: f64 = 1e-6;
 ///     hit.direction = [0.0, 0.0, 1.0];
 /// }
 /// let report = LayoutReport::new(&layout, Some(&frame::body()));
-/// assert!(report.diagnostics.iter().any(|found| found.code == Code::HitsAllParallel));
+/// assert!(report.diagnostics.iter().any(|diagnostic| diagnostic.code == Code::HitsAllParallel));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayoutReport<R> {
@@ -74,8 +74,8 @@ pub struct LayoutReport<R> {
 /// let guess = assumed_body(None, layout.sensors.iter().map(|sensor| sensor.position));
 /// assert!(check_geometry(&layout, Some(&guess)).is_empty());
 /// layout.sensors[1].position = [0.1, 0.0, 0.0];
-/// let found = check_geometry(&layout, Some(&guess));
-/// assert!(found.iter().any(|problem| problem.code == Code::SensorsCollinear));
+/// let diagnostics = check_geometry(&layout, Some(&guess));
+/// assert!(diagnostics.iter().any(|problem| problem.code == Code::SensorsCollinear));
 /// ```
 pub fn check_geometry<R: Real, C: Capacity>(
     layout: &Layout<R, C>,
@@ -103,8 +103,8 @@ impl<R: Real> LayoutReport<R> {
         report.length = layout.characteristic_length();
         report.look_at_axes(layout);
         report.look_at_sensors(layout);
-        for found in check_hits(layout.hits.iter(), report.length, body) {
-            let _ = report.diagnostics.push(found);
+        for diagnostic in check_hits(layout.hits.iter(), report.length, body) {
+            let _ = report.diagnostics.push(diagnostic);
         }
         report.look_at_forces(layout);
         if let Some(body) = body {
@@ -128,14 +128,14 @@ impl<R: Real> LayoutReport<R> {
     fn axes_error(&mut self, subject: Subject, error: R) {
         if error > R::of(AXES_TOLERANCE) {
             let code = Code::AxesNotOrthonormal;
-            let found = Diagnostic::about(code, Severity::Error, subject, error.to_f32());
+            let diagnostic = Diagnostic::about(code, Severity::Error, subject, error.to_f32());
             // There is room for sixteen diagnostics; any others are dropped.
-            let _ = self.diagnostics.push(found);
+            let _ = self.diagnostics.push(diagnostic);
         }
     }
 
     fn look_at_sensors<C: Capacity>(&mut self, layout: &Layout<R, C>) {
-        let found = &mut self.diagnostics;
+        let diagnostics = &mut self.diagnostics;
         for (i, sensor) in layout.sensors.iter().enumerate() {
             if layout.sensors.iter().take(i).any(|other| stand_together(sensor, other)) {
                 let twice = Diagnostic::about(
@@ -144,15 +144,15 @@ impl<R: Real> LayoutReport<R> {
                     Subject::sensor(i),
                     f32::from(sensor.node),
                 );
-                let _ = found.push(twice);
+                let _ = diagnostics.push(twice);
             }
         }
         if layout.sensors.len() < 3 {
-            error(found, Code::FewerThanThreeSensors, R::of(layout.sensors.len() as f64));
+            error(diagnostics, Code::FewerThanThreeSensors, R::of(layout.sensors.len() as f64));
         } else {
             let flatness = second_to_first(&sensor_spread(layout));
             if flatness < R::of(DEGENERACY_RATIO) {
-                error(found, Code::SensorsCollinear, flatness);
+                error(diagnostics, Code::SensorsCollinear, flatness);
             }
         }
         let mut responses = LeastSquares::<R, 6>::new();
@@ -167,7 +167,7 @@ impl<R: Real> LayoutReport<R> {
         let spectrum = spectrum_of(&responses);
         (self.rank_g, self.condition_g) = (spectrum.rank, spectrum.condition);
         if self.rank_g < 6 {
-            error(found, Code::ResponseRankDeficient, R::of(self.rank_g as f64));
+            error(diagnostics, Code::ResponseRankDeficient, R::of(self.rank_g as f64));
         }
     }
 
@@ -210,13 +210,13 @@ pub fn check_hits<'a, R: Real>(
     length: R,
     body: Option<&RigidBody<R>>,
 ) -> Diagnostics {
-    let mut found = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     let count = hits.clone().count();
     if count < 3 {
-        error(&mut found, Code::FewerThanThreeHits, R::of(count as f64));
+        error(&mut diagnostics, Code::FewerThanThreeHits, R::of(count as f64));
     }
     if count < 2 {
-        return found;
+        return diagnostics;
     }
     let mut spread = Matrix3::zeros();
     for hit in hits.clone() {
@@ -225,7 +225,7 @@ pub fn check_hits<'a, R: Real>(
     }
     let parallel = second_to_first(&spread);
     if parallel < R::of(DEGENERACY_RATIO) {
-        error(&mut found, Code::HitsAllParallel, parallel);
+        error(&mut diagnostics, Code::HitsAllParallel, parallel);
     }
     let distance = |point: &Vector3<R>| {
         hits.clone().map(|hit| lever(hit, point)).fold(R::zero(), |a, b| a.max(b)) / length
@@ -233,14 +233,14 @@ pub fn check_hits<'a, R: Real>(
     if let Some(distance) = nearest_point(hits.clone()).map(|point| distance(&point))
         && distance < R::of(DEGENERACY_RATIO)
     {
-        error(&mut found, Code::HitsConcurrent, distance);
+        error(&mut diagnostics, Code::HitsConcurrent, distance);
     }
     if let Some(distance) = body.map(|body| distance(&body.center_of_mass))
         && distance < R::of(DEGENERACY_RATIO)
     {
-        error(&mut found, Code::HitsThroughCentreOfMass, distance);
+        error(&mut diagnostics, Code::HitsThroughCentreOfMass, distance);
     }
-    found
+    diagnostics
 }
 
 /// Vector from the mean of the nodes to the assumed centre of mass, over L.
@@ -278,9 +278,9 @@ pub fn extent<R: Real>(nodes: impl Iterator<Item = [R; 3]> + Clone) -> (Vector3<
     (centroid, if length > R::zero() { length } else { R::one() })
 }
 
-fn error<R: Real>(found: &mut Diagnostics, code: Code, value: R) {
+fn error<R: Real>(diagnostics: &mut Diagnostics, code: Code, value: R) {
     // There is room for sixteen diagnostics; any others are dropped.
-    let _ = found.push(Diagnostic::whole(code, Severity::Error, value.to_f32()));
+    let _ = diagnostics.push(Diagnostic::whole(code, Severity::Error, value.to_f32()));
 }
 
 /// True when no number of a layout is NaN or infinite, no standard deviation is negative, and target, priors
@@ -304,7 +304,7 @@ pub(crate) fn is_finite<R: Real, C: Capacity>(layout: &Layout<R, C>) -> bool {
             .iter()
             .all(|p| p.property < 10 && p.value.finite() && p.sigma.finite() && p.sigma > zero)
         && layout.attached.iter().all(|a| a.phi[0] > zero)
-        && layout.target.wanted().all(|v| v.finite() && v > zero)
+        && layout.target.requested_half_widths().all(|v| v.finite() && v > zero)
 }
 
 fn stand_together<R: Real>(a: &Sensor<R>, b: &Sensor<R>) -> bool {

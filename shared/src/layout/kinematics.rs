@@ -248,9 +248,9 @@ mod tests {
         let r = Vector3::new(0.1, -0.2, 0.3);
         let here = layout.accelerance(&body, 0).unwrap();
         let motion = body.shifted_to(&r).acceleration(&layout.hits[0].unit_force(&r)).unwrap();
-        let there = layout.response_matrix(&r).times(&motion);
+        let shifted_accelerance = layout.response_matrix(&r).times(&motion);
         // The tolerance covers rounding of accelerances of about 3 (m/s²)/N.
-        assert!((&here - &there).norm() < 1e-13);
+        assert!((&here - &shifted_accelerance).norm() < 1e-13);
         assert!(layout.accelerance(&body, 3).is_none());
     }
 

@@ -57,8 +57,8 @@ impl<R: Real> Default for TestSettings<R> {
 impl<R: Real> TestSettings<R> {
     /// The defaults of a profile.
     ///
-    /// Those of [`TestProfile::Suspension`]: impulses of a soft mallet excite modes up to 12.4 Hz; the exponential window
-    /// leaves 2 % of what does not decay by itself at the end of a record of 40 s.
+    /// Those of [`TestProfile::Suspension`]: impulses of a soft mallet excite modes up to 12.4 Hz; the exponential
+    /// window leaves 2 % of what does not decay by itself at the end of a record of 40 s.
     pub fn of_profile(profile: TestProfile) -> Self {
         match profile {
             TestProfile::MassLine => Self::default(),
@@ -72,8 +72,8 @@ impl<R: Real> TestSettings<R> {
         }
     }
 
-    /// The same settings under another profile: its own defaults for what [depends on it](Self::depends_on_profile), band and
-    /// windows; the rest stays, also the impulse, which means something under one profile alone.
+    /// The same settings under another profile: its own defaults for what [depends on it](Self::depends_on_profile),
+    /// band and windows; the rest stays, also the impulse, which means something under one profile alone.
     pub fn under(&self, profile: TestProfile) -> Self {
         if profile == self.profile {
             return *self;
@@ -268,8 +268,8 @@ pub const TEST_KEYS: [TestKey; 10] = [
     },
     TestKey {
         name: "band_hz",
-        meaning: "of the fit: from 3 × the highest suspension mode to 0.4 × the first elastic, or \"auto\": found from the data; \
-                  in the suspension profile all six suspension modes, up to 12.4 Hz",
+        meaning: "of the fit: from 3 × the highest suspension mode to 0.4 × the first elastic, or \"auto\": found from \
+                  the data; in the suspension profile all six suspension modes, up to 12.4 Hz",
         form: TestForm::Range([Setting::BandLower, Setting::BandUpper]),
     },
     TestKey {
@@ -372,7 +372,7 @@ pub fn check_settings<R: Real>(
     record: usize,
     bins: usize,
 ) -> Diagnostics {
-    let mut found = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     let resolution = rate / R::of(record.max(1) as f64);
     let highest = highest_frequency(rate, record, bins);
     let duration = R::of(record as f64) / rate;
@@ -395,21 +395,21 @@ pub fn check_settings<R: Real>(
             let (subject, value) = (Subject::Setting(setting), value.to_f32());
             let out = Diagnostic::about(Code::SettingOutOfRange, Severity::Error, subject, value);
             // There is room for nine settings and one band.
-            let _ = found.push(out);
+            let _ = diagnostics.push(out);
         }
     }
     let [lower, upper] = settings.expected_band();
-    if found.is_empty() && settings.band_hz.is_some() {
+    if diagnostics.is_empty() && settings.band_hz.is_some() {
         let inside = (0..bins)
             .map(|bin| resolution * R::of(bin as f64))
             .filter(|&f| lower <= f && f <= upper)
             .count();
         if inside < 4 {
             let narrow = Diagnostic::whole(Code::BandTooNarrow, Severity::Error, inside as f32);
-            let _ = found.push(narrow);
+            let _ = diagnostics.push(narrow);
         }
     }
-    found
+    diagnostics
 }
 
 #[cfg(test)]
@@ -515,8 +515,8 @@ mod tests {
     fn the_band_ends_below_the_rate_over_two_and_a_half() {
         let settings =
             TestSettings::<f32> { band_hz: Some([10.0, 1601.0]), ..TestSettings::default() };
-        let found = check_settings(&settings, 4000.0, 2048, 1025);
-        assert_eq!(found[0].subject, Subject::Setting(Setting::BandUpper));
+        let diagnostics = check_settings(&settings, 4000.0, 2048, 1025);
+        assert_eq!(diagnostics[0].subject, Subject::Setting(Setting::BandUpper));
         let settings = TestSettings { band_hz: Some([10.0, 1600.0]), ..settings };
         assert!(check_settings(&settings, 4000.0, 2048, 1025).is_empty());
     }
@@ -525,8 +525,8 @@ mod tests {
     fn a_band_of_three_lines_is_too_narrow() {
         let settings =
             TestSettings::<f32> { band_hz: Some([10.0, 16.0]), ..TestSettings::default() };
-        let found = check_settings(&settings, 4000.0, 2048, 128);
-        assert_eq!(found[0].code, Code::BandTooNarrow);
-        assert_eq!(found[0].value, 3.0);
+        let diagnostics = check_settings(&settings, 4000.0, 2048, 128);
+        assert_eq!(diagnostics[0].code, Code::BandTooNarrow);
+        assert_eq!(diagnostics[0].value, 3.0);
     }
 }

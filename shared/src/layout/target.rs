@@ -27,8 +27,8 @@ pub const TARGET_KEYS: [TargetKey; 3] = [
     },
     TargetKey {
         name: "inertia",
-        meaning: "half width for each element of the inertia tensor, relative to m L², L being the root mean square distance \
-                  of the sensors from their centre",
+        meaning: "half width for each element of the inertia tensor, relative to m L², L being the root mean square \
+                  distance of the sensors from their centre",
         example: 0.02,
     },
 ];
@@ -60,13 +60,13 @@ impl<R: Real> Target<R> {
     }
 
     /// The half widths that are wanted.
-    pub fn wanted(&self) -> impl Iterator<Item = R> {
+    pub fn requested_half_widths(&self) -> impl Iterator<Item = R> {
         self.values().into_iter().flatten()
     }
 
     /// True when a half width is wanted.
     pub fn is_set(&self) -> bool {
-        self.wanted().next().is_some()
+        self.requested_half_widths().next().is_some()
     }
 
     /// The same target in another precision.

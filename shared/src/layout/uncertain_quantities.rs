@@ -43,7 +43,8 @@ pub enum UncertainQuantity {
 }
 
 impl<R: Real, C: Capacity> Layout<R, C> {
-    /// Every uncertain quantity, sensor by sensor, gravity, hit by hit, then the hammer, the attached bodies and the priors.
+    /// Every uncertain quantity, sensor by sensor, gravity, hit by hit, then the hammer, the attached bodies and the
+    /// priors.
     pub fn uncertain_quantities(&self) -> impl Iterator<Item = UncertainQuantity> + use<R, C> {
         let of_sensors = (0..self.sensors.len()).flat_map(|index| {
             (0..SENSOR_QUANTITIES)
@@ -224,7 +225,7 @@ mod tests {
                 }
                 UncertainQuantity::Gravity(_) => {
                     let [old, new] =
-                        [&layout, &shifted].map(|of| Vector3::from(of.gravity.unwrap()));
+                        [&layout, &shifted].map(|layout| Vector3::from(layout.gravity.unwrap()));
                     let moved = (new - old).norm();
                     assert!(
                         (moved - 9.80665 * layout.apparatus.gravity_direction).abs() < 1e-12,

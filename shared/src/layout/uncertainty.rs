@@ -12,7 +12,8 @@ pub const MAX_ATTACHED: usize = 3;
 /// (theory, section 9).
 pub const DEFAULT_HAMMER_GAIN: f64 = 0.02;
 
-/// The same after a calibration with a block of known mass (theory, section 9: 0.27 to 0.35 % with five hits along each axis).
+/// The same after a calibration with a block of known mass (theory, section 9: 0.27 to 0.35 % with five hits along each
+/// axis).
 pub const CALIBRATED_HAMMER_GAIN: f64 = 0.003;
 
 /// A key of `[uncertainty]`: one standard deviation of what is not exact.
@@ -52,14 +53,17 @@ impl UncertaintyUnit {
     }
 }
 
-/// Generates a struct of standard deviations from its rows: field, key, unit, default, error source, what varies. A row is all
-/// that a key of `[uncertainty]` needs: layout files, their template and schema, the wire, the error sources and the report
-/// follow from it.
+/// Generates a struct of standard deviations from its rows: field, key, unit, default, error source, what varies. A row
+/// is all that a key of `[uncertainty]` needs: layout files, their template and schema, the wire, the error sources and
+/// the report follow from it.
 macro_rules! uncertainties {
     (
         $(#[$doc:meta])*
         $name:ident {
-            $($field:ident: $key:literal, $unit:ident, $default:expr, $source:ident $(, $only_modes:ident)?; $meaning:literal)*
+            $(
+                $field:ident: $key:literal, $unit:ident, $default:expr, $source:ident $(, $only_modes:ident)?;
+                $meaning:literal
+            )*
         }
     ) => {
         $(#[$doc])*
@@ -139,8 +143,8 @@ uncertainties! {
 }
 
 uncertainties! {
-    /// Uncertainty of a hit against its mark, and of the mark itself. The defaults are those of theory, section 9; those of
-    /// the marks are from theory, section 4.
+    /// Uncertainty of a hit against its mark, and of the mark itself. The defaults are those of theory, section 9;
+    /// those of the marks are from theory, section 4.
     HitUncertainty {
         position: "hit_position_m", Meters, 0.003, HitPosition;
             "where a hit lands across its direction, from hit to hit"
@@ -154,10 +158,10 @@ uncertainties! {
 }
 
 uncertainties! {
-    /// Uncertainty of what all sensors and hits share. A gain of the hits of 0.5 % is half of the linearity in the data sheets
-    /// of instrumented hammers. That of the converter is for responses of a few codes: a sine of ±1.5 LSB (data sheet of the
-    /// STM32F407) and three periods over 4096 codes has slopes of 0.5 %, root mean square; large signals pass over many codes
-    /// and average it. Objects hang by eye within a degree.
+    /// Uncertainty of what all sensors and hits share. A gain of the hits of 0.5 % is half of the linearity in the data
+    /// sheets of instrumented hammers. That of the converter is for responses of a few codes: a sine of ±1.5 LSB (data
+    /// sheet of the STM32F407) and three periods over 4096 codes has slopes of 0.5 %, root mean square; large signals
+    /// pass over many codes and average it. Objects hang by eye within a degree.
     ApparatusUncertainty {
         hammer_gain: "hammer_gain", Relative, DEFAULT_HAMMER_GAIN, HammerGain;
             "gain of the hammer against the sensors"
@@ -200,7 +204,7 @@ pub struct Prior<R> {
 /// A body that moves with the object but does not belong to it: sensors, cables, an adapter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Attached<R> {
+pub struct AttachedBody<R> {
     /// [m, m c, J about the origin] in the body frame of the layout.
     pub phi: [R; 10],
     /// Relative standard deviation of its mass; its shape is taken as exact.
@@ -255,7 +259,7 @@ impl<R: Real> Prior<R> {
     }
 }
 
-impl<R: Real> Attached<R> {
+impl<R: Real> AttachedBody<R> {
     /// A point mass, kg, at a position in the body frame, m.
     pub fn point(mass: R, relative_sigma: R, position: [R; 3]) -> Self {
         let [x, y, z] = position;
@@ -274,9 +278,9 @@ impl<R: Real> Attached<R> {
         Self { phi, relative_sigma }
     }
 
-    pub(super) fn cast<Q: Real>(&self) -> Attached<Q> {
+    pub(super) fn cast<Q: Real>(&self) -> AttachedBody<Q> {
         let to = |v: R| Q::of(v.to_f64());
-        Attached { phi: self.phi.map(to), relative_sigma: to(self.relative_sigma) }
+        AttachedBody { phi: self.phi.map(to), relative_sigma: to(self.relative_sigma) }
     }
 }
 
@@ -293,7 +297,7 @@ mod tests {
             center_of_mass: Vector3::new(0.1, -0.2, 0.05),
             inertia: Matrix3::zeros(),
         };
-        let point = Attached::point(0.004, 0.1, [0.1, -0.2, 0.05]);
+        let point = AttachedBody::point(0.004, 0.1, [0.1, -0.2, 0.05]);
         for (got, expected) in point.phi.iter().zip(body.phi().iter()) {
             // The tolerance covers rounding of products of order 1e-4.
             assert!((got - expected).abs() < 1e-18);

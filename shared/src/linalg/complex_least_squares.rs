@@ -139,9 +139,11 @@ mod tests {
         let squares = |right: &[Complex<f64>]| right.iter().map(|v| v.norm_sqr()).sum::<f64>();
         let left: f64 =
             rows.iter().map(|(row, right)| squares(&equations.push(*row, *right))).sum();
-        let found = equations.solve().unwrap();
+        let solution = equations.solve().unwrap();
         let residuals = rows.iter().map(|(row, right)| {
-            [0, 1].map(|side| right[side] - row[0] * found[(0, side)] - row[1] * found[(1, side)])
+            [0, 1].map(|side| {
+                right[side] - row[0] * solution[(0, side)] - row[1] * solution[(1, side)]
+            })
         });
         let expected: f64 = residuals.map(|residual| squares(&residual)).sum();
         assert!((left - expected).abs() < 1e-13 * expected, "{left} {expected}");
@@ -149,7 +151,8 @@ mod tests {
             let along: Complex<f64> = rows
                 .iter()
                 .map(|(row, right)| {
-                    let left = right[side] - row[0] * found[(0, side)] - row[1] * found[(1, side)];
+                    let left =
+                        right[side] - row[0] * solution[(0, side)] - row[1] * solution[(1, side)];
                     row[unknown].conj() * left
                 })
                 .sum();

@@ -7,17 +7,17 @@ use crate::real::Real;
 /// Largest number of steps for an eigenvalue; two or three are usual.
 const MOST_STEPS: usize = 30;
 
-/// The eigenvalues of the first `n` rows and columns of a matrix, which is overwritten; zeros follow them. `None` when an element
-/// is not finite or the steps do not end.
+/// The eigenvalues of the first `n` rows and columns of a matrix, which is overwritten; zeros follow them. `None` when
+/// an element is not finite or the steps do not end.
 ///
-/// Elimination to Hessenberg form, then QR steps with double shifts (Martin, Peters and Wilkinson 1970: `elmhes` and `hqr` of
-/// EISPACK). It needs no memory besides the matrix.
+/// Elimination to Hessenberg form, then QR steps with double shifts (Martin, Peters and Wilkinson 1970: `elmhes` and
+/// `hqr` of EISPACK). It needs no memory besides the matrix.
 pub(crate) fn eigenvalues<R: Real, const N: usize>(
     a: &mut [[R; N]; N],
     n: usize,
 ) -> Option<[Complex<R>; N]> {
     let zero = R::zero();
-    let mut found = [Complex::new(zero, zero); N];
+    let mut values = [Complex::new(zero, zero); N];
     if n > N || !a.iter().flatten().all(|v| v.finite()) {
         return None;
     }
@@ -30,7 +30,7 @@ pub(crate) fn eigenvalues<R: Real, const N: usize>(
         let start = start_of_block(a, last, size);
         let x = a[last][last];
         if start == last {
-            found[last] = Complex::new(x + shift, zero);
+            values[last] = Complex::new(x + shift, zero);
             (end, steps) = (last, 0);
             continue;
         }
@@ -38,7 +38,7 @@ pub(crate) fn eigenvalues<R: Real, const N: usize>(
         let w = a[last][last - 1] * a[last - 1][last];
         if start + 1 == last {
             let pair = of_two(x, y, w);
-            (found[last - 1], found[last]) = (pair[0] + shift, pair[1] + shift);
+            (values[last - 1], values[last]) = (pair[0] + shift, pair[1] + shift);
             (end, steps) = (last - 1, 0);
             continue;
         }
@@ -56,7 +56,7 @@ pub(crate) fn eigenvalues<R: Real, const N: usize>(
         steps += 1;
         double_step(a, start, last, shifts);
     }
-    found.iter().all(|z| z.re.finite() && z.im.finite()).then_some(found)
+    values.iter().all(|z| z.re.finite() && z.im.finite()).then_some(values)
 }
 
 /// Elimination with pivots.
@@ -225,19 +225,19 @@ mod tests {
             let matrix = SMatrix::<f64, 6, 6>::from_fn(|i, j| rows[i][j]);
             // nalgebra's decomposition is the reference.
             let mut expected: Vec<_> = matrix.complex_eigenvalues().iter().copied().collect();
-            let found = eigenvalues(&mut rows, 6).unwrap();
-            assert_eq!(found[6], Complex::new(0.0, 0.0));
-            let mut found: Vec<_> = found[..6].to_vec();
+            let values = eigenvalues(&mut rows, 6).unwrap();
+            assert_eq!(values[6], Complex::new(0.0, 0.0));
+            let mut values: Vec<_> = values[..6].to_vec();
             expected.sort_by(by_size);
-            found.sort_by(by_size);
+            values.sort_by(by_size);
             // The nearest, because nearly equal real parts may be in another order; the square root of the rounding for
             // eigenvalues that are nearly double.
-            for value in &found {
+            for value in &values {
                 let nearest = expected.iter().map(|e| (e - value).norm()).fold(1.0, f64::min);
                 assert!(nearest < 1e-7, "{seed}: {value} of {expected:?}");
             }
-            let sum = |all: &[Complex<f64>]| all.iter().map(|z| z.re).sum::<f64>();
-            assert!((sum(&found) - matrix.trace()).abs() < 1e-12);
+            let sum = |values: &[Complex<f64>]| values.iter().map(|z| z.re).sum::<f64>();
+            assert!((sum(&values) - matrix.trace()).abs() < 1e-12);
         }
     }
 
@@ -251,7 +251,7 @@ mod tests {
         // A cyclic shift, on which steps without exceptional shifts do not end.
         let mut cyclic = [[0.0_f64; 4]; 4];
         (0..4).for_each(|k| cyclic[(k + 1) % 4][k] = 1.0);
-        let found = eigenvalues(&mut cyclic, 4).unwrap();
-        assert!(found.iter().all(|z| (z.norm() - 1.0).abs() < 1e-12), "{found:?}");
+        let values = eigenvalues(&mut cyclic, 4).unwrap();
+        assert!(values.iter().all(|z| (z.norm() - 1.0).abs() < 1e-12), "{values:?}");
     }
 }

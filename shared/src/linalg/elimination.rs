@@ -2,9 +2,9 @@
 
 use crate::real::Real;
 
-/// Eliminates the first unknowns of equations whose rows arrive a few at a time: what is left of a row is an equation of the
-/// other columns. As [`LeastSquares`](super::LeastSquares), for sizes that are known at run time and for several right
-/// sides, which are the last columns. Givens rotations (Golub & Van Loan, Matrix Computations, section 5.2).
+/// Eliminates the first unknowns of equations whose rows arrive a few at a time: what is left of a row is an equation
+/// of the other columns. As [`LeastSquares`](super::LeastSquares), for sizes that are known at run time and for several
+/// right sides, which are the last columns. Givens rotations (Golub & Van Loan, Matrix Computations, section 5.2).
 pub(crate) struct Elimination<'m, R> {
     /// The pivot rows, one after the other, each from its diagonal on.
     factor: &'m mut [R],
@@ -24,9 +24,9 @@ impl<'m, R: Real> Elimination<'m, R> {
         Some(Self { factor, pivots, columns })
     }
 
-    /// Adds `M` rows, of which the first numbers are the columns. Then the columns after the eliminated ones are what these leave
-    /// of the rows. Several rows at once take half as long as one by one, with the same operations; the columns are the inner
-    /// loop, whose turns are independent of each other.
+    /// Adds `M` rows, of which the first numbers are the columns. Then the columns after the eliminated ones are what
+    /// these leave of the rows. Several rows at once take half as long as one by one, with the same operations; the
+    /// columns are the inner loop, whose turns are independent of each other.
     pub(crate) fn push<const M: usize, const N: usize>(&mut self, rows: &mut [[R; N]; M]) {
         let mut factor = &mut *self.factor;
         for k in 0..self.pivots.min(N) {
@@ -62,8 +62,8 @@ impl<'m, R: Real> Elimination<'m, R> {
         }
     }
 
-    /// Solves for the eliminated unknowns with the column of this place as the right side. False when the factor has a zero
-    /// on its diagonal; otherwise the solution is in `x`.
+    /// Solves for the eliminated unknowns with the column of this place as the right side. False when the factor has a
+    /// zero on its diagonal; otherwise the solution is in `x`.
     pub(crate) fn solve(&self, right: usize, x: &mut [R]) -> bool {
         let mut end = self.factor.len();
         for k in (0..self.pivots).rev() {

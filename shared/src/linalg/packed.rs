@@ -14,19 +14,19 @@ pub(crate) fn lower_places() -> impl Iterator<Item = (usize, usize)> {
     (0..).flat_map(|i| (0..=i).map(move |j| (i, j)))
 }
 
-/// A symmetric matrix, or the lower triangular Cholesky factor of one: the lower triangle row by row, in memory that its owner
-/// gives. The memory may have room for more rows than are used.
+/// A symmetric matrix, or the lower triangular Cholesky factor of one: the lower triangle row by row, in memory that
+/// its owner gives. The memory may have room for more rows than are used.
 #[derive(Debug)]
-pub(crate) struct Packed<'m, R>(pub(crate) &'m mut [R]);
+pub(crate) struct PackedMatrix<'m, R>(pub(crate) &'m mut [R]);
 
-impl<R: Real> Packed<'_, R> {
+impl<R: Real> PackedMatrix<'_, R> {
     /// A row up to its diagonal.
     pub(crate) fn row(&self, i: usize) -> &[R] {
         &self.0[triangle(i)..triangle(i + 1)]
     }
 
-    /// Solves `L x = b` in place for those unknowns of a factor that belong to these columns, and subtracts from the others of
-    /// `x` what they explain.
+    /// Solves `L x = b` in place for those unknowns of a factor that belong to these columns, and subtracts from the
+    /// others of `x` what they explain.
     pub(crate) fn forward(&self, columns: Range<usize>, x: &mut [R]) {
         let Range { start, end } = columns;
         for i in start..x.len() {
@@ -56,8 +56,8 @@ impl<R: Real> Packed<'_, R> {
     }
 
     /// The same matrix, lent for a shorter time.
-    pub(crate) fn reborrow(&mut self) -> Packed<'_, R> {
-        Packed(self.0)
+    pub(crate) fn reborrow(&mut self) -> PackedMatrix<'_, R> {
+        PackedMatrix(self.0)
     }
 
     /// A row up to its diagonal.
@@ -70,8 +70,9 @@ impl<R: Real> Packed<'_, R> {
         &mut self.0[triangle(i.max(j)) + i.min(j)]
     }
 
-    /// Replaces these columns of the first rows by those of the Cholesky factor (Banachiewicz order), and subtracts from the
-    /// elements after them what they explain. What the columns before these explain has been subtracted already. `None` when a pivot is not above `least` or not finite.
+    /// Replaces these columns of the first rows by those of the Cholesky factor (Banachiewicz order), and subtracts
+    /// from the elements after them what they explain. What the columns before these explain has been subtracted
+    /// already. `None` when a pivot is not above `least` or not finite.
     pub(crate) fn factorise(&mut self, columns: Range<usize>, rows: usize, least: R) -> Option<()> {
         let Range { start, end } = columns;
         for i in start..rows {
@@ -154,14 +155,14 @@ mod tests {
     /// Only rounding is left.
     const ROUNDING: f64 = 1e-14;
 
-    fn is_close(found: &[f64], expected: &[f64]) -> bool {
-        found.iter().zip(expected).all(|(a, b)| (a - b).abs() < ROUNDING)
+    fn is_close(values: &[f64], expected: &[f64]) -> bool {
+        values.iter().zip(expected).all(|(a, b)| (a - b).abs() < ROUNDING)
     }
 
     #[test]
     fn a_factor_solves_and_inverts() {
         let mut memory = MATRIX;
-        let mut matrix = Packed(&mut memory[..]);
+        let mut matrix = PackedMatrix(&mut memory[..]);
         matrix.factorise(0..3, 3, 0.0).unwrap();
         let mut x = RIGHT;
         matrix.solve(&mut x);
@@ -183,7 +184,7 @@ mod tests {
     #[test]
     fn a_part_is_eliminated_and_the_rest_factored_later() {
         let mut memory = MATRIX;
-        let mut matrix = Packed(&mut memory[..]);
+        let mut matrix = PackedMatrix(&mut memory[..]);
         matrix.factorise(0..1, 3, 0.0).unwrap();
         let mut x = RIGHT;
         matrix.forward(0..1, &mut x);
@@ -194,7 +195,7 @@ mod tests {
         assert!(is_close(&x[1..], &left), "{x:?}");
         matrix.factorise(1..3, 3, 0.0).unwrap();
         let mut whole = MATRIX;
-        Packed(&mut whole[..]).factorise(0..3, 3, 0.0).unwrap();
+        PackedMatrix(&mut whole[..]).factorise(0..3, 3, 0.0).unwrap();
         assert!(is_close(matrix.0, &whole));
         matrix.multiply(1, 3);
         assert!(is_close(&[*matrix.at(1, 1), *matrix.at(2, 1), *matrix.at(2, 2)], &rest));
@@ -202,7 +203,7 @@ mod tests {
 
     #[test]
     fn a_singular_matrix_has_no_factor() {
-        assert!(Packed(&mut [1.0, 1.0, 1.0][..]).factorise(0..2, 2, 0.0).is_none());
-        assert!(Packed(&mut [f64::NAN][..]).factorise(0..1, 1, 0.0).is_none());
+        assert!(PackedMatrix(&mut [1.0, 1.0, 1.0][..]).factorise(0..2, 2, 0.0).is_none());
+        assert!(PackedMatrix(&mut [f64::NAN][..]).factorise(0..1, 1, 0.0).is_none());
     }
 }

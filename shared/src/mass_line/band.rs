@@ -50,9 +50,9 @@ pub struct FoundBand<R> {
 /// let squares: Vec<f64> = (0..500)
 ///     .map(|bin| (mode(frequency(bin), 4.0) + mode(frequency(bin), 200.0)).norm_sqr())
 ///     .collect();
-/// let found = find_band(&squares, frequency, 0.0).unwrap();
-/// assert!((found.ends[0] - ABOVE_SUSPENSION * 4.0).abs() < 0.5);
-/// assert!((found.ends[1] - BELOW_ELASTIC * 200.0).abs() < 1.0);
+/// let band = find_band(&squares, frequency, 0.0).unwrap();
+/// assert!((band.ends[0] - ABOVE_SUSPENSION * 4.0).abs() < 0.5);
+/// assert!((band.ends[1] - BELOW_ELASTIC * 200.0).abs() < 1.0);
 /// ```
 pub fn find_band<R: Real>(
     squares: &[R],
@@ -81,12 +81,12 @@ pub fn find_band<R: Real>(
         low.frequency.max(hidden) * R::of(ABOVE_SUSPENSION),
         high.frequency * R::of(BELOW_ELASTIC),
     ];
-    let found = FoundBand {
+    let band = FoundBand {
         ends,
         suspension: low.mode.then_some(low.frequency),
         elastic: high.mode.then_some(high.frequency),
     };
-    (ends[0] < ends[1]).then_some(found)
+    (ends[0] < ends[1]).then_some(band)
 }
 
 /// An end of a gap between two modes.
@@ -159,7 +159,7 @@ mod tests {
             .collect()
     }
 
-    fn found(modes_hz: &[f64], bins: usize, noise: f64) -> FoundBand<f64> {
+    fn band_of(modes_hz: &[f64], bins: usize, noise: f64) -> FoundBand<f64> {
         find_band(&squares(modes_hz, bins, 10.0, noise), frequency, 10.0).unwrap()
     }
 
@@ -168,7 +168,7 @@ mod tests {
         // The wheel of theory, section 11, with elastic modes like those of the bar.
         let modes = [2.82, 3.22, 3.56, 6.14, 7.16, 7.66, 314.0, 515.0, 642.0];
         for noise in [0.0, 0.1] {
-            let band = found(&modes, 512, noise);
+            let band = band_of(&modes, 512, noise);
             // The highest is at 7.66 Hz. Two modes half a hertz apart are one peak at this resolution, and
             // the window moves peaks of accelerances up: half a bin each.
             let suspension = band.suspension.unwrap();
@@ -180,14 +180,14 @@ mod tests {
 
     #[test]
     fn where_no_elastic_mode_shows_the_last_line_stands_for_it() {
-        let band = found(&[2.0, 3.5, 5.0, 314.0], 128, 0.02);
+        let band = band_of(&[2.0, 3.5, 5.0, 314.0], 128, 0.02);
         assert!(band.elastic.is_none() && band.suspension.is_some(), "{band:?}");
         assert_eq!(band.ends[1], 0.4 * frequency(127));
     }
 
     #[test]
     fn what_the_window_hides_of_the_suspension_stays_below_the_band() {
-        let band = found(&[1.4, 314.0], 512, 0.02);
+        let band = band_of(&[1.4, 314.0], 512, 0.02);
         // 1.7 σ / 2π = 2.7 Hz, whether a peak is visible or not.
         assert!(band.ends[0] >= 3.0 * 17.0 / std::f64::consts::TAU - 1e-12, "{band:?}");
     }

@@ -25,7 +25,7 @@ const SIGNIFICANT: f64 = 4.0;
 
 /// Settings of the fit.
 #[derive(Clone, Copy, Debug)]
-pub struct Fitting<R> {
+pub struct FitSettings<R> {
     /// Lower and upper end of the band, Hz.
     pub band: [R; 2],
     /// σ of the exponential window, 1/s.
@@ -53,7 +53,7 @@ pub struct Fitting<R> {
 ///     let mode = [0.0_f64, std::f64::consts::TAU * 9.0][response];
 ///     Complex::new(1.0 / (1.0 - (mode / omega).powi(2)), 0.0)
 /// };
-/// let fitting = Fitting { band: [10.0, 120.0], decay: 0.0, terms: Terms::Abc, correlation: 1.0, lag_sigma: 0.0 };
+/// let fitting = FitSettings { band: [10.0, 120.0], decay: 0.0, terms: Terms::Abc, correlation: 1.0, lag_sigma: 0.0 };
 /// let mut memory = [BasisRow::<f64>::EMPTY; 64];
 /// let fits = ResponseFits::<f64, Fixed<1, 1>>::new(bins, &fitting, 2, h, &mut memory)?;
 /// assert!((fits.accelerance[0] - 1.0).abs() < 1e-9);
@@ -96,7 +96,7 @@ impl<R: Real, C: Capacity> ResponseFits<R, C> {
     /// See [`MassLineError`].
     pub fn new<I>(
         bins: I,
-        fitting: &Fitting<R>,
+        fitting: &FitSettings<R>,
         responses: usize,
         h: impl Fn(usize, usize) -> Complex<R>,
         workspace: &mut [BasisRow<R>],
@@ -108,7 +108,7 @@ impl<R: Real, C: Capacity> ResponseFits<R, C> {
         let sensors = responses.div_ceil(3);
         let responses = responses.min(Responses::<R, C>::zeros(sensors).as_slice().len());
         let mut fit = |band: [R; 2]| {
-            let Fitting { decay, terms, correlation, lag_sigma, .. } = *fitting;
+            let FitSettings { decay, terms, correlation, lag_sigma, .. } = *fitting;
             let basis = MassLineBasis::new(bins.clone(), band, decay, terms, workspace)?;
             // A response whose low-pass is off by one standard deviation reads H (1 + s δτ).
             let lag = |bin: Bin<R>| Complex::new(decay, bin.frequency * R::two_pi()) * lag_sigma;
@@ -181,8 +181,8 @@ impl<R: Real, C: Capacity> ResponseFits<R, C> {
         (frequency.finite() && frequency * R::of(ABOVE_SUSPENSION) > band[0]).then_some(frequency)
     }
 
-    /// Change of every A when the ends of the band are left out, (m/s²)/N; zero where it is within the noise, and for plateaus
-    /// above the suspension.
+    /// Change of every A when the ends of the band are left out, (m/s²)/N; zero where it is within the noise, and for
+    /// plateaus above the suspension.
     pub fn band_shift(&self, band: [R; 2]) -> Responses<R, C> {
         if self.unsteady().next().is_none() && self.suspension_in_band(band).is_none() {
             return Responses::zeros(self.accelerance.sensors());
@@ -254,7 +254,7 @@ mod tests {
     fn fits(suspension: f64, band: [f64; 2], noise: f64, terms: Terms) -> ResponseFits<f64, Rig> {
         let h = responses(suspension, noise);
         let bins = (0..BINS).map(|k| Bin { frequency: RESOLUTION * k as f64, weight: 1.0 });
-        let fitting = Fitting { band, decay: 10.0, terms, correlation: 2.26, lag_sigma: 0.0 };
+        let fitting = FitSettings { band, decay: 10.0, terms, correlation: 2.26, lag_sigma: 0.0 };
         let mut workspace = [BasisRow::default(); BINS];
         let at = |response: usize, bin: usize| h[bin][response];
         ResponseFits::new(bins, &fitting, 3, at, &mut workspace).unwrap()

@@ -142,11 +142,11 @@ fn lines_that_are_not_finite_or_missing_are_refused() {
     assert_eq!(with(|l| l.frequency = 1.0), Some(MassLineError::NotAscending));
     let nothing = bins::<f32>().map(|l| Bin { weight: 0.0, ..l });
     let band = [10.0, 120.0];
-    let found = MassLineBasis::new(nothing, band, 10.0, Terms::Abc, &mut workspace).err();
-    assert_eq!(found, Some(MassLineError::NotFinite));
+    let error = MassLineBasis::new(nothing, band, 10.0, Terms::Abc, &mut workspace).err();
+    assert_eq!(error, Some(MassLineError::NotFinite));
     let small = &mut [BasisRow::default(); 8];
-    let found = MassLineBasis::new(bins::<f32>(), band, 10.0, Terms::Abc, small).err();
-    assert_eq!(found, Some(MassLineError::WorkspaceTooSmall));
+    let error = MassLineBasis::new(bins::<f32>(), band, 10.0, Terms::Abc, small).err();
+    assert_eq!(error, Some(MassLineError::WorkspaceTooSmall));
 }
 
 #[test]

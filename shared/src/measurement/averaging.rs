@@ -10,8 +10,8 @@ use crate::capacity::Rig;
 use crate::identify::{DofMassLines, ScatterAccumulator};
 use crate::layout::{HitPolicy, HitTreatment, RIG_SENSORS, TestSettings};
 use crate::mass_line::{
-    BasisRow, Bin, Fitting, MassLineBasis, MassLineDesign, MassLineError, ResponseFits, find_band,
-    window_correlation,
+    BasisRow, Bin, FitSettings, MassLineBasis, MassLineDesign, MassLineError, ResponseFits,
+    find_band, window_correlation,
 };
 use crate::real::Real;
 use crate::responses::Responses;
@@ -176,8 +176,9 @@ impl<R: RealFft> HitAverager<R> {
         let size = |response: usize| {
             if repeats.hits() > 0 { repeats.mean()[response] } else { single[response] }.abs()
         };
-        let all = 0..single.as_slice().len();
-        let loudest = all.reduce(|most, next| if size(next) > size(most) { next } else { most })?;
+        let responses = 0..single.as_slice().len();
+        let loudest =
+            responses.reduce(|most, next| if size(next) > size(most) { next } else { most })?;
         let squared = self.analysis.squared_reading(record, loudest);
         let force = squared / (single[loudest] * single[loudest]);
         (force.finite() && force > R::zero()).then_some(force)
@@ -217,8 +218,8 @@ pub fn known_scatter<R: RealFft>(measured: &[DofMassLines<R, Rig>]) -> KnownScat
 }
 
 /// Compares a hit of this squared force, N², with its repeat hits by their own mass lines, given the scatter of the
-/// hits `elsewhere`, and adds it to them unless the policy rejects it or the others. The caller then has to remove a hit
-/// that is an outlier from the spectra, and to start the DOF again after [`HitAgreement::Inconsistent`] and
+/// hits `elsewhere`, and adds it to them unless the policy rejects it or the others. The caller then has to remove a
+/// hit that is an outlier from the spectra, and to start the DOF again after [`HitAgreement::Inconsistent`] and
 /// [`HitAgreement::OthersInconsistent`].
 pub fn join<R: RealFft>(
     repeats: &mut ScatterAccumulator<R, Rig>,
@@ -256,7 +257,7 @@ pub fn band_of<R: RealFft>(
     spectra.add_squares(settings.adc.responses(), squares);
     let resolution: R = resolution(settings.adc, settings.test.profile);
     let frequency = |line: usize| R::of(line as f64) * resolution;
-    find_band(squares, frequency, settings.test.exponential_decay).map(|found| found.ends)
+    find_band(squares, frequency, settings.test.exponential_decay).map(|band| band.ends)
 }
 
 /// The mass lines of all responses of a DOF over a band, without a correction for the cross-axis
@@ -274,7 +275,7 @@ pub fn fit_responses<R: RealFft>(
     let decay = test.exponential_decay;
     let correlation = window_correlation(decay, record_duration(adc));
     let lag_sigma = lag_sigma(settings.calibration);
-    let fitting = Fitting { band, decay, terms: test.terms, correlation, lag_sigma };
+    let fitting = FitSettings { band, decay, terms: test.terms, correlation, lag_sigma };
     let frf = |response, line| spectra.frf(test.frf_estimator, response, line);
     let lines = lines(resolution(adc, test.profile), |line| spectra.force_auto(line));
     ResponseFits::new(lines, &fitting, adc.responses(), frf, basis)

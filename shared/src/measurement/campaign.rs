@@ -204,7 +204,7 @@ impl Campaign {
     }
 
     /// Accepted hits wanted at each DOF.
-    pub fn wanted(&self) -> u8 {
+    pub fn hits_per_dof(&self) -> u8 {
         self.wanted
     }
 
@@ -257,8 +257,8 @@ impl Campaign {
         self.is_running().then_some(CampaignProgress { start, dofs, wanted, rejected })
     }
 
-    /// Executes a command of the operator. A computation that is paused begins anew when it is resumed. The caller gives
-    /// no command while it stores the result, which can no longer be interrupted then.
+    /// Executes a command of the operator. A computation that is paused begins anew when it is resumed. The caller
+    /// gives no command while it stores the result, which can no longer be interrupted then.
     ///
     /// # Errors
     /// [`CommandError::WrongPhase`] when the command is not possible in this phase; nothing has changed then.
@@ -368,8 +368,8 @@ impl Campaign {
         }
     }
 
-    /// Reports that the last accepted hit, at this DOF, has been removed, and that the averages contain `left` hits: the
-    /// DOF is open again.
+    /// Reports that the last accepted hit, at this DOF, has been removed, and that the averages contain `left` hits:
+    /// the DOF is open again.
     pub fn undone(&mut self, dof: usize, left: u8) {
         if self.state == State::Undoing {
             self.dof = dof;

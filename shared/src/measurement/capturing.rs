@@ -10,14 +10,14 @@ use crate::units::{Newtons, ScanIndex};
 /// The capture of a hit.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "there is one at a time, and no allocator")]
-pub(super) enum Capturing {
+pub(super) enum HitCapture {
     /// Of half a second.
     MassLine(Capture),
     /// Of forty seconds.
     Long(LongCapture),
 }
 
-impl Capturing {
+impl HitCapture {
     /// An armed capture; the record must be [waiting](Record::begin_wait).
     pub fn new(
         adc: &AdcProperties,

@@ -25,10 +25,10 @@ impl<R: RealFft> Measurement<'_, R> {
         let settings =
             ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
         let squares = &mut self.memory.scratch[..SPECTRUM_BINS];
-        let found = band_of(settings, &self.memory.spectra, squares);
-        let band = found.unwrap_or_else(TestSettings::default_band);
+        let measured_band = band_of(settings, &self.memory.spectra, squares);
+        let band = measured_band.unwrap_or_else(TestSettings::default_band);
         let fits = fit_responses(settings, &self.memory.spectra, band, &mut self.memory.basis);
-        if found.is_none() {
+        if measured_band.is_none() {
             self.push_diagnostic(Diagnostic::about(
                 Code::BandNotFound,
                 Severity::Warning,

@@ -5,7 +5,9 @@ use super::campaign::{
 };
 use super::hits::Task;
 use super::stored_lines::StoredLines;
-use super::{Activity, MeasuredDof, Measurement, Memory, NextAction, Recorded, Streamed, note};
+use super::{
+    Activity, MeasuredDof, Measurement, Memory, NextAction, RecordContent, StreamProgress, note,
+};
 use crate::capacity::Rig;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::DofMassLines;
@@ -77,10 +79,11 @@ impl<R: RealFft> Measurement<'_, R> {
             }
             // Hits through the centre of mass do not determine the ten properties, and need not for a block
             // test.
-            findings.retain(|found| !can_be_forced(found));
+            findings.retain(|finding| !can_be_forced(finding));
             note(&mut findings, Diagnostic::whole(Code::BlockTest, Severity::Note, 0.0));
         }
-        let refuses = |found: &Diagnostic| found.is_error() && !(force && can_be_forced(found));
+        let refuses =
+            |finding: &Diagnostic| finding.is_error() && !(force && can_be_forced(finding));
         if findings.iter().any(refuses) {
             return Err(StartError::LayoutRefused);
         }
@@ -143,8 +146,8 @@ impl<R: RealFft> Measurement<'_, R> {
 
     /// True when mass lines or lines of the DOF with this index are stored.
     pub fn has_data(&self, index: usize) -> bool {
-        self.memory.mass_lines.iter().any(|(of, _)| *of == index)
-            || self.memory.lines.iter().any(|of| usize::from(of.dof) == index)
+        self.memory.mass_lines.iter().any(|(dof, _)| *dof == index)
+            || self.memory.lines.iter().any(|lines| usize::from(lines.dof) == index)
     }
 
     /// Executes a command of the operator.
@@ -189,7 +192,7 @@ impl<R: RealFft> Measurement<'_, R> {
                 self.memory.discard_dof(dof);
             }
             // The rig tries again what had interrupted the campaign.
-            Command::Resume => self.diagnostics.retain(|found| !found.interrupts()),
+            Command::Resume => self.diagnostics.retain(|diagnostic| !diagnostic.interrupts()),
             Command::Abort => self.activity = Activity::Idle,
             _ => {}
         }
@@ -272,7 +275,7 @@ impl<R: RealFft> Measurement<'_, R> {
                 self.activity = Activity::Idle;
                 Ok(())
             }
-            (_, true) => self.leave_idle(Activity::Streaming(Streamed::default())),
+            (_, true) => self.leave_idle(Activity::Streaming(StreamProgress::default())),
             (_, false) => Ok(()),
         }
     }
@@ -281,7 +284,7 @@ impl<R: RealFft> Measurement<'_, R> {
         if !matches!(self.activity, Activity::Idle) {
             return Err(CommandError::WrongPhase);
         }
-        self.recorded = Recorded::Nothing;
+        self.recorded = RecordContent::Nothing;
         self.activity = activity;
         Ok(())
     }

@@ -3,12 +3,12 @@
 use super::averaged_hit::AveragedHit;
 use super::averaging::{self, Change, ExpectedHit, HitAverager, ProcessingSettings};
 use super::campaign::{Campaign, Phase, Step};
-use super::capturing::Capturing;
-use super::listening::Listening;
+use super::capturing::HitCapture;
+use super::listening::HumProgress;
 use super::long_hit::LongHitAverager;
 use super::{
-    Activity, GradedHit, LOSSES_TO_STOP, Measurement, NextAction, Recorded, ScanIndex, Streamed,
-    note,
+    Activity, GradedHit, LOSSES_TO_STOP, Measurement, NextAction, RecordContent, ScanIndex,
+    StreamProgress, note,
 };
 use crate::design::FurtherHitSearch;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
@@ -28,11 +28,11 @@ pub(super) enum Task<R: Real> {
     /// The step has not begun.
     None,
     /// The sampler runs; `trigger` is the scan of the trigger once it has fired.
-    Capture { capture: Capturing, trigger: Option<ScanIndex> },
+    Capture { capture: HitCapture, trigger: Option<ScanIndex> },
     /// The record is complete.
     Grade { trigger: ScanIndex, extremes: Option<FullRateExtremes> },
     /// The record is searched for hum.
-    Listen(Listening<R>),
+    Listen(HumProgress<R>),
     /// The responses before `next` are averaged, or removed if the hit is undone.
     Average { hit: AveragedHit<R>, next: usize },
     /// The hit is an outlier: the responses before `next` have been removed again.
@@ -60,7 +60,7 @@ impl<R: RealFft> Measurement<'_, R> {
             self.memory.record.begin_wait();
             let test = self.layout.as_ref().map(|layout| &layout.test);
             let level = Newtons(test.map_or(0.0, |test| test.trigger_n.to_f32()));
-            let capture = Capturing::new(&self.adc, &self.calibration, level, profile);
+            let capture = HitCapture::new(&self.adc, &self.calibration, level, profile);
             *task = Task::Capture { capture, trigger: None };
             campaign.armed();
             self.armings = self.armings.wrapping_add(1);
@@ -80,14 +80,14 @@ impl<R: RealFft> Measurement<'_, R> {
             Activity::Reading => {
                 scans.iter().for_each(|scan| record.push(scan));
                 if record.len() >= RECORD_SCANS {
-                    self.recorded = Recorded::Reading;
+                    self.recorded = RecordContent::Reading;
                     self.activity = Activity::Idle;
                 }
             }
             Activity::Streaming(streamed) => {
                 scans.iter().for_each(|scan| record.push(scan));
                 let count = scans.len() as u64;
-                *streamed = Streamed { end: first.0 + count, held: streamed.held + count };
+                *streamed = StreamProgress { end: first.0 + count, held: streamed.held + count };
             }
             Activity::Measuring(..) => {
                 for (scan, index) in scans.iter().zip(first.0..) {
@@ -109,7 +109,7 @@ impl<R: RealFft> Measurement<'_, R> {
             CaptureState::Filling => {
                 *trigger = Some(index);
                 self.last_accepted.overwritten();
-                self.recorded = Recorded::Nothing;
+                self.recorded = RecordContent::Nothing;
                 self.counts.triggers += 1;
                 campaign.triggered();
             }
@@ -137,7 +137,7 @@ impl<R: RealFft> Measurement<'_, R> {
         match &mut self.activity {
             Activity::Idle | Activity::Changing => {}
             // A stream continues after the gap.
-            Activity::Streaming(streamed) => *streamed = Streamed::default(),
+            Activity::Streaming(streamed) => *streamed = StreamProgress::default(),
             _ if self.losses >= LOSSES_TO_STOP => self.stopped(),
             Activity::Reading => self.memory.record.clear(),
             Activity::Measuring(campaign, task) => {
@@ -168,7 +168,7 @@ impl<R: RealFft> Measurement<'_, R> {
         match &mut self.activity {
             Activity::Idle | Activity::Changing => return,
             Activity::Reading => {
-                self.recorded = Recorded::ReadingFailed;
+                self.recorded = RecordContent::ReadingFailed;
                 self.activity = Activity::Idle;
                 return;
             }
@@ -192,13 +192,15 @@ impl<R: RealFft> Measurement<'_, R> {
         let (adc, last) = (self.adc_in_use(), self.last_record);
         let (record, calibration) = (&self.memory.record, &self.calibration);
         let report = match extremes {
-            Some(all) => grade_long(record, (trigger, all), &adc, calibration, &test, last),
+            Some(extremes) => {
+                grade_long(record, (trigger, extremes), &adc, calibration, &test, last)
+            }
             None => grade(record, &adc, calibration, &test, last),
         };
         self.last_record = Some(report.fingerprint);
         let good = report.good();
         let number = self.report_hit(campaign.dof(), trigger, report);
-        self.recorded = Recorded::Hit(number);
+        self.recorded = RecordContent::Hit(number);
         campaign.graded(good);
         Task::None
     }
@@ -221,9 +223,9 @@ impl<R: RealFft> Measurement<'_, R> {
         self.hits
     }
 
-    /// Averages one part of the current record: the force, then each response, then the comparison with the
-    /// repeat hits. An outlier is removed again when the policy requires it. A hit that is undone is removed part by part
-    /// in the same way.
+    /// Averages one part of the current record: the force, then each response, then the comparison with the repeat
+    /// hits. An outlier is removed again when the policy requires it. A hit that is undone is removed part by part in
+    /// the same way.
     pub(super) fn average_hit(
         &mut self,
         campaign: &mut Campaign,
@@ -267,7 +269,7 @@ impl<R: RealFft> Measurement<'_, R> {
                 self.report_again(why);
                 Task::None
             }
-            Task::Listen(Listening::Done(hum)) => {
+            Task::Listen(HumProgress::Done(hum)) => {
                 if !undoes && campaign.accepted() == 0 {
                     self.open_dof(dof);
                 }
@@ -293,11 +295,11 @@ impl<R: RealFft> Measurement<'_, R> {
                 Task::Average { hit, next: 0 }
             }
             // A hit that is undone was not unsteady when it was accepted.
-            Task::Listen(Listening::Unsteady(_)) if undoes => {
+            Task::Listen(HumProgress::Unsteady(_)) if undoes => {
                 self.finish_undo(campaign, None);
                 Task::None
             }
-            Task::Listen(Listening::Unsteady(why)) => {
+            Task::Listen(HumProgress::Unsteady(why)) => {
                 campaign.withdrawn();
                 self.report_again(why);
                 Task::None
@@ -371,10 +373,10 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 
     /// Reports the current hit again, after what was found when it had passed its own grading; an error rejects it.
-    pub(super) fn report_again(&mut self, found: Diagnostic) {
+    pub(super) fn report_again(&mut self, finding: Diagnostic) {
         let Some(mut hit) = self.last_hit.take() else { return };
-        hit.good &= !found.is_error();
-        note(&mut hit.findings, found);
+        hit.good &= !finding.is_error();
+        note(&mut hit.findings, finding);
         self.last_hit = Some(hit.clone());
         self.report(hit);
     }

@@ -5,9 +5,9 @@
 //! CloseDof ───┤
 //!             └── after the last one, or at the target ──▶ methods ─▶ precision ─▶ search ─▶ store
 //! ```
-//! In the suspension profile there is nothing to compute: the lines are the result, from which the program computes modes and
-//! estimates.
-//! The second search is done only when the target is missed; it is among the DOFs that have been hit.
+//! In the suspension profile there is nothing to compute: the lines are the result, from which the program computes
+//! modes and estimates. The second search is done only when the target is missed; it is among the DOFs that have been
+//! hit.
 
 use super::campaign::{Campaign, Object, Outcome, Step};
 use super::hits::Task;
@@ -109,7 +109,7 @@ impl<R: RealFft> Measurement<'_, R> {
             return Task::Search(search);
         }
         if let Some(known) = &mut self.precision {
-            known.further = search.found();
+            known.further = search.best_hit();
         }
         self.estimated(campaign)
     }

@@ -30,8 +30,8 @@ impl<R: RealFft> Measurement<'_, R> {
         Task::StoreLines
     }
 
-    /// A line of the DOF that is being closed, (m/s²)/N: H1, or what the layout asks for, corrected for the cross-axis sensitivities of the
-    /// sensors. To be called for [`NextAction::StoreLines`] only.
+    /// A line of the DOF that is being closed, (m/s²)/N: H1, or what the layout asks for, corrected for the cross-axis
+    /// sensitivities of the sensors. To be called for [`NextAction::StoreLines`] only.
     pub fn line(&self, response: usize, line: usize) -> Complex<R> {
         let estimator = self.test().frf_estimator;
         let first = response - response % 3;
@@ -58,8 +58,8 @@ impl<R: RealFft> Measurement<'_, R> {
         {
             campaign.interrupted();
             let subject = Subject::hit(dof);
-            let found = Diagnostic::about(Code::LinesNotStored, Severity::Error, subject, 0.0);
-            note(&mut self.diagnostics, found);
+            let diagnostic = Diagnostic::about(Code::LinesNotStored, Severity::Error, subject, 0.0);
+            note(&mut self.diagnostics, diagnostic);
         }
     }
 }

@@ -15,7 +15,7 @@ const MOST_LEFT: f32 = 0.01;
 
 /// Progress of the search.
 #[derive(Clone, Debug)]
-pub(super) enum Listening<R> {
+pub(super) enum HumProgress<R> {
     /// The channels before `next` are searched.
     Searching { search: HumSearch<R>, next: usize },
     /// There is hum; its amplitudes in the channels before `next` are known.
@@ -28,49 +28,49 @@ pub(super) enum Listening<R> {
 
 impl<R: RealFft> Measurement<'_, R> {
     /// Starts a search in the current record.
-    pub(super) fn begin_listening(&self) -> Listening<R> {
+    pub(super) fn begin_listening(&self) -> HumProgress<R> {
         let (adc, test) = (self.adc_in_use(), self.test());
         if test.profile == TestProfile::Suspension {
             // The decimation takes out the harmonics of 50 and 60 Hz.
-            return Listening::Done(None);
+            return HumProgress::Done(None);
         }
         let analysis = HitAnalysis::new(&adc, &self.calibration, &test, PRE_TRIGGER_SCANS);
         match analysis.hum_search(RECORD_SCANS) {
-            Some(search) => Listening::Searching { search, next: 0 },
-            None => Listening::Done(None),
+            Some(search) => HumProgress::Searching { search, next: 0 },
+            None => HumProgress::Done(None),
         }
     }
 
     /// One step of the search; reports hum when it is over.
-    pub(super) fn listen(&mut self, listening: Listening<R>) -> Listening<R> {
+    pub(super) fn listen(&mut self, listening: HumProgress<R>) -> HumProgress<R> {
         let count = self.adc_in_use().responses() + 1;
         let end_of = |next: usize| (next + CHANNELS).min(count);
         match listening {
-            Listening::Searching { mut search, next } if next < count => {
+            HumProgress::Searching { mut search, next } if next < count => {
                 let end = end_of(next);
                 let (record, _, HitMemory { scratch, .. }) = self.memory.of_hit();
                 (next..end).for_each(|channel| search.add(record, channel, scratch));
-                Listening::Searching { search, next: end }
+                HumProgress::Searching { search, next: end }
             }
-            Listening::Searching { search, .. } => match search.found() {
-                Some(fit) => Listening::Fitting { fit, next: 0 },
-                None => Listening::Done(None),
+            HumProgress::Searching { search, .. } => match search.start_fit() {
+                Some(fit) => HumProgress::Fitting { fit, next: 0 },
+                None => HumProgress::Done(None),
             },
-            Listening::Fitting { mut fit, next } if next < count => {
+            HumProgress::Fitting { mut fit, next } if next < count => {
                 let end = end_of(next);
                 let (record, _, HitMemory { scratch, .. }) = self.memory.of_hit();
                 (next..end).for_each(|channel| fit.add(record, channel, scratch));
-                Listening::Fitting { fit, next: end }
+                HumProgress::Fitting { fit, next: end }
             }
-            Listening::Fitting { fit, .. } if !fit.is_there_before() => Listening::Done(None),
-            Listening::Fitting { fit, .. } => match self.left_of_hum(&fit) {
-                Some(unsteady) => Listening::Unsteady(unsteady),
+            HumProgress::Fitting { fit, .. } if !fit.is_there_before() => HumProgress::Done(None),
+            HumProgress::Fitting { fit, .. } => match self.left_of_hum(&fit) {
+                Some(unsteady) => HumProgress::Unsteady(unsteady),
                 None => {
                     self.report_hum(fit.hum());
-                    Listening::Done(Some(*fit.hum()))
+                    HumProgress::Done(Some(*fit.hum()))
                 }
             },
-            over @ (Listening::Done(_) | Listening::Unsteady(_)) => over,
+            over @ (HumProgress::Done(_) | HumProgress::Unsteady(_)) => over,
         }
     }
 
@@ -100,12 +100,13 @@ impl<R: RealFft> Measurement<'_, R> {
         let loudest = (1..=adc.responses()).max_by(|&a, &b| amplitude(a).total_cmp(&amplitude(b)));
         let channel = loudest.filter(|&k| amplitude(k) > 0.0).unwrap_or(HAMMER);
         let subject = Subject::channel(channel);
-        let found = Diagnostic::about(hum.code, Severity::Warning, subject, amplitude(channel));
+        let diagnostic =
+            Diagnostic::about(hum.code, Severity::Warning, subject, amplitude(channel));
         // One channel is named: the loudest of all hits.
         match self.diagnostics.iter_mut().find(|known| known.code == hum.code) {
-            Some(known) if known.value >= found.value => {}
-            Some(known) => *known = found,
-            None => self.push_diagnostic(found),
+            Some(known) if known.value >= diagnostic.value => {}
+            Some(known) => *known = diagnostic,
+            None => self.push_diagnostic(diagnostic),
         }
     }
 }

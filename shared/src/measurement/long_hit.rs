@@ -1,4 +1,5 @@
-//! Averages the hits of one DOF in the suspension profile, a response at a time, and compares each with its repeat hits.
+//! Averages the hits of one DOF in the suspension profile, a response at a time, and compares each with its repeat
+//! hits.
 //!
 //! Hits are averaged as they are: where noise decides, the best weight of a hit is its squared force.
 
@@ -31,10 +32,10 @@ impl<R: RealFft> LineScatter<R> {
         for response in 0..responses {
             for line in *band.start()..end {
                 let mean = spectra.h1(response, line).norm_sqr();
-                let all = spectra.response_auto(response, line) / spectra.force_auto(line);
-                if mean.finite() && all.finite() {
+                let mean_square = spectra.response_auto(response, line) / spectra.force_auto(line);
+                if mean.finite() && mean_square.finite() {
                     sums.mean_squared += mean;
-                    sums.scatter_squared += (all - mean).max(R::zero()) * hits;
+                    sums.scatter_squared += (mean_square - mean).max(R::zero()) * hits;
                 }
             }
         }
@@ -57,7 +58,8 @@ pub struct LongHitAverager<R> {
 }
 
 impl<R: RealFft> LongHitAverager<R> {
-    /// Adds the force of the record of the hit that triggered at this scan to the spectra, or removes that of a hit which was added.
+    /// Adds the force of the record of the hit that triggered at this scan to the spectra, or removes that of a hit
+    /// which was added.
     pub fn begin<D: Samples<R> + ?Sized>(
         settings: ProcessingSettings<'_, R>,
         (record, trigger): (&D, ScanIndex),
@@ -106,8 +108,8 @@ impl<R: RealFft> LongHitAverager<R> {
         Ok(())
     }
 
-    /// Compares a response with those of the other hits. The force of this hit is in the spectra already, the response is
-    /// not.
+    /// Compares a response with those of the other hits. The force of this hit is in the spectra already, the response
+    /// is not.
     fn compare(
         &mut self,
         response: usize,
@@ -115,12 +117,12 @@ impl<R: RealFft> LongHitAverager<R> {
         force: &[Complex<R>],
         spectra: &DofSpectra<R>,
     ) {
-        let (all, others) = (R::of(f64::from(spectra.hits())), R::of(f64::from(self.count)));
+        let (hits, others) = (R::of(f64::from(spectra.hits())), R::of(f64::from(self.count)));
         let end = self.band.end().saturating_add(1).min(lines.len()).min(force.len());
         for line in *self.band.start()..end {
-            let energy = spectra.force_auto(line) * all - force[line].norm_sqr();
-            let mean = spectra.cross(response, line).scale(all).unscale(energy);
-            let squared = spectra.response_auto(response, line) * all / energy;
+            let energy = spectra.force_auto(line) * hits - force[line].norm_sqr();
+            let mean = spectra.cross(response, line).scale(hits).unscale(energy);
+            let squared = spectra.response_auto(response, line) * hits / energy;
             let distance = (lines[line] / force[line] - mean).norm_sqr();
             if squared.finite() && distance.finite() {
                 self.others.mean_squared += mean.norm_sqr();

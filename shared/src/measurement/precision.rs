@@ -26,7 +26,7 @@ impl<R: RealFft> Measurement<'_, R> {
     /// Notes in the result whether the target was reached, and what to hit again if it was not.
     pub(super) fn note_target(&mut self, campaign: &Campaign) {
         let unneeded = campaign.dofs().iter().filter(|dof| dof.outcome == Outcome::NotNeeded);
-        let saved = unneeded.count() * usize::from(campaign.wanted());
+        let saved = unneeded.count() * usize::from(campaign.hits_per_dof());
         if saved > 0 {
             let (code, saved) = (Code::StoppedAtTarget, saved as f32);
             self.push_diagnostic(Diagnostic::whole(code, Severity::Note, saved));

@@ -116,8 +116,8 @@ impl<R: RealFft> Measurement<'_, R> {
         let mut diagnostics = Applicability::new(layout, &body, &methods).findings(profile);
         let (rate, points) = transform_of(self.adc.rate.0, profile);
         let rate = R::of(f64::from(rate));
-        for found in check_settings(&layout.test, rate, points, SPECTRUM_BINS) {
-            note(&mut diagnostics, found);
+        for diagnostic in check_settings(&layout.test, rate, points, SPECTRUM_BINS) {
+            note(&mut diagnostics, diagnostic);
         }
         if layout.sensors.len() * 3 > self.adc.responses() {
             let channels = self.adc.responses() as f32;

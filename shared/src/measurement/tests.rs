@@ -95,13 +95,16 @@ fn a_reading_fills_the_record_and_a_converter_that_stops_ends_it() {
     rig.feed(ScanIndex(0), &scans(0, 1000));
     rig.lost(5);
     rig.feed(ScanIndex(1005), &scans(0, RECORD_SCANS));
-    assert_eq!((rig.recorded(), rig.next_action()), (Recorded::Reading, NextAction::Wait));
+    assert_eq!((rig.recorded(), rig.next_action()), (RecordContent::Reading, NextAction::Wait));
     rig.take_reading().unwrap();
     rig.sampling_started();
     for _ in 0..LOSSES_TO_STOP {
         rig.lost(1);
     }
-    assert_eq!((rig.recorded(), rig.next_action()), (Recorded::ReadingFailed, NextAction::Wait));
+    assert_eq!(
+        (rig.recorded(), rig.next_action()),
+        (RecordContent::ReadingFailed, NextAction::Wait)
+    );
 }
 
 #[test]
@@ -208,14 +211,15 @@ fn a_finished_dof_whose_mass_lines_are_lost_is_measured_again() {
     let dofs = [done, done, DofProgress::OPEN].into_iter().collect();
     let progress = CampaignProgress { start: Start::DEFAULT, dofs, wanted: 2, rejected: 0 };
     let layout = bar_layout();
-    let of = |index: usize| {
+    let measured_dof = |index: usize| {
         let accelerance = layout.accelerance(&bar_body(), index).unwrap();
         let details =
             MeasuredDof { dof: layout.hits[index].dof, band_hz: [10.0, 120.0], coherence: None };
         (details, (index, MassLines::without_scatter(accelerance)))
     };
     // The mass lines of the second are lost; those of the third do not belong to a finished DOF.
-    let dofs = [of(0), of(2)].map(|(details, lines)| (details, DofData::MassLines(lines)));
+    let dofs = [measured_dof(0), measured_dof(2)]
+        .map(|(details, lines)| (details, DofData::MassLines(lines)));
     rig.resume(progress, dofs, |index| index < 2, Diagnostics::new()).unwrap();
     assert_eq!(rig.result().mass_lines.len(), 1);
     assert_eq!(rig.campaign().unwrap().dofs(), [done, DofProgress::OPEN, DofProgress::OPEN]);
@@ -280,11 +284,11 @@ fn repeat_hits(factors: &[f32]) -> (std::vec::Vec<JudgedHit>, std::vec::Vec<Code
         // No two records are equal.
         hit(&mut rig, (20.0 + 0.3 * f32::from(number), factor));
         let graded = rig.last_hit().unwrap();
-        let mut codes = graded.findings.iter().map(|found| found.code);
+        let mut codes = graded.findings.iter().map(|finding| finding.code);
         (graded.good, codes.find(|code| OF_REPEATS.contains(code)))
     });
     let each = each.collect();
-    let codes = rig.diagnostics().iter().map(|found| found.code);
+    let codes = rig.diagnostics().iter().map(|diagnostic| diagnostic.code);
     let codes = codes.filter(|code| OF_REPEATS.contains(code)).collect();
     let lines = &rig.result().mass_lines;
     assert_eq!(lines.len(), 1, "{factors:?}: the DOF is complete");

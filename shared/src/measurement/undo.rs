@@ -10,21 +10,21 @@
 //!     ▲                    │                           │                        │
 //!     └────────────────────┴── undone, redo, skip ─────┴────────────────────────┘
 //! ```
-//! The hit is computed again as it was when it was added, from the search for hum on, and subtracted, so the sums differ
-//! by rounding only: those of the spectra by at most `ε` times the sum of absolute values with the hit, `ε = 2⁻²³` in
-//! single precision. The precision is restored from a copy. Diagnostics that came with the hit are dropped; one that was
-//! there before keeps its largest value.
+//! The hit is computed again as it was when it was added, from the search for hum on, and subtracted, so the sums
+//! differ by rounding only: those of the spectra by at most `ε` times the sum of absolute values with the hit,
+//! `ε = 2⁻²³` in single precision. The precision is restored from a copy. Diagnostics that came with the hit are
+//! dropped; one that was there before keeps its largest value.
 
 use super::averaged_hit::AveragedHit;
 use super::campaign::{Campaign, CommandError, Step};
-use super::{CampaignPrecision, Measurement, Recorded};
+use super::{CampaignPrecision, Measurement, RecordContent};
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::signal::{RealFft, Record};
 
 /// The last accepted hit of the campaign, and the state before it.
 #[derive(Debug)]
-pub(super) struct LastAccepted<R> {
-    hit: Undoable,
+pub(super) struct LastAcceptedHit<R> {
+    hit: UndoState,
     /// The precision before the hit that was analysed last.
     precision: Option<CampaignPrecision<R>>,
     /// The number of diagnostics before it.
@@ -35,7 +35,7 @@ pub(super) struct LastAccepted<R> {
 
 /// Whether the last accepted hit can be undone.
 #[derive(Clone, Copy, Debug)]
-enum Undoable {
+enum UndoState {
     /// There is no such hit.
     Nothing,
     /// A later hit has overwritten its record.
@@ -46,57 +46,57 @@ enum Undoable {
     Split(u8),
 }
 
-impl<R: RealFft> LastAccepted<R> {
+impl<R: RealFft> LastAcceptedHit<R> {
     /// No accepted hit.
     pub fn new() -> Self {
-        Self { hit: Undoable::Nothing, precision: None, diagnostics: 0, diagnostics_before_dof: 0 }
+        Self { hit: UndoState::Nothing, precision: None, diagnostics: 0, diagnostics_before_dof: 0 }
     }
 
     /// Whether the hit can be undone.
     pub fn check(&self) -> Result<(), CommandError> {
         match self.hit {
-            Undoable::Nothing => Err(CommandError::NothingToUndo),
-            Undoable::Overwritten => Err(CommandError::HitOverwritten),
-            Undoable::Whole(_) | Undoable::Split(_) => Ok(()),
+            UndoState::Nothing => Err(CommandError::NothingToUndo),
+            UndoState::Overwritten => Err(CommandError::HitOverwritten),
+            UndoState::Whole(_) | UndoState::Split(_) => Ok(()),
         }
     }
 
     /// The DOF of the hit that can be undone.
     pub fn dof(&self) -> Option<usize> {
         match self.hit {
-            Undoable::Whole(dof) | Undoable::Split(dof) => Some(dof.into()),
-            Undoable::Nothing | Undoable::Overwritten => None,
+            UndoState::Whole(dof) | UndoState::Split(dof) => Some(dof.into()),
+            UndoState::Nothing | UndoState::Overwritten => None,
         }
     }
 
     /// The hit in the record, at this DOF, is accepted.
     pub fn accept(&mut self, dof: usize) {
-        self.hit = Undoable::Whole(dof as u8);
+        self.hit = UndoState::Whole(dof as u8);
     }
 
     /// There is no hit to undo any more.
     pub fn forget(&mut self) {
-        self.hit = Undoable::Nothing;
+        self.hit = UndoState::Nothing;
     }
 
     /// The rig starts to wait for the next hit; what the wait overwrites is in the scratch memory.
     fn wait_begins(&mut self) {
-        if let Undoable::Whole(dof) = self.hit {
-            self.hit = Undoable::Split(dof);
+        if let UndoState::Whole(dof) = self.hit {
+            self.hit = UndoState::Split(dof);
         }
     }
 
     /// The record is complete again.
     fn wait_ends(&mut self) {
-        if let Undoable::Split(dof) = self.hit {
-            self.hit = Undoable::Whole(dof);
+        if let UndoState::Split(dof) = self.hit {
+            self.hit = UndoState::Whole(dof);
         }
     }
 
     /// The next hit has triggered.
     pub fn overwritten(&mut self) {
         if self.check().is_ok() {
-            self.hit = Undoable::Overwritten;
+            self.hit = UndoState::Overwritten;
         }
     }
 }
@@ -112,40 +112,43 @@ impl<R: RealFft> Measurement<'_, R> {
         }
     }
 
-    /// Drops what was found in the hits of the current DOF, which are discarded. Call it only after a hit of this DOF was accepted.
+    /// Drops what was found in the hits of the current DOF, which are discarded. Call it only after a hit of this DOF
+    /// was accepted.
     pub(super) fn drop_diagnostics_of_dof(&mut self) {
         self.drop_diagnostics_after(self.last_accepted.diagnostics_before_dof);
     }
 
     fn drop_diagnostics_after(&mut self, before: u8) {
         let mut place = 0;
-        self.diagnostics.retain(|found| {
+        self.diagnostics.retain(|diagnostic| {
             place += 1;
             // The rig may have been interrupted after the hit.
-            place <= before || found.interrupts()
+            place <= before || diagnostic.interrupts()
         });
     }
 
     /// Keeps the start of the hit in the record, which the wait for the next one overwrites.
     pub(super) fn save_record(&mut self) {
         self.recorded = match self.recorded {
-            Recorded::Hit(number) => {
+            RecordContent::Hit(number) => {
                 let memory = &mut *self.memory;
                 memory.record.save_start(&mut memory.scratch[..Record::START_CODES]);
-                Recorded::HitBefore(number)
+                RecordContent::HitBefore(number)
             }
-            Recorded::HitBefore(number) => Recorded::HitBefore(number),
-            Recorded::Nothing | Recorded::Reading | Recorded::ReadingFailed => Recorded::Nothing,
+            RecordContent::HitBefore(number) => RecordContent::HitBefore(number),
+            RecordContent::Nothing | RecordContent::Reading | RecordContent::ReadingFailed => {
+                RecordContent::Nothing
+            }
         };
         self.last_accepted.wait_begins();
     }
 
     /// Completes the record of the hit before the present wait, because a computation needs the scratch memory.
     pub(super) fn restore_record(&mut self) {
-        if let Recorded::HitBefore(number) = self.recorded {
+        if let RecordContent::HitBefore(number) = self.recorded {
             let memory = &mut *self.memory;
             memory.record.restore_start(&memory.scratch[..Record::START_CODES]);
-            self.recorded = Recorded::Hit(number);
+            self.recorded = RecordContent::Hit(number);
             self.last_accepted.wait_ends();
         }
     }

@@ -11,7 +11,7 @@ pub(super) const EVENTS: usize = 4;
 
 /// Progress of a stream of scans.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Streamed {
+pub struct StreamProgress {
     /// Index of the scan after the last one taken.
     pub end: u64,
     /// Number of scans taken without a gap.
@@ -20,7 +20,7 @@ pub struct Streamed {
 
 /// Content of the record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Recorded {
+pub enum RecordContent {
     /// Nothing complete.
     Nothing,
     /// The hit with this number.
@@ -103,7 +103,7 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 
     /// Progress of the stream of scans; `None` without a stream.
-    pub fn streamed(&self) -> Option<Streamed> {
+    pub fn streamed(&self) -> Option<StreamProgress> {
         match self.activity {
             Activity::Streaming(streamed) => Some(streamed),
             _ => None,
@@ -116,7 +116,7 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 
     /// Content of the record.
-    pub fn recorded(&self) -> Recorded {
+    pub fn recorded(&self) -> RecordContent {
         self.recorded
     }
 
@@ -130,7 +130,7 @@ impl<R: RealFft> Measurement<'_, R> {
     pub fn read_recorded(&self, offset: usize, bytes: &mut [u8]) -> usize {
         let Memory { record, scratch, .. } = &*self.memory;
         match self.recorded {
-            Recorded::HitBefore(_) => record.read_bytes_before_wait(
+            RecordContent::HitBefore(_) => record.read_bytes_before_wait(
                 scratch.get(..Record::START_CODES).unwrap_or_default(),
                 offset,
                 bytes,

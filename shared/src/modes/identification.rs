@@ -25,11 +25,11 @@ pub struct Mode<R> {
     /// Norm of the imaginary parts of these residues relative to that of the real parts: zero when the damping is
     /// proportional to mass and stiffness.
     pub complexity: R,
-    /// The common phase of these residues: the tangent of the angle by which all of them are turned. Other damping turns
-    /// them to either side, a record that ends too early turns them alike.
+    /// The common phase of these residues: the tangent of the angle by which all of them are turned. Other damping
+    /// turns them to either side, a record that ends too early turns them alike.
     pub common_phase: R,
-    /// What one shape leaves of the residues, relative to them, wherever the hits are: two modes that were taken for one
-    /// have no common shape.
+    /// What one shape leaves of the residues, relative to them, wherever the hits are: two modes that were taken for
+    /// one have no common shape.
     pub second_shape: R,
 }
 
@@ -56,17 +56,17 @@ impl<R: Real> Modes<R> {
         let mut memory = [R::zero(); FIT_MEMORY];
         let residues = fit_residues(responses, poles, &mut memory)?;
         let rigid = (0..residues.forces()).map(|force| residues.constant(force)).collect();
-        let mut found =
+        let mut modes =
             Self { modes: Vec::new(), poles: Vec::new(), rigid, residual: residues.left() };
         let mut places = Vec::new();
         for (place, pole) in poles.iter().enumerate() {
             if let Some(mode) = Mode::new(responses, &residues, place, *pole) {
-                found.modes.push(mode).ok()?;
-                found.poles.push(*pole).ok()?;
+                modes.modes.push(mode).ok()?;
+                modes.poles.push(*pole).ok()?;
                 places.push(place).ok()?;
             }
         }
-        Some((found, places))
+        Some((modes, places))
     }
 
     /// The same with each shape from the force that shows the mode best, as Almeida, Maia and Urgueira choose it.
@@ -86,7 +86,7 @@ impl<R: Real> Modes<R> {
         let mut was: Vec<usize, MOST_PAIRS> = (0..self.modes.len()).collect();
         let mut kept = 0;
         for place in places {
-            let Some(now) = was.iter().position(|of| of == place) else { continue };
+            let Some(now) = was.iter().position(|original| original == place) else { continue };
             was.swap(kept, now);
             self.modes.swap(kept, now);
             self.poles.swap(kept, now);
@@ -173,10 +173,10 @@ fn second_shape<R: Real>(residues: &[Vector6<R>], length: R) -> R {
         let next = residues.iter().fold(Vector6::zeros(), along);
         common = next / next.norm();
     }
-    let parts = residues.iter().fold((R::zero(), R::zero()), |(across, all), residue| {
+    let parts = residues.iter().fold((R::zero(), R::zero()), |(across, total), residue| {
         let residue = balanced(residue);
         let left = residue - common * common.dot(&residue);
-        (across + left.norm_squared(), all + residue.norm_squared())
+        (across + left.norm_squared(), total + residue.norm_squared())
     });
     (parts.0 / parts.1).sqrt()
 }

@@ -1,7 +1,8 @@
 //! The lines about the modes, which direct identification uses: a few on either side of every mode.
 //!
-//! Near a mode the responses are far above the noise, and mass and stiffness nearly cancel, so that both show. All lines
-//! together are 14 times worse than those about the modes, because the equations have equal weights (theory, section 6).
+//! Near a mode the responses are far above the noise, and mass and stiffness nearly cancel, so that both show. All
+//! lines together are 14 times worse than those about the modes, because the equations have equal weights (theory,
+//! section 6).
 
 use heapless::Vec;
 
@@ -44,8 +45,8 @@ pub enum LinesPerSide {
     Fixed(usize),
 }
 
-/// Chooses the lines about each mode. A line between two modes belongs to the nearer one, so none is in both sets. `frequencies` are
-/// those of the lines, Hz, ascending.
+/// Chooses the lines about each mode. A line between two modes belongs to the nearer one, so none is in both sets.
+/// `frequencies` are those of the lines, Hz, ascending.
 ///
 /// ```
 /// # use massline_shared::modes::{LinesPerSide, Peak, choose_lines};

@@ -135,8 +135,8 @@ impl<R: Real> Reduction<R> {
 }
 
 /// Reduces the frequency responses of one line to the motions of the reference point: one for each force into
-/// `motions`. Returns the standard deviations of [`OriginResponses::sigma`], or `None` when the sensors do not determine
-/// the motion.
+/// `motions`. Returns the standard deviations of [`OriginResponses::sigma`], or `None` when the sensors do not
+/// determine the motion.
 pub fn reduce_line<R: Real, C: Capacity>(
     layout: &Layout<R, C>,
     responses: &FrequencyResponses<'_, R>,

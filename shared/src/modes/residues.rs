@@ -41,8 +41,8 @@ impl<'a, R: Real> Residues<'a, R> {
         })
     }
 
-    /// The constant of the accelerances under a force, `[a; α]` per newton: the mass line, far above the poles and far below
-    /// what the term in s² stands for.
+    /// The constant of the accelerances under a force, `[a; α]` per newton: the mass line, far above the poles and far
+    /// below what the term in s² stands for.
     pub fn constant(&self, force: usize) -> Vector6<R> {
         Vector6::from_fn(|component, _| {
             self.solved(force, component)[2 * self.poles.len()] / self.unit(component)
@@ -63,9 +63,9 @@ impl<'a, R: Real> Residues<'a, R> {
     }
 }
 
-/// Fits the residues of the motions under all forces, given the poles, in this memory of [`FIT_MEMORY`] numbers: component by
-/// component, because the accelerances of one component under all forces have the same matrix. `None` when the equations have
-/// no solution.
+/// Fits the residues of the motions under all forces, given the poles, in this memory of [`FIT_MEMORY`] numbers:
+/// component by component, because the accelerances of one component under all forces have the same matrix. `None` when
+/// the equations have no solution.
 pub fn fit_residues<'a, R: Real>(
     responses: &OriginResponses<'_, R>,
     poles: &'a Poles<R>,

@@ -31,8 +31,9 @@ pub fn best_force<R: Real>(residues: &[Vector6<R>], length: R) -> usize {
     best.map_or(0, |(force, _)| force)
 }
 
-/// Mass-normalised shape `φ = A / √(fᵀ A)` from the residue of one force `f = [F; T]` of 1 N about the origin; no sensor
-/// has to sit at the driving point. `None` when the force does not excite the mode, or the residue has the wrong sign.
+/// Mass-normalised shape `φ = A / √(fᵀ A)` from the residue of one force `f = [F; T]` of 1 N about the origin; no
+/// sensor has to sit at the driving point. `None` when the force does not excite the mode, or the residue has the wrong
+/// sign.
 ///
 /// ```
 /// # use massline_shared::modes::shape_of_force;
@@ -99,10 +100,10 @@ mod tests {
     fn exact_residues_of_all_forces_give_the_shape() {
         let shape = Vector6::new(0.2, -0.05, 0.01, 0.4, 0.1, -0.6);
         let residues = forces().map(|force| shape * shape.dot(&force));
-        let found = shape_of_forces(&residues, &forces(), LENGTH).unwrap();
+        let estimate = shape_of_forces(&residues, &forces(), LENGTH).unwrap();
         // A shape has no sign.
-        let difference = (found - shape).norm().min((found + shape).norm());
-        assert!(difference < 1e-14, "{found}");
+        let difference = (estimate - shape).norm().min((estimate + shape).norm());
+        assert!(difference < 1e-14, "{estimate}");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::*;
 use crate::layout::tests::{bar_body, bar_layout};
 
 /// A body on springs with proportional damping.
-struct Hung {
+struct SuspendedBody {
     shapes: Matrix6<f64>,
     omega: Vector6<f64>,
     damping_ratio: f64,
@@ -17,7 +17,7 @@ struct Hung {
     length: f64,
 }
 
-impl Hung {
+impl SuspendedBody {
     /// The bar with modes between 2 and 9 Hz.
     fn new() -> Self {
         let mass = bar_body().mass_matrix();
@@ -85,7 +85,7 @@ impl Hung {
 
 #[test]
 fn exact_responses_give_the_modes() {
-    let hung = Hung::new();
+    let hung = SuspendedBody::new();
     let motions = hung.motions();
     let modes = identify_modes(&hung.responses(&motions), SUSPENSION_MODES).unwrap().modes;
     for (k, mode) in modes.iter().enumerate() {
@@ -102,7 +102,7 @@ fn exact_responses_give_the_modes() {
 
 #[test]
 fn responses_that_cannot_be_fitted_have_no_modes() {
-    let mut hung = Hung::new();
+    let mut hung = SuspendedBody::new();
     let mut motions = hung.motions();
     assert!(identify_modes(&hung.responses(&motions), 0).is_none());
     assert!(identify_modes(&hung.responses(&motions), MOST_PAIRS + 1).is_none());
@@ -120,7 +120,7 @@ fn responses_that_cannot_be_fitted_have_no_modes() {
 
 #[test]
 fn the_order_is_that_of_the_modes_that_the_lines_show() {
-    let mut hung = Hung::new();
+    let mut hung = SuspendedBody::new();
     let mut state = 1_u32;
     let mut noise = || {
         // A linear congruential generator (Numerical Recipes), uniform.
@@ -135,8 +135,8 @@ fn the_order_is_that_of_the_modes_that_the_lines_show() {
     for lines in [117, 70, 45, 36] {
         hung.s = whole[..lines].to_vec();
         let responses = hung.responses(&motions[..lines * forces]);
-        let all = Orders::up_to(&responses, MOST_PAIRS);
-        orders.push(all.sufficient().unwrap().poles.len());
+        let order_fits = Orders::up_to(&responses, MOST_PAIRS);
+        orders.push(order_fits.sufficient().unwrap().poles.len());
     }
     assert_eq!(orders[0], SUSPENSION_MODES);
     assert!(orders[3] < SUSPENSION_MODES, "{orders:?}");
@@ -144,7 +144,7 @@ fn the_order_is_that_of_the_modes_that_the_lines_show() {
 
 #[test]
 fn without_lines_there_is_no_order() {
-    let mut hung = Hung::new();
+    let mut hung = SuspendedBody::new();
     hung.s.clear();
     assert!(Orders::up_to(&hung.responses(&[]), MOST_PAIRS).sufficient().is_none());
 }

@@ -3,8 +3,9 @@
 //!
 //! An accelerance is a sum of partial fractions, a constant and a term in s²: the fractions are the modes, the rest
 //! belongs to the rigid body and to what lies above the band. With trial poles `q` for every accelerance
-//! `σ(s) H(s) = Σ r/(s − q) + d + e s²`, `σ(s) = Σ c/(s − q) + 1`, is linear in all unknowns, and the zeros of σ are better
-//! poles. The unknowns of one accelerance are eliminated as soon as its rows have been added (theory, section 7).
+//! `σ(s) H(s) = Σ r/(s − q) + d + e s²`, `σ(s) = Σ c/(s − q) + 1`, is linear in all unknowns, and the zeros of σ are
+//! better poles. The unknowns of one accelerance are eliminated as soon as its rows have been added (theory, section
+//! 7).
 
 use core::ops::Range;
 
@@ -55,9 +56,9 @@ pub struct VectorFit<R> {
     pub settled: bool,
 }
 
-/// Finds this many pairs of poles, from trial poles spread evenly over the band. `None` for a number of pairs that is not
-/// between 1 and [`MOST_PAIRS`], fewer than two lines for each pole, responses that are not finite, or equations that
-/// have no solution.
+/// Finds this many pairs of poles, from trial poles spread evenly over the band. `None` for a number of pairs that is
+/// not between 1 and [`MOST_PAIRS`], fewer than two lines for each pole, responses that are not finite, or equations
+/// that have no solution.
 pub fn find_poles<R: Real>(
     responses: &OriginResponses<'_, R>,
     pairs: usize,
@@ -117,8 +118,8 @@ pub fn relocate_once<R: Real>(
     zeros(poles, top, &solved[..shared - 1], solved[shared - 1])
 }
 
-/// Adds the equations of one component of the motions under some forces, whose own unknowns are eliminated in this memory, to
-/// those of σ; returns the weight with their accelerances.
+/// Adds the equations of one component of the motions under some forces, whose own unknowns are eliminated in this
+/// memory, to those of σ; returns the weight with their accelerances.
 fn eliminate<R: Real>(
     responses: &OriginResponses<'_, R>,
     poles: &Poles<R>,
@@ -209,8 +210,8 @@ fn first_poles<R: Real>(s: &[Complex<R>], pairs: usize) -> Option<Poles<R>> {
     (low > R::zero() && high > low).then(|| (0..pairs).map(pole).collect())
 }
 
-/// Partial fractions of the pairs of poles, each with a real and an imaginary residue, then 1 and s²; σ has all but the last. Frequencies are
-/// relative to the top of the band, so that all of them are of the order of one.
+/// Partial fractions of the pairs of poles, each with a real and an imaginary residue, then 1 and s²; σ has all but the
+/// last. Frequencies are relative to the top of the band, so that all of them are of the order of one.
 pub(super) struct Basis<R>(pub(super) [Complex<R>; MOST_OWN]);
 
 impl<R: Real> Basis<R> {
@@ -244,11 +245,11 @@ fn zeros<R: Real>(poles: &Poles<R>, top: R, residues: &[R], constant: R) -> Opti
     }
     let states = 2 * poles.len();
     let eigenvalues = eigenvalues(&mut state, states)?;
-    let mut found = Poles::new();
+    let mut zeros = Poles::new();
     let mut real: Option<R> = None;
     for value in &eigenvalues[..states] {
         if value.im > R::zero() {
-            found.push(Complex::new(-value.re.abs(), value.im).scale(top)).ok()?;
+            zeros.push(Complex::new(-value.re.abs(), value.im).scale(top)).ok()?;
         } else if value.im == R::zero() {
             match real.take() {
                 None => real = Some(value.re.abs()),
@@ -256,12 +257,12 @@ fn zeros<R: Real>(poles: &Poles<R>, top: R, residues: &[R], constant: R) -> Opti
                     let size = (other * value.re.abs()).sqrt();
                     let damping = R::of(OVERDAMPED);
                     let swing = (R::one() - damping * damping).sqrt();
-                    found.push(Complex::new(-size * damping, size * swing).scale(top)).ok()?;
+                    zeros.push(Complex::new(-size * damping, size * swing).scale(top)).ok()?;
                 }
             }
         }
     }
-    sort_short(&mut found, |a, b| a.norm_sqr() < b.norm_sqr());
+    sort_short(&mut zeros, |a, b| a.norm_sqr() < b.norm_sqr());
     let usable = |pole: &Complex<R>| pole.im > R::zero() && pole.re.finite() && pole.im.finite();
-    (found.len() == poles.len() && found.iter().all(usable)).then_some(found)
+    (zeros.len() == poles.len() && zeros.iter().all(usable)).then_some(zeros)
 }

@@ -12,7 +12,7 @@ const HARDLY: f64 = 0.2;
 
 /// How well the hits of a test show a mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shown<R> {
+pub struct ModeVisibility<R> {
     /// The measured hit that shows it best, as a place in the layout.
     pub hit: usize,
     /// Its [Norm Indicator](norm_indicator_of_shape).
@@ -23,7 +23,7 @@ pub struct Shown<R> {
     pub better: Dof,
 }
 
-impl<R: Real> Shown<R> {
+impl<R: Real> ModeVisibility<R> {
     /// How well these hits of the layout, as places in it, show the mode of this shape at the sensors' centroid. `None`
     /// without hits.
     pub fn of<C: Capacity>(
@@ -55,12 +55,12 @@ impl<R: Real> Shown<R> {
     }
 }
 
-fn largest<R: Real, T>(all: impl Iterator<Item = (R, T)>) -> Option<(R, T)> {
-    all.reduce(|most, next| if next.0 > most.0 { next } else { most })
+fn largest<R: Real, T>(values: impl Iterator<Item = (R, T)>) -> Option<(R, T)> {
+    values.reduce(|most, next| if next.0 > most.0 { next } else { most })
 }
 
-/// Hits along every axis of the body at every point of the layout, with force and torque of 1 N about the sensors' centroid.
-/// The points of the hits come first, because beside a sensor it is hard to hit.
+/// Hits along every axis of the body at every point of the layout, with force and torque of 1 N about the sensors'
+/// centroid. The points of the hits come first, because beside a sensor it is hard to hit.
 pub fn candidates<R: Real, C: Capacity>(
     layout: &Layout<R, C>,
 ) -> impl Iterator<Item = (Dof, Vector6<R>)> + '_ {
@@ -88,15 +88,15 @@ mod tests {
     fn a_mode_that_no_hit_moves_names_a_hit_that_does() {
         let mut layout: Layout<f64, Rig> = bar_layout().cast().unwrap();
         layout.hits.iter_mut().for_each(|hit| hit.direction = [1.0, 0.0, 0.0]);
-        let all = || 0..layout.hits.len();
+        let every_hit = || 0..layout.hits.len();
         let along = |k: usize| Vector6::ith(k, 1.0);
-        let shown = Shown::of(&along(0), &layout, all()).unwrap();
+        let shown = ModeVisibility::of(&along(0), &layout, every_hit()).unwrap();
         // Every hit is along the motion, and the indicator is the square of the shape.
         assert_eq!((shown.indicator, shown.possible, shown.is_hardly_shown()), (1.0, 1.0, false));
-        let shown = Shown::of(&along(1), &layout, all()).unwrap();
+        let shown = ModeVisibility::of(&along(1), &layout, every_hit()).unwrap();
         assert_eq!((shown.indicator, shown.possible, shown.is_hardly_shown()), (0.0, 1.0, true));
         assert_eq!(shown.better.axis, Axis::Y);
         assert_eq!(shown.share(), 0.0);
-        assert_eq!(Shown::of(&along(1), &layout, []), None);
+        assert_eq!(ModeVisibility::of(&along(1), &layout, []), None);
     }
 }

@@ -81,12 +81,12 @@ impl<R: RealFft> HitAnalysis<R> {
         test: &TestSettings<R>,
         pre_trigger: usize,
     ) -> Self {
-        let of = |value: f32| R::of(f64::from(value));
+        let real = |value: f32| R::of(f64::from(value));
         let signals = core::array::from_fn(|channel| {
-            let cutoff = of(calibration.channels[channel].cutoff.0);
-            Signal::new(of(calibration.per_code(adc, channel)), cutoff)
+            let cutoff = real(calibration.channels[channel].cutoff.0);
+            Signal::new(real(calibration.per_code(adc, channel)), cutoff)
         });
-        Self::of_signals(of(adc.rate.0), of(adc.channel_delay.0), signals, test, pre_trigger)
+        Self::of_signals(real(adc.rate.0), real(adc.channel_delay.0), signals, test, pre_trigger)
     }
 }
 

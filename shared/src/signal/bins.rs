@@ -4,8 +4,8 @@ use super::{AdcProperties, DECIMATION, LONG_POINTS, PRE_TRIGGER_SCANS, RECORD_SC
 use crate::layout::TestProfile;
 use crate::real::Real;
 
-/// Rate of the responses and number of points of their transform, for this many scans per second: those of a whole record, or
-/// of the long record's pieces.
+/// Rate of the responses and number of points of their transform, for this many scans per second: those of a whole
+/// record, or of the long record's pieces.
 pub fn transform_of(rate: f32, profile: TestProfile) -> (f32, usize) {
     match profile {
         TestProfile::MassLine => (rate, RECORD_SCANS),

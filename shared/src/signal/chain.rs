@@ -93,9 +93,9 @@ impl CrossAxis {
     /// Ones on the diagonal, cross-axis sensitivities off it: the readings of the channels, scaled by their
     /// sensitivities, for an acceleration.
     pub fn matrix<R: Real>(&self) -> Matrix3<R> {
-        let of = |value: f32| R::of(f64::from(value));
+        let real = |value: f32| R::of(f64::from(value));
         let Self { xy, xz, yx, yz, zx, zy } = *self;
-        Matrix3::new(1.0, xy, xz, yx, 1.0, yz, zx, zy, 1.0).map(of)
+        Matrix3::new(1.0, xy, xz, yx, 1.0, yz, zx, zy, 1.0).map(real)
     }
 
     /// True when the magnitude of every number is below [`Self::LARGEST`].
@@ -172,14 +172,17 @@ impl Calibration {
         }
     }
 
-    /// Removes the cross-axis sensitivities from the readings of one sensor: what is left is the motion along its own axes.
+    /// Removes the cross-axis sensitivities from the readings of one sensor: what is left is the motion along its own
+    /// axes.
     pub fn to_own_axes<T>(&self, sensor: usize, axes: &mut [T; 3])
     where
         T: ComplexField<RealField: Real>,
     {
         // A usable matrix is diagonally dominant, so it has an inverse.
-        let inverse =
-            self.cross_axis.get(sensor).and_then(|of| of.matrix::<T::RealField>().try_inverse());
+        let inverse = self
+            .cross_axis
+            .get(sensor)
+            .and_then(|cross_axis| cross_axis.matrix::<T::RealField>().try_inverse());
         let Some(inverse) = inverse else { return };
         let [x, y, z] = axes.clone();
         for (axis, row) in axes.iter_mut().zip(inverse.row_iter()) {

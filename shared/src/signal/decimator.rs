@@ -3,9 +3,9 @@
 //! ```text
 //! scans at f ─▶ three moving sums of 16 ─▶ f/16 ─▶ symmetric filter of 50 taps ─▶ f/80: one row of responses
 //! ```
-//! At 4 kS/s a row covers 20 ms: 50 rows per second. Whatever would be aliased below a quarter of that rate is attenuated
-//! by 76 dB or more against what belongs there, and the harmonics of 50 Hz by more than 100 dB. The transfer function is known exactly at
-//! every complex frequency ([`transfer`]), so it is divided out of the spectra.
+//! At 4 kS/s a row covers 20 ms: 50 rows per second. Whatever would be aliased below a quarter of that rate is
+//! attenuated by 76 dB or more against what belongs there, and the harmonics of 50 Hz by more than 100 dB. The transfer
+//! function is known exactly at every complex frequency ([`transfer`]), so it is divided out of the spectra.
 
 use nalgebra::Complex;
 
@@ -25,8 +25,8 @@ const SECOND: usize = 5;
 const OVERLAP: usize = TAPS / SECOND;
 /// Taps of the second stage.
 const TAPS: usize = 2 * HALF.len();
-/// The first half of the second stage's symmetric impulse response, times 2¹⁵: a low-pass with its edge at a tenth of its rate
-/// under a Kaiser window of β = 7.5 (Kaiser and Schafer 1980), rounded; the sum of all taps is 2¹⁵.
+/// The first half of the second stage's symmetric impulse response, times 2¹⁵: a low-pass with its edge at a tenth of
+/// its rate under a Kaiser window of β = 7.5 (Kaiser and Schafer 1980), rounded; the sum of all taps is 2¹⁵.
 const HALF: [i16; 25] = [
     0, 3, 8, 12, 7, -11, -43, -76, -85, -44, 58, 199, 316, 326, 157, -197, -644, -995, -1011, -491,
     636, 2245, 4023, 5553, 6438,
@@ -68,8 +68,8 @@ impl Decimator {
         }
     }
 
-    /// Takes the scan with this index, which follows the one before, and returns a row when it completes one. Rows end before
-    /// the scans whose index is a multiple of [`DECIMATION`]; the first rows ([`SETTLING_ROWS`]) do not count.
+    /// Takes the scan with this index, which follows the one before, and returns a row when it completes one. Rows end
+    /// before the scans whose index is a multiple of [`DECIMATION`]; the first rows ([`SETTLING_ROWS`]) do not count.
     pub fn feed(&mut self, scan: &Scan, index: ScanIndex) -> Option<Row> {
         let first = index.0.is_multiple_of(DECIMATION as u64);
         let scans = usize::from(self.scans.or(first.then_some(0))?) + 1;
@@ -88,7 +88,8 @@ impl Decimator {
         (scans == DECIMATION).then(|| self.row())
     }
 
-    /// Adds the current output of the first stage to all rows to which it contributes; `first` is its tap in the current row.
+    /// Adds the current output of the first stage to all rows to which it contributes; `first` is its tap in the
+    /// current row.
     fn filter(&mut self, first: usize) {
         for (outputs, rows) in self.outputs.iter_mut().zip(&mut self.rows) {
             let output = outputs[0] as f32 * self.scale;
@@ -140,8 +141,8 @@ fn tap(at: usize) -> f32 {
     HALF.get(at).map_or(0.0, |&tap| f32::from(tap) * UNIT)
 }
 
-/// Transfer function of the filter at the Laplace variable `s`, 1/s, for a time between scans of `interval` s: the spectrum of
-/// the rows, each at the time of its last scan, over that of the scans.
+/// Transfer function of the filter at the Laplace variable `s`, 1/s, for a time between scans of `interval` s: the
+/// spectrum of the rows, each at the time of its last scan, over that of the scans.
 ///
 /// ```
 /// # use massline_shared::nalgebra::Complex;
@@ -227,7 +228,8 @@ mod tests {
             // The rows are 79 scans late, by which an alias turns.
             let turned = complex_exp(Complex::new(0.0, (omega - seen) * 79.0 * INTERVAL));
             let expected = transfer(Complex::new(0.0, omega), INTERVAL) * turned;
-            // Rounding of a periodic signal is periodic too, so its mean product with a wave need not vanish: half a code.
+            // Rounding of a periodic signal is periodic too, so its mean product with a wave need not vanish: half a
+            // code.
             let tolerance = 0.5 / amplitude;
             assert!((measured - expected).norm() < tolerance, "{hertz} Hz: {measured} {expected}");
         }

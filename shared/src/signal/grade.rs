@@ -26,15 +26,15 @@ use crate::layout::{HitPolicy, TestSettings};
 use crate::real::Real;
 use crate::units::{MetersPerSecondSquared, Newtons};
 
-/// What a hit in the suspension profile is judged by: how hard it was, how still the object hung, and whether the record is long
-/// enough.
+/// What a hit in the suspension profile is judged by: how hard it was, how still the object hung, and whether the
+/// record is long enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Swing {
     /// Impulse of the force, N s.
     pub impulse: f32,
-    /// Standard deviation of the response that moved most before the hit, relative to the largest peak; 0 where none moved by
-    /// more than its noise.
+    /// Standard deviation of the response that moved most before the hit, relative to the largest peak; 0 where none
+    /// moved by more than its noise.
     pub rest: f32,
     /// The largest response at the end of the record, under the window, relative to the largest peak.
     pub remainder: f32,
@@ -157,13 +157,14 @@ const FEWEST_PRE_TRIGGER: usize = 16;
 impl<R: Real> HitGrader<'_, R> {
     /// Grades a complete record.
     pub fn grade<D: Samples<R> + ?Sized>(&self, record: &D) -> HitReport {
-        let mut found = Findings { policy: self.test.policy, list: Diagnostics::new() };
+        let mut findings = Findings { policy: self.test.policy, list: Diagnostics::new() };
         let (mut force, mut push) = (None, None);
         let mut whole = true;
-        let mut largest = Largest::default();
+        let mut largest = LargestValues::default();
         for (channel, range) in self.ranges.iter().enumerate() {
             let survey = Survey::of(record, channel, range.scale, rest_scans(self.pre_trigger));
-            let overloaded = overload(&mut found, record, channel, range, &survey, push.as_ref());
+            let overloaded =
+                overload(&mut findings, record, channel, range, &survey, push.as_ref());
             if !overloaded {
                 largest.share.offer(channel, share_of_range(channel, range, &survey));
             }
@@ -179,24 +180,24 @@ impl<R: Real> HitGrader<'_, R> {
                 largest.spread.offer(channel, survey.spread);
             }
         }
-        too_hard(&mut found, largest.share);
+        too_hard(&mut findings, largest.share);
         if let Some(force) = &force {
-            self.force(&mut found, record, force, whole);
-            not_quiet(&mut found, force, &largest);
-            self.clipped(&mut found, record.scans(), force, &largest);
+            self.force(&mut findings, record, force, whole);
+            not_quiet(&mut findings, force, &largest);
+            self.clipped(&mut findings, record.scans(), force, &largest);
         }
         if self.pre_trigger < FEWEST_PRE_TRIGGER {
-            found.add(Code::TriggerTooEarly, Subject::Whole, self.pre_trigger as f32);
+            findings.add(Code::TriggerTooEarly, Subject::Whole, self.pre_trigger as f32);
         }
         let fingerprint = fingerprint(record);
         if self.last == Some(fingerprint) {
-            found.add(Code::DuplicateHit, Subject::Whole, 0.0);
+            findings.add(Code::DuplicateHit, Subject::Whole, 0.0);
         }
         HitReport {
             peak_force: Newtons(force.map_or(0.0, |force| force.highest.value.to_f32())),
             peak_acceleration: MetersPerSecondSquared(largest.peak.value.to_f32()),
             swing: None,
-            findings: found.list,
+            findings: findings.list,
             fingerprint,
         }
     }
@@ -205,40 +206,46 @@ impl<R: Real> HitGrader<'_, R> {
     /// only when the force is `whole`, that is, not clipped.
     fn force<D: Samples<R> + ?Sized>(
         &self,
-        found: &mut Findings,
+        findings: &mut Findings,
         record: &D,
         force: &Survey<R>,
         whole: bool,
     ) {
         let peak = force.highest.value;
         if peak < self.test.min_peak_force_n {
-            found.add(Code::TooWeak, Subject::Whole, peak.to_f32());
+            findings.add(Code::TooWeak, Subject::Whole, peak.to_f32());
         }
         let scale = self.ranges.first().map_or_else(R::one, |range| range.scale);
         let second = force::second_peak(record, scale, force);
         if whole && second > R::zero() {
-            found.add(Code::DoubleHit, Subject::Whole, second.to_f32());
+            findings.add(Code::DoubleHit, Subject::Whole, second.to_f32());
         }
         let half_width = (self.test.force_window_s * self.rate).to_f64() as usize;
         let top = self.test.expected_band()[1];
         let drop = force::spectrum_drop(record, force, half_width, top, self.rate);
         if let Some(drop) = drop.filter(|&drop| drop < R::of(LOWEST_SPECTRUM)) {
-            found.add(Code::ForceSpectrumLow, Subject::Whole, drop.to_f32());
+            findings.add(Code::ForceSpectrumLow, Subject::Whole, drop.to_f32());
         }
     }
 
     /// Checks whether the record ends before the contact is over or before the windowed response has decayed.
-    fn clipped(&self, found: &mut Findings, scans: usize, force: &Survey<R>, largest: &Largest<R>) {
+    fn clipped(
+        &self,
+        findings: &mut Findings,
+        scans: usize,
+        force: &Survey<R>,
+        largest: &LargestValues<R>,
+    ) {
         let peak = force.highest.value;
         if peak > R::zero() && force.end_mean > peak * R::of(FORCE_LEFT) {
-            found.about_channel(Code::ClippedRecord, HAMMER, (force.end_mean / peak).to_f32());
+            findings.about_channel(Code::ClippedRecord, HAMMER, (force.end_mean / peak).to_f32());
             return;
         }
         let duration = R::of(scans.saturating_sub(force.highest.at) as f64) / self.rate;
         let left = largest.end.value * (-self.test.exponential_decay * duration).exp();
         if left > largest.peak.value * R::of(RESPONSE_LEFT) {
             let left = left / largest.peak.value;
-            found.about_channel(Code::ClippedRecord, largest.end.channel, left.to_f32());
+            findings.about_channel(Code::ClippedRecord, largest.end.channel, left.to_f32());
         }
     }
 }
@@ -268,12 +275,12 @@ impl Findings {
 
 /// A value with the channel that has it.
 #[derive(Clone, Copy)]
-struct Worst<R> {
+struct WorstChannel<R> {
     channel: usize,
     value: R,
 }
 
-impl<R: Real> Worst<R> {
+impl<R: Real> WorstChannel<R> {
     fn none() -> Self {
         Self { channel: HAMMER, value: R::zero() }
     }
@@ -286,19 +293,19 @@ impl<R: Real> Worst<R> {
 }
 
 /// The largest values over all responses; `share` includes the hammer.
-struct Largest<R> {
-    peak: Worst<R>,
+struct LargestValues<R> {
+    peak: WorstChannel<R>,
     /// Standard deviation before the hit, for channels where it exceeds the noise.
-    spread: Worst<R>,
+    spread: WorstChannel<R>,
     /// Standard deviation at the end of the record.
-    end: Worst<R>,
+    end: WorstChannel<R>,
     /// Ratio of the extreme to the range.
-    share: Worst<R>,
+    share: WorstChannel<R>,
 }
 
-impl<R: Real> Default for Largest<R> {
+impl<R: Real> Default for LargestValues<R> {
     fn default() -> Self {
-        let none = Worst::none();
+        let none = WorstChannel::none();
         Self { peak: none, spread: none, end: none, share: none }
     }
 }
@@ -310,7 +317,7 @@ impl<R: Real> Default for Largest<R> {
 /// the rest value and on the true gain. So an overload is assumed from the distance that is certain for any
 /// direction of gravity, or below it from a flat top.
 fn overload<R: Real, D: Samples<R> + ?Sized>(
-    found: &mut Findings,
+    findings: &mut Findings,
     record: &D,
     channel: usize,
     range: &ChannelRange<R>,
@@ -331,7 +338,7 @@ fn overload<R: Real, D: Samples<R> + ?Sized>(
         }
     }
     if let Some(value) = worst {
-        found.about_channel(Code::Overload, channel, value.to_f32());
+        findings.about_channel(Code::Overload, channel, value.to_f32());
     }
     worst.is_some()
 }
@@ -348,20 +355,20 @@ fn share_of_range<R: Real>(channel: usize, range: &ChannelRange<R>, survey: &Sur
     if channel == HAMMER { push } else { push.max(share(&survey.lowest)) }
 }
 
-fn too_hard<R: Real>(found: &mut Findings, share: Worst<R>) {
+fn too_hard<R: Real>(findings: &mut Findings, share: WorstChannel<R>) {
     if share.value >= R::of(NEAR_RANGE) {
-        found.about_channel(Code::TooHard, share.channel, share.value.to_f32());
+        findings.about_channel(Code::TooHard, share.channel, share.value.to_f32());
     }
 }
 
 /// Checks for motion before the hit: force and responses each against their own peak, the responses against
 /// the largest of all.
-fn not_quiet<R: Real>(found: &mut Findings, force: &Survey<R>, largest: &Largest<R>) {
-    let hammer = Worst { channel: HAMMER, value: force.spread };
+fn not_quiet<R: Real>(findings: &mut Findings, force: &Survey<R>, largest: &LargestValues<R>) {
+    let hammer = WorstChannel { channel: HAMMER, value: force.spread };
     for (unrest, peak) in [(hammer, force.highest.value), (largest.spread, largest.peak.value)] {
         if peak > R::zero() && unrest.value > peak * R::of(NOT_QUIET) {
             let share = unrest.value / peak;
-            found.about_channel(Code::PreTriggerNotQuiet, unrest.channel, share.to_f32());
+            findings.about_channel(Code::PreTriggerNotQuiet, unrest.channel, share.to_f32());
             return;
         }
     }

@@ -103,7 +103,7 @@ impl<R: Real> HumSearch<R> {
 
     /// The hum in the channels that were added, whose amplitudes are still to be determined; `None` when there is
     /// none.
-    pub fn found(&self) -> Option<HumFit<R>> {
+    pub fn start_fit(&self) -> Option<HumFit<R>> {
         let mut best: Option<(R, usize)> = None;
         for (k, &largest) in self.largest.iter().enumerate() {
             let tone = (largest * R::of(0.5)).sqrt();
@@ -216,8 +216,8 @@ impl<R: Real> HumFit<R> {
 impl<R: Real> Hum<R> {
     /// Largest amplitude of a harmonic in a channel, readings.
     pub fn amplitude(&self, channel: usize) -> R {
-        let of = self.amplitudes.get(channel).into_iter().flatten();
-        of.fold(R::zero(), |most, a| most.max(a.norm_sqr())).sqrt()
+        let amplitudes = self.amplitudes.get(channel).into_iter().flatten();
+        amplitudes.fold(R::zero(), |most, a| most.max(a.norm_sqr())).sqrt()
     }
 
     /// Takes the hum out of the readings of a channel, the first of which is the first scan of the record.
@@ -235,7 +235,7 @@ impl<R: Real> Hum<R> {
         match tones {
             [first, ..] if count == 1 => subtract([first], samples),
             [first, second, _] if count == 2 => subtract([first, second], samples),
-            all if count == 3 => subtract(all, samples),
+            tones if count == 3 => subtract(tones, samples),
             _ => {}
         }
     }

@@ -11,8 +11,8 @@ use crate::units::ScanIndex;
 const QUIET_SCANS: usize = (SETTLING_ROWS + PRE_TRIGGER_SCANS + 1) * DECIMATION;
 
 /// Lowest and highest code of each channel at the full rate, as the converter gave it: of the responses since the
-/// trigger, of the hammer since its part of the record is full. A decimated response does not show that it was clipped for a moment,
-/// and the record has no force after its first half second.
+/// trigger, of the hammer since its part of the record is full. A decimated response does not show that it was clipped
+/// for a moment, and the record has no force after its first half second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FullRateExtremes(pub [[u16; 2]; CHANNELS]);
 
@@ -31,8 +31,8 @@ impl FullRateExtremes {
 /// Captures the long record of one hit.
 ///
 /// The trigger is that of [`Capture`](super::Capture), after 1.8 s without a disturbance. In the record, the force
-/// begins [`PRE_TRIGGER_SCANS`] scans before the trigger and the responses as many rows before that of the trigger, which
-/// are those of the scans whose index is a multiple of [`DECIMATION`].
+/// begins [`PRE_TRIGGER_SCANS`] scans before the trigger and the responses as many rows before that of the trigger,
+/// which are those of the scans whose index is a multiple of [`DECIMATION`].
 #[derive(Clone, Copy, Debug)]
 pub struct LongCapture {
     trigger: Trigger,
@@ -151,7 +151,8 @@ mod tests {
         (LongCapture::new(trigger, &ADC), record)
     }
 
-    /// A push of 50 N for 20 ms at scan `at`; responses that show the number of the row, which is 300 for that of the push.
+    /// A push of 50 N for 20 ms at scan `at`; responses that show the number of the row, which is 300 for that of the
+    /// push.
     fn scan(n: u64, at: u64) -> Scan {
         let row = |n: u64| n / DECIMATION as u64;
         let mut scan = [(300 + row(n) - row(at)) as u16; CHANNELS];
@@ -226,8 +227,8 @@ mod tests {
             }
             capture.feed(&mut record, &scan, ScanIndex(n));
         }
-        let FullRateExtremes(all) = capture.extremes();
-        assert_eq!(all[2], [2048, 4095]);
-        assert_eq!(all[HAMMER], [hammer_code(0.0), hammer_code(20.0)]);
+        let FullRateExtremes(extremes) = capture.extremes();
+        assert_eq!(extremes[2], [2048, 4095]);
+        assert_eq!(extremes[HAMMER], [hammer_code(0.0), hammer_code(20.0)]);
     }
 }

@@ -15,9 +15,10 @@ use crate::units::ScanIndex;
 
 /// Analysis of one long record ([`LongCapture`](super::LongCapture)).
 ///
-/// As with [`HitAnalysis`](super::HitAnalysis), the spectrum of a channel is `Σ (x − rest) e^{−s t}` times the interval, at
-/// `s = σ + iω`, `ω = 2π l f/512` with the rate `f` of the rows, in N s or (m/s²) s. The time `t` counts from the trigger: what
-/// lies before it is left out. The decimation filter is divided out, as are low-passes, and the delay of each channel.
+/// As with [`HitAnalysis`](super::HitAnalysis), the spectrum of a channel is `Σ (x − rest) e^{−s t}` times the
+/// interval, at `s = σ + iω`, `ω = 2π l f/512` with the rate `f` of the rows, in N s or (m/s²) s. The time `t` counts
+/// from the trigger: what lies before it is left out. The decimation filter is divided out, as are low-passes, and the
+/// delay of each channel.
 #[derive(Clone, Copy, Debug)]
 pub struct LongRecordAnalysis<R> {
     /// Time between two scans, s.
@@ -44,15 +45,15 @@ impl<R: RealFft> LongRecordAnalysis<R> {
         test: &TestSettings<R>,
         trigger: ScanIndex,
     ) -> Self {
-        let of = |value: f32| R::of(f64::from(value));
+        let real = |value: f32| R::of(f64::from(value));
         let rows = adc.of_rows();
-        let interval = R::one() / of(adc.rate.0);
+        let interval = R::one() / real(adc.rate.0);
         let into_row = trigger.0 % DECIMATION as u64;
         Self {
             interval,
-            channel_delay: of(adc.channel_delay.0),
-            scale: core::array::from_fn(|channel| of(calibration.per_code(&rows, channel))),
-            lag: core::array::from_fn(|channel| of(calibration.lag(channel))),
+            channel_delay: real(adc.channel_delay.0),
+            scale: core::array::from_fn(|channel| real(calibration.per_code(&rows, channel))),
+            lag: core::array::from_fn(|channel| real(calibration.lag(channel))),
             decay: test.exponential_decay,
             // The cast turns NaN into 0.
             half_width: (test.force_window_s / interval).to_f64() as usize,
@@ -68,7 +69,8 @@ impl<R: RealFft> LongRecordAnalysis<R> {
 
     /// The spectrum of the force, corrected for its low-pass.
     ///
-    /// In single precision, the recursion of a wave over 400 scans adds an error of at most 400 times its rounding, 5e-5.
+    /// In single precision, the recursion of a wave over 400 scans adds an error of at most 400 times its rounding,
+    /// 5e-5.
     pub fn force<D: Samples<R> + ?Sized>(&self, record: &D, lines: &mut [Complex<R>]) {
         let (rest, start) = self.contact(record);
         let before = R::of(start as f64) - R::of(PRE_TRIGGER_SCANS as f64);
@@ -104,8 +106,8 @@ impl<R: RealFft> LongRecordAnalysis<R> {
         (rest, peak.saturating_sub(self.half_width))
     }
 
-    /// The spectrum of a response (the first is 0), corrected for decimation, low-pass and delay. `scratch` has at least as many places as
-    /// the record has rows.
+    /// The spectrum of a response (the first is 0), corrected for decimation, low-pass and delay. `scratch` has at
+    /// least as many places as the record has rows.
     ///
     /// # Errors
     /// When the record is longer than `scratch`, or there are more lines than half of [`LONG_POINTS`].

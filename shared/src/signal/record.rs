@@ -14,12 +14,12 @@ pub(super) const fn rest_scans(pre_trigger: usize) -> usize {
 /// A ring buffer of the latest [`RECORD_SCANS`] scans.
 ///
 /// Every new scan overwrites the oldest one; a complete record is read from the oldest scan on. While the rig waits for
-/// a hit, only the first [`PRE_TRIGGER_SCANS`] places are used as the ring: the others keep the previous hit, so that it
-/// can be [restored](Self::restore_start) until the next one begins.
+/// a hit, only the first [`PRE_TRIGGER_SCANS`] places are used as the ring: the others keep the previous hit, so that
+/// it can be [restored](Self::restore_start) until the next one begins.
 ///
 /// A *long* record has the force at the full rate and decimated [rows](Row) of responses, which are
-/// [pushed](Self::push_force) [separately](Self::push_row): force and responses of one place then belong to different times.
-/// A complete one is read like any other record.
+/// [pushed](Self::push_force) [separately](Self::push_row): force and responses of one place then belong to different
+/// times. A complete one is read like any other record.
 ///
 /// An empty record is all zero bytes, so a static one is in `.bss`: 40 KiB.
 pub struct Record {
@@ -312,8 +312,8 @@ impl<R: Real> Samples<R> for Record {
 
     fn extremes(&self, channel: usize) -> Option<[(usize, R); 2]> {
         // Comparing codes takes half the instructions of comparing floating point numbers.
-        let found = extremes(self.channel(channel).enumerate())?;
-        Some(found.map(|(at, code)| (at, reading_of(code))))
+        let code_extremes = extremes(self.channel(channel).enumerate())?;
+        Some(code_extremes.map(|(at, code)| (at, reading_of(code))))
     }
 
     fn reading(&self, channel: usize, scan: usize) -> Option<R> {

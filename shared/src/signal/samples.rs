@@ -79,11 +79,11 @@ pub trait Samples<R: Real> {
 pub(super) fn extremes<T: PartialOrd + Copy>(
     values: impl Iterator<Item = (usize, T)>,
 ) -> Option<[(usize, T); 2]> {
-    let mut found: Option<[(usize, T); 2]> = None;
+    let mut extremes: Option<[(usize, T); 2]> = None;
     // `for_each` takes the two pieces of a ring one after the other; a `for` loop would check at every scan
     // which piece it is in.
-    values.for_each(|(at, value)| match &mut found {
-        None => found = Some([(at, value); 2]),
+    values.for_each(|(at, value)| match &mut extremes {
+        None => extremes = Some([(at, value); 2]),
         Some([low, high]) => {
             if value > high.1 {
                 *high = (at, value);
@@ -93,7 +93,7 @@ pub(super) fn extremes<T: PartialOrd + Copy>(
             }
         }
     });
-    found
+    extremes
 }
 
 /// A code as a reading. Every `Real` represents every code exactly.

@@ -1,8 +1,8 @@
 //! The self-test: what each channel reads while nothing moves, and what that says about wiring and parts.
 //!
-//! An ADXL326 at rest has an output between 1.14 and 1.86 V (zero of 1.2 to 1.8 V and 1 g of 57 mV, by its data sheet at 3 V),
-//! and noise of 8 mg in the band of the rig. A broken wire, a swapped supply, a hammer that is not plugged in, the mains and
-//! the screen leave marks of their own in level, noise and a few tones.
+//! An ADXL326 at rest has an output between 1.14 and 1.86 V (zero of 1.2 to 1.8 V and 1 g of 57 mV, by its data sheet
+//! at 3 V), and noise of 8 mg in the band of the rig. A broken wire, a swapped supply, a hammer that is not plugged in,
+//! the mains and the screen leave marks of their own in level, noise and a few tones.
 //!
 //! A channel is measured by [`SelfTest::add`], one at a time, so that a rig can do other work in between: 0.6 million
 //! instructions of a Cortex-M4F at most for half a second in single precision;
@@ -31,8 +31,8 @@ pub struct ChannelAtRest<R> {
     pub hum_50_hz: R,
     /// Amplitude at 60 Hz, or at twice that where it is larger.
     pub hum_60_hz: R,
-    /// Amplitude at the refresh rate of the screen, 94.5 to 115.5 Hz: where it is largest. Between 97 and 103 Hz, over half a
-    /// second, it cannot be told from twice 50 Hz; the larger of both is taken for all, and the other is zero.
+    /// Amplitude at the refresh rate of the screen, 94.5 to 115.5 Hz: where it is largest. Between 97 and 103 Hz, over
+    /// half a second, it cannot be told from twice 50 Hz; the larger of both is taken for all, and the other is zero.
     pub screen: R,
     /// Range of the means of blocks of 32 ms.
     pub slow_range: R,
@@ -72,8 +72,8 @@ impl<R: Real> SelfTest<R> {
         &self.channels[..self.count]
     }
 
-    /// Measures a channel of a record without motion. `room` holds one channel. Nothing happens when it is too short, and for
-    /// a record of less than two blocks.
+    /// Measures a channel of a record without motion. `room` holds one channel. Nothing happens when it is too short,
+    /// and for a record of less than two blocks.
     pub fn add<D: Samples<R> + ?Sized>(&mut self, record: &D, channel: usize, room: &mut [R]) {
         let scans = record.copy_channel(channel, room);
         if channel >= self.count || scans < record.scans() || scans < 2 * BLOCK {
@@ -90,7 +90,7 @@ impl<R: Real> SelfTest<R> {
         let is_alike = (0..channel).any(|other| is_alike(record, other, readings, square));
         let tones = Tones::measure(readings, self.rate);
         let volts = self.volts_per_code;
-        let largest = |of: [R; 2]| of[0].max(of[1]) * volts;
+        let largest = |harmonics: [R; 2]| harmonics[0].max(harmonics[1]) * volts;
         self.channels[channel] = ChannelAtRest {
             level: mean * volts,
             noise: (square - tones.square()).max(R::zero()).sqrt() * volts,
@@ -138,8 +138,8 @@ fn take_mean<R: Real>(readings: &mut [R]) -> R {
     first + mean
 }
 
-/// True when another channel of the record is these readings, whose mean is taken out and whose mean square is `square`:
-/// the correlation is 0.95 or more.
+/// True when another channel of the record is these readings, whose mean is taken out and whose mean square is
+/// `square`: the correlation is 0.95 or more.
 fn is_alike<R: Real, D: Samples<R> + ?Sized>(
     record: &D,
     other: usize,
@@ -199,18 +199,19 @@ mod tests {
     fn level_noise_and_tones_are_measured_apart() {
         let code = f64::from(ADC.volts_per_code());
         let screens = [94.5, 96.0, 103.5, 106.5, 115.5].map(|hertz| (hertz, 2));
-        for (hertz, of) in [(50.0, 0), (99.8, 0), (60.2, 1), (120.0, 1)].into_iter().chain(screens)
+        for (hertz, tone) in
+            [(50.0, 0), (99.8, 0), (60.2, 1), (120.0, 1)].into_iter().chain(screens)
         {
             let test = test::<f64>(&record(hertz, 5.0));
             let channel = test.channels()[4];
             let tones = [channel.hum_50_hz, channel.hum_60_hz, channel.screen];
-            // A tone of the noise is 1.5 codes / sqrt(2048) * 1.7 = 0.06 codes, rms; a frequency off by 0.2 Hz loses 1 %,
-            // of the screen's up to 4 %.
-            let loss = if of == 2 { 0.4 } else { 0.25 };
-            assert!((tones[of] / code - 5.0).abs() < loss, "{hertz} Hz: {channel:?}");
-            // 5.2 / sqrt(12) and the rounding: 1.53 codes. Of a deviation from 2048 readings 3 sigma are 5 %; 1 % of the
-            // amplitude that is missed leaves 0.25 in the square, which are 0.08 codes, and 4 % leave 1: 0.3 codes.
-            let left = if of == 2 { 0.4 } else { 0.17 };
+            // A tone of the noise is 1.5 codes / sqrt(2048) * 1.7 = 0.06 codes, rms; a frequency off by 0.2 Hz loses 1
+            // %, of the screen's up to 4 %.
+            let loss = if tone == 2 { 0.4 } else { 0.25 };
+            assert!((tones[tone] / code - 5.0).abs() < loss, "{hertz} Hz: {channel:?}");
+            // 5.2 / sqrt(12) and the rounding: 1.53 codes. Of a deviation from 2048 readings 3 sigma are 5 %; 1 % of
+            // the amplitude that is missed leaves 0.25 in the square, which are 0.08 codes, and 4 % leave 1: 0.3 codes.
+            let left = if tone == 2 { 0.4 } else { 0.17 };
             assert!((channel.noise / code - 1.53).abs() < left, "{hertz} Hz: {channel:?}");
             assert!((channel.level / code - 2048.0).abs() < 0.2, "{hertz} Hz: {channel:?}");
             assert!(test.channels().iter().all(|channel| !channel.is_alike && !channel.is_stuck));

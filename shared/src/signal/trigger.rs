@@ -254,11 +254,11 @@ mod tests {
     /// The scans at which records are complete; the trigger is armed again after each.
     fn triggers(force: impl Fn(u64) -> f32, scans: u64) -> Vec<u64> {
         let (mut capture, mut record) = capture();
-        let mut found = Vec::new();
+        let mut trigger_scans = Vec::new();
         for i in 0..scans {
             let state = capture.feed(&mut record, &scan(force(i)), ScanIndex(i));
             if let CaptureState::Complete { trigger_scan } = state {
-                found.push(trigger_scan.0);
+                trigger_scans.push(trigger_scan.0);
                 assert_eq!(record.len(), RECORD_SCANS);
                 let at = |i: usize| record.scan(i).unwrap()[HAMMER];
                 assert!(at(PRE_TRIGGER_SCANS) >= hammer_code(3.0));
@@ -266,7 +266,7 @@ mod tests {
                 capture.arm(&mut record);
             }
         }
-        found
+        trigger_scans
     }
 
     fn pulse(i: u64, at: u64, peak: f32) -> f32 {

@@ -29,7 +29,7 @@ pub fn line_of(text: &str, offset: usize) -> usize {
 pub(crate) const MOST_SHOWN: usize = 40;
 
 /// A part of a text on one line, shortened.
-pub fn shown(part: &str) -> String {
+pub fn excerpt(part: &str) -> String {
     let line = part.lines().next().unwrap_or_default().trim_end();
     match line.chars().count() > MOST_SHOWN || line.len() < part.trim_end().len() {
         true => line.chars().take(MOST_SHOWN).chain(['…']).collect(),

@@ -2,14 +2,14 @@
 
 use toml::de::Error;
 
-use super::error::{TomlError, shown};
+use super::error::{TomlError, excerpt};
 
 /// What can stand on a line.
 const LINE: &str =
     "a line is `key = value`, or the name of a table in brackets, or a remark that begins with #";
 /// What can stand after the `=` of a line, where it looks like a number or a list.
-const NUMBER: &str = "one value stands after the `=`: a number has a decimal point and no unit (0.5), a list has brackets and \
-                      commas ([1, 2, 3]), and a remark begins with #";
+const NUMBER: &str = "one value stands after the `=`: a number has a decimal point and no unit (0.5), a list has \
+                      brackets and commas ([1, 2, 3]), and a remark begins with #";
 /// What can stand there where it looks like a word.
 const WORD: &str =
     "one value stands after the `=`: a text in straight quotes, or true or false in small letters";
@@ -48,16 +48,16 @@ pub(super) fn error(text: &str, error: &Error) -> TomlError {
     let is_of_line = line_at(text, at).trim_start().starts_with('[')
         || OF_LINES.iter().any(|words| error.message().starts_with(words));
     let key = if is_of_line { String::new() } else { key_before(text, at) };
-    TomlError { message: said(text, error.message(), at), span, key }
+    TomlError { message: sentence(text, error.message(), at), span, key }
 }
 
-fn said(text: &str, of_reader: &str, at: usize) -> String {
+fn sentence(text: &str, of_reader: &str, at: usize) -> String {
     let line = line_at(text, at);
     let begins = |words: &[&str]| words.iter().any(|word| of_reader.starts_with(word));
     if begins(&["duplicate key"]) {
         return match line.trim_start().starts_with('[') {
-            true => "this name stands above already: put these keys there, or, where there can be several such tables, write the \
-                     name of each in double brackets"
+            true => "this name stands above already: put these keys there, or, where there can be several such tables, \
+                     write the name of each in double brackets"
                 .into(),
             false => "this key is in the file twice; delete one".into(),
         };
@@ -82,10 +82,10 @@ fn said(text: &str, of_reader: &str, at: usize) -> String {
     };
     let is_heading = !has_key && value.starts_with('[') && begins(&["unexpected key or value"]);
     if is_heading || begins(&OF_LINES) {
-        return format!("{} cannot be read: {LINE}", shown(line.trim()));
+        return format!("{} cannot be read: {LINE}", excerpt(line.trim()));
     }
     if begins(&OF_TEXTS) {
-        return format!("{} cannot be read: {TEXT}", shown(value));
+        return format!("{} cannot be read: {TEXT}", excerpt(value));
     }
     if value.is_empty() {
         return "there is no value after the `=`".into();
@@ -97,7 +97,7 @@ fn said(text: &str, of_reader: &str, at: usize) -> String {
         value if value.starts_with(looks_like_number) => NUMBER,
         _ => WORD,
     };
-    format!("{} cannot be read: {advice}", shown(value))
+    format!("{} cannot be read: {advice}", excerpt(value))
 }
 
 /// Whether a character has no place outside of quotes and does not show: control characters, spaces of print, marks of

@@ -10,7 +10,7 @@ mod grammar;
 mod refusal;
 mod value;
 
-pub use error::{TomlError, line_of, shown};
+pub use error::{TomlError, excerpt, line_of};
 
 use value::Value;
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use serde::de::{Error, Expected, Unexpected};
 
-use super::error::{TomlError, shown};
+use super::error::{TomlError, excerpt};
 
 /// What serde's readers ask for, and its name for the owner of a text.
 const TYPES: [(&str, &str); 16] = [
@@ -59,7 +59,7 @@ enum Reason {
     /// Something else is wanted.
     Wanted(String),
     /// A list has another length.
-    Length { found: usize, wanted: usize },
+    Length { count: usize, wanted: usize },
     /// A number that no type has room for.
     TooLarge,
     /// A sentence of its own.
@@ -68,8 +68,8 @@ enum Reason {
 
 impl Refusal {
     /// A list with another length than the wanted one.
-    pub(super) fn length(found: usize, wanted: usize) -> Self {
-        Self::of(Reason::Length { found, wanted })
+    pub(super) fn length(count: usize, wanted: usize) -> Self {
+        Self::of(Reason::Length { count, wanted })
     }
 
     /// A number that no type has room for.
@@ -98,14 +98,14 @@ impl Refusal {
         self.keys.reverse();
         let key = self.keys.join(".");
         let Place { span, form } = self.place.unwrap_or(Place { span: 0..0, form: Form::Value });
-        let written = shown(text.get(span.clone()).unwrap_or_default());
+        let written = excerpt(text.get(span.clone()).unwrap_or_default());
         let name = self.keys.last().map_or("key", String::as_str);
         let message = match self.reason {
             Reason::Said(sentence) => sentence,
             Reason::TooLarge => format!("{written} is too large"),
-            Reason::Length { found: 1, wanted } => format!("1 value stands where {wanted} should"),
-            Reason::Length { found, wanted } => {
-                format!("{found} values stand where {wanted} should")
+            Reason::Length { count: 1, wanted } => format!("1 value stands where {wanted} should"),
+            Reason::Length { count, wanted } => {
+                format!("{count} values stand where {wanted} should")
             }
             Reason::Wanted(wanted) => instead(&written, form, &wanted, name),
         };
@@ -158,7 +158,7 @@ impl Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.reason {
             Reason::Wanted(wanted) => write!(f, "{wanted} is wanted"),
-            Reason::Length { found, wanted } => write!(f, "{found} values instead of {wanted}"),
+            Reason::Length { count, wanted } => write!(f, "{count} values instead of {wanted}"),
             Reason::TooLarge => f.write_str("a number is too large"),
             Reason::Said(sentence) => f.write_str(sentence),
         }
@@ -176,8 +176,8 @@ impl Error for Refusal {
         Self::of(Reason::Wanted(wanted.to_string()))
     }
 
-    fn invalid_value(found: Unexpected<'_>, wanted: &dyn Expected) -> Self {
-        Self::invalid_type(found, wanted)
+    fn invalid_value(unexpected: Unexpected<'_>, wanted: &dyn Expected) -> Self {
+        Self::invalid_type(unexpected, wanted)
     }
 
     fn invalid_length(_: usize, wanted: &dyn Expected) -> Self {
@@ -185,11 +185,15 @@ impl Error for Refusal {
     }
 
     fn unknown_variant(name: &str, known: &'static [&'static str]) -> Self {
-        Self::custom(format_args!("`{}` is not known here; write {}", shown(name), either(known)))
+        Self::custom(format_args!("`{}` is not known here; write {}", excerpt(name), either(known)))
     }
 
     fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
-        Self::custom(format_args!("there is no key `{}` here, but {}", shown(name), either(known)))
+        Self::custom(format_args!(
+            "there is no key `{}` here, but {}",
+            excerpt(name),
+            either(known)
+        ))
     }
 
     fn missing_field(name: &'static str) -> Self {

@@ -38,13 +38,13 @@ struct Part {
     position_m: Option<[f64; 3]>,
 }
 
-const NUMBER: &str = "one value stands after the `=`: a number has a decimal point and no unit (0.5), a list has brackets and \
-                      commas ([1, 2, 3]), and a remark begins with #";
+const NUMBER: &str = "one value stands after the `=`: a number has a decimal point and no unit (0.5), a list has \
+                      brackets and commas ([1, 2, 3]), and a remark begins with #";
 const WORD: &str =
     "one value stands after the `=`: a text in straight quotes, or true or false in small letters";
 const BRACES: &str = "in braces stand `key = value` with commas between them";
-const ONCE: &str = "this name stands above already: put these keys there, or, where there can be several such tables, write the \
-                    name of each in double brackets";
+const ONCE: &str = "this name stands above already: put these keys there, or, where there can be several such tables, \
+                    write the name of each in double brackets";
 const LINE: &str =
     "a line is `key = value`, or the name of a table in brackets, or a remark that begins with #";
 const TEXT: &str = "a text ends with the quotes that it begins with, and one with a backslash stands in single quotes";
@@ -60,8 +60,8 @@ fn refused(text: &str) -> TomlError {
 fn check(cases: &[(&str, usize, &str, &str)]) {
     for (text, line, key, message) in cases {
         let error = refused(text);
-        let said = (error.line(text), error.key.as_str(), error.message.as_str());
-        assert_eq!(said, (*line, *key, *message), "{text}");
+        let refusal = (error.line(text), error.key.as_str(), error.message.as_str());
+        assert_eq!(refusal, (*line, *key, *message), "{text}");
     }
 }
 
@@ -165,8 +165,8 @@ fn names_and_headings_of_tables() {
             "gains = 3",
             1,
             "gains",
-            "there is no key `gains` here, but `count`, `gain`, `title`, `axis`, `nodes`, `weighting`, `part`, `node` or \
-             `located`",
+            "there is no key `gains` here, but `count`, `gain`, `title`, `axis`, `nodes`, `weighting`, `part`, `node` \
+             or `located`",
         ),
         ("[part]", 1, "part", "the key `id` is missing"),
         ("count = 1\n[[node]]", 2, "node", "the key `id` is missing"),
@@ -180,8 +180,8 @@ fn names_and_headings_of_tables() {
             "[node]\nid = 1",
             1,
             "node",
-            "one table stands where a list should: of several tables the name of each is in double brackets, and other lists are \
-             written `node = [1, 2]`",
+            "one table stands where a list should: of several tables the name of each is in double brackets, and other \
+             lists are written `node = [1, 2]`",
         ),
         ("[gain]\nid = 1", 1, "gain", "a table stands where a number should: write `gain = …`"),
         ("[part]\nid = 1\n[part]\nid = 2", 3, "", ONCE),
@@ -299,9 +299,9 @@ fn a_long_value_is_shortened() {
 /// A number that is checked after it has been read.
 #[derive(Debug, serde::Deserialize)]
 #[serde(try_from = "f64")]
-struct Positive;
+struct PositiveNumber;
 
-impl TryFrom<f64> for Positive {
+impl TryFrom<f64> for PositiveNumber {
     type Error = String;
 
     fn try_from(value: f64) -> Result<Self, String> {
@@ -314,16 +314,16 @@ fn a_value_that_is_refused_after_it_was_read_is_told_with_its_own_line() {
     #[derive(Debug, serde::Deserialize)]
     #[allow(dead_code)]
     struct Table {
-        one: Positive,
-        several: [Positive; 3],
+        one: PositiveNumber,
+        several: [PositiveNumber; 3],
     }
     let refused = |text: &str| {
         let error = read::<Table>(text).unwrap_err();
         (error.line(text), error.key, error.message)
     };
     let several = "several = [1,\n  2,\n  3]\n";
-    let said = (4, "one".into(), "-1 is not positive".into());
-    assert_eq!(refused(&format!("{several}one = -1.0")), said);
+    let refusal = (4, "one".into(), "-1 is not positive".into());
+    assert_eq!(refused(&format!("{several}one = -1.0")), refusal);
     let in_list = "one = 1.0\nseveral = [1.0,\n  2.0,\n  -3.0]\n";
     assert_eq!(refused(in_list), (4, "several".into(), "-3 is not positive".into()));
 }

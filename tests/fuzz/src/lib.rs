@@ -81,23 +81,23 @@ pub fn fuzz_deframer(bytes: &[u8]) {
 }
 
 /// Kind, sequence and body of a frame, or the error found in it.
-type Found = Result<(u16, u16, Vec<u8>), FrameError>;
+type DecodedFrame = Result<(u16, u16, Vec<u8>), FrameError>;
 
 /// The results of a deframer when the bytes arrive in pieces of `size`.
-fn frames(bytes: &[u8], size: usize) -> Vec<Found> {
+fn frames(bytes: &[u8], size: usize) -> Vec<DecodedFrame> {
     let mut deframer = Deframer::new();
-    let mut found = Vec::new();
+    let mut frames = Vec::new();
     for mut piece in bytes.chunks(size) {
         while !piece.is_empty() {
             let (taken, frame) = deframer.push(piece);
             if let Some(frame) = frame {
-                found.push(frame.map(|f| (f.kind, f.sequence, f.body.to_vec())));
+                frames.push(frame.map(|f| (f.kind, f.sequence, f.body.to_vec())));
             }
             assert!(taken > 0, "the deframer takes nothing");
             piece = piece.get(taken..).unwrap_or_default();
         }
     }
-    found
+    frames
 }
 
 /// The UFF reader, its conversions and its writer.

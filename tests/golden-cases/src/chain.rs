@@ -5,7 +5,9 @@ use massline_shared::capacity::Rig;
 use massline_shared::identify::MassLines;
 use massline_shared::identify::inertia_restraint::{ReferencePoint, solve};
 use massline_shared::layout::TestSettings;
-use massline_shared::mass_line::{BasisRow, Bin, Fitting, ResponseFits, Terms, window_correlation};
+use massline_shared::mass_line::{
+    BasisRow, Bin, FitSettings, ResponseFits, Terms, window_correlation,
+};
 use massline_shared::signal::{
     AdcProperties, CHANNELS, Calibration, ChannelCalibration, HAMMER, HitAnalysis, RealFft,
     Samples, Spectra,
@@ -126,7 +128,7 @@ fn fit<R: RealFft + Default>(
         weight: spectra.force_auto(line),
     });
     let mut workspace = [BasisRow::default(); BINS];
-    let fitting = Fitting {
+    let fitting = FitSettings {
         band: test.expected_band(),
         decay: test.exponential_decay,
         terms: Terms::Abc,

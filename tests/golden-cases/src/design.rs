@@ -26,7 +26,7 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
         starts: STARTS,
         seed: 1,
     };
-    let found = search.run(None, |choice: &GoldenChoice| {
+    let best = search.run(None, |choice: &GoldenChoice| {
         let layout = GoldenLayout {
             sensors: choice.sensors.iter().filter_map(|&i| sensors.get(i).copied()).collect(),
             hits: choice.hits.iter().filter_map(|&j| hits.get(j).copied()).collect(),
@@ -35,6 +35,6 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
         let bound = check.bound(&layout, &body, 1)?;
         Some(cost::minus_log_det(&bound, layout.characteristic_length(), length))
     });
-    check.numbers("best_logdet", &[-found.ok()?.cost]);
+    check.numbers("best_logdet", &[-best.ok()?.cost]);
     Some(())
 }

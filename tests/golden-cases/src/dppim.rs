@@ -36,12 +36,14 @@ fn columns<R: Real>(
     let omega = check.input(omega)?;
     let count = omega.clone().count();
     let [re, im, force] = [check.input(re)?, check.input(im)?, check.input(force)?];
-    let mut all = heapless::Vec::new();
+    let mut excitations = heapless::Vec::new();
     for (k, omega) in omega.enumerate() {
         let [re, im, force] = [re.clone(), im.clone(), force.clone()]
             .map(|rows| Vector6::from_iterator(rows.skip(k).step_by(count).take(6)));
         let receptance = re.zip_map(&im, Complex::new);
-        all.push(Excitation { s: Complex::new(R::zero(), omega), force, receptance }).ok()?;
+        excitations
+            .push(Excitation { s: Complex::new(R::zero(), omega), force, receptance })
+            .ok()?;
     }
-    Some(all)
+    Some(excitations)
 }

@@ -34,8 +34,8 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     let responses = FrequencyResponses::new(&frequencies, &accelerance, RESPONSES, HITS)?;
     let responses = responses.windowed(check.input_number("sigma")?, R::one());
     let mut workspace = [R::zero(); workspace(SENSORS, HITS)];
-    let found = solve(&layout, &responses, &start, &settings, &mut workspace).ok()?;
-    check.numbers("theta", found.estimate.theta().as_slice());
-    check.matrix("K", &found.stiffness);
+    let solution = solve(&layout, &responses, &start, &settings, &mut workspace).ok()?;
+    check.numbers("theta", solution.estimate.theta().as_slice());
+    check.matrix("K", &solution.stiffness);
     Some(())
 }

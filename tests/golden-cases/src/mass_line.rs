@@ -31,14 +31,14 @@ pub(crate) fn run<R: Real + Default>(check: &mut Check<'_, '_, R>) -> Option<()>
         (Terms::Abc, "fit.ABC", "sd.ABC"),
     ] {
         let basis = MassLineBasis::new(lines(), band, decay, terms, &mut workspace).ok()?;
-        let mut found = heapless::Vec::<MassLine<R>, 9>::new();
+        let mut mass_lines = heapless::Vec::<MassLine<R>, 9>::new();
         let mut means = heapless::Vec::<R, 9>::new();
         for c in 0..channels {
-            found.push(basis.fit(channel(c)).ok()?).ok()?;
+            mass_lines.push(basis.fit(channel(c)).ok()?).ok()?;
             means.push(basis.mean_real(channel(c))?).ok()?;
         }
-        check.numbers(fit, &by_term(&found, terms, |line| line.coefficients));
-        check.numbers(sigma, &by_term(&found, terms, |line| line.sigma));
+        check.numbers(fit, &by_term(&mass_lines, terms, |line| line.coefficients));
+        check.numbers(sigma, &by_term(&mass_lines, terms, |line| line.sigma));
         check.numbers("mean_real", &means);
     }
     Some(())
@@ -48,7 +48,7 @@ pub(crate) fn run<R: Real + Default>(check: &mut Check<'_, '_, R>) -> Option<()>
 fn by_term<R: Real>(
     lines: &[MassLine<R>],
     terms: Terms,
-    of: fn(&MassLine<R>) -> [R; 3],
+    values: fn(&MassLine<R>) -> [R; 3],
 ) -> heapless::Vec<R, 27> {
-    (0..terms.count()).flat_map(|term| lines.iter().map(move |line| of(line)[term])).collect()
+    (0..terms.count()).flat_map(|term| lines.iter().map(move |line| values(line)[term])).collect()
 }

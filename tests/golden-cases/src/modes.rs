@@ -32,12 +32,12 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
         shapes.push(inverse.motion(&column)).ok()?;
     }
     check.numbers("phi0", &row_major(&shapes));
-    let found = solve_orthogonality(&shapes, length)?;
-    check.numbers("tn_n_eq", &[R::of(found.equations as f64)]);
-    check.numbers("tn_rank", &[R::of(found.rank as f64)]);
-    check.numbers("tn_rank_mass_known", &[R::of(found.rank_of_known_mass as f64)]);
-    check.numbers("tn_cond", &[found.condition]);
-    match found.body {
+    let solution = solve_orthogonality(&shapes, length)?;
+    check.numbers("tn_n_eq", &[R::of(solution.equations as f64)]);
+    check.numbers("tn_rank", &[R::of(solution.rank as f64)]);
+    check.numbers("tn_rank_mass_known", &[R::of(solution.rank_of_known_mass as f64)]);
+    check.numbers("tn_cond", &[solution.condition]);
+    match solution.body {
         Some(body) => check.numbers("tn_theta", body.theta().as_slice()),
         None if modes < FEWEST_MODES => {}
         None => return None,
@@ -115,8 +115,9 @@ pub(crate) fn run_identification<R: Real>(check: &mut Check<'_, '_, R>) -> Optio
     let length = layout.characteristic_length();
     let responses = OriginResponses { s: &s, motions, sigma: &sigma, forces: &forces, length };
     let modes = identify_modes(&responses, MODES)?.modes;
-    let numbers =
-        |of: fn(&Mode<R>) -> R| -> heapless::Vec<R, MODES> { modes.iter().map(of).collect() };
+    let numbers = |quantity: fn(&Mode<R>) -> R| -> heapless::Vec<R, MODES> {
+        modes.iter().map(quantity).collect()
+    };
     check.numbers("freq", &numbers(|mode| mode.frequency_hz));
     check.numbers("zeta", &numbers(|mode| mode.damping_ratio));
     let shapes: heapless::Vec<Vector6<R>, MODES> = modes.iter().map(|mode| mode.shape).collect();

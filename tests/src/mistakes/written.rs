@@ -152,9 +152,9 @@ fn sized(fault: SizedFault) -> Culprit {
     Culprit::Suspect(Box::new(is))
 }
 
-fn reversed(test: &mut MeasuredTest, random: &mut ChaCha8Rng, all: bool) -> Option<Culprit> {
+fn reversed(test: &mut MeasuredTest, random: &mut ChaCha8Rng, all_axes: bool) -> Option<Culprit> {
     let sensor = test.any_sensor(random);
-    let reads = if all { AxisMap::REVERSED } else { AxisMap::with_reversed(any_axis(random)) };
+    let reads = if all_axes { AxisMap::REVERSED } else { AxisMap::with_reversed(any_axis(random)) };
     test.write(SingleFault::SensorAxes { sensor, reads })
 }
 

@@ -1,5 +1,6 @@
-//! Overflows the stack of an emulated Cortex-M33, whose start-up code has set the limit of the stack pointer as that of a
-//! Pico 2 does: the core faults at the limit, and the message of the fault is the one that the next start would report.
+//! Overflows the stack of an emulated Cortex-M33, whose start-up code has set the limit of the stack pointer as that of
+//! a Pico 2 does: the core faults at the limit, and the message of the fault is the one that the next start would
+//! report.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

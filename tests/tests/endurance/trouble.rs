@@ -74,10 +74,10 @@ impl Trouble {
 
     /// Chooses the disturbance of the next campaign; a bad line is bad even before the campaign starts.
     pub fn choose(&mut self, rig: &VirtualRig, random: &mut ChaCha8Rng) -> Option<FaultyPipe> {
-        let all: u32 = KINDS.iter().map(|(_, weight)| weight).sum();
+        let total: u32 = KINDS.iter().map(|(_, weight)| weight).sum();
         // A mixed order with every kind as often as its weight: 13 and the sum of the weights are
         // coprime.
-        let mut draw = 13 * self.campaigns % all;
+        let mut draw = 13 * self.campaigns % total;
         self.campaigns += 1;
         for (kind, weight) in KINDS {
             if draw < weight {

@@ -42,9 +42,9 @@ fn errors(bench: &Bench) -> (f64, f64) {
         let mut of_test = (0.0, "", 0);
         let mut square = 0.0;
         for seed in 1..=seeds() {
-            let found = measure(bench, test, seed);
+            let estimate = measure(bench, test, seed);
             for k in 0..10 {
-                let error = (found[k] - truth[k]).abs() / scale[k] * 100.0;
+                let error = (estimate[k] - truth[k]).abs() / scale[k] * 100.0;
                 square += error * error;
                 if error > of_test.0 {
                     of_test = (error, INERTIAL_PARAMETERS[k].symbol, seed);

@@ -25,7 +25,7 @@ use massline_physics::{Bench, TumbleSource};
 use massline_protocol::message::StartRequest;
 use massline_report::calibration::capacitor::refusal;
 use massline_report::calibration::electronics;
-use massline_shared::Estimated;
+use massline_shared::EstimatedValue;
 use massline_shared::calibration::block::BlockMass;
 use massline_shared::calibration::tumble::TumbleLimits;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
@@ -52,9 +52,9 @@ fn a_calibration_recovers_the_sensitivities_and_the_errors_of_the_frame_shrink()
     let data_sheet = CalibrationRecord::from(nominal_calibration(&bench));
     let (mut before, mut after) = (Vec::new(), Vec::new());
     for seed in 1..=3 {
-        let found = calibrate(seed, &mut output()).unwrap();
-        assert_eq!(found.method, CalibrationMethod::TumbleAndBlock);
-        let errors = sensitivity_errors(&bench, seed, &found).unwrap();
+        let record = calibrate(seed, &mut output()).unwrap();
+        assert_eq!(record.method, CalibrationMethod::TumbleAndBlock);
+        let errors = sensitivity_errors(&bench, seed, &record).unwrap();
         let [gain, cross_axis, hammer] = errors.largest_percent();
         println!(
             "seed {seed}: largest error of gain {gain:.3} %, cross-axis {cross_axis:.3} %, hammer {hammer:.3} %"
@@ -62,13 +62,13 @@ fn a_calibration_recovers_the_sensitivities_and_the_errors_of_the_frame_shrink()
         assert!(gain < 0.3 && hammer < 0.3, "{errors:?}");
         assert!(cross_axis < 4.0 * 0.3 / 2.0_f64.sqrt(), "{errors:?}");
         // The stated deviations must match the errors: the largest of nine gains, and one hammer.
-        assert!(gain < 4.0 * 100.0 * f64::from(found.sigma.gain), "{found:?}");
-        assert!(hammer < 4.0 * 100.0 * f64::from(found.sigma.hammer_gain), "{found:?}");
+        assert!(gain < 4.0 * 100.0 * f64::from(record.sigma.gain), "{record:?}");
+        assert!(hammer < 4.0 * 100.0 * f64::from(record.sigma.hammer_gain), "{record:?}");
         for test in LAYOUTS {
             let error = |calibration| {
                 error_of_scale(&bench, test, seed, calibration, &mut output()).unwrap()
             };
-            let [was, is] = [error(&data_sheet), error(&found)];
+            let [was, is] = [error(&data_sheet), error(&record)];
             println!(
                 "  {}: {was:.3} % of scale rms with the data sheets, {is:.3} % calibrated",
                 test.0
@@ -103,9 +103,9 @@ fn a_block_alone_gives_the_sensors_against_the_hammer_within_its_stated_uncertai
     let test = block_test(5);
     let mut rig = BlockRig::on_bench(&bench, &test.file.layout, 4, None).unwrap();
     let mut record = rig.client.calibration().unwrap();
-    let found = test.run(&mut rig, &record, &mut output()).unwrap();
-    assert!(found.hammer.is_none());
-    found.write(&mut record);
+    let block = test.run(&mut rig, &record, &mut output()).unwrap();
+    assert!(block.hammer.is_none());
+    block.write(&mut record);
     assert_eq!(record.method, CalibrationMethod::Block);
     assert_eq!(record.sigma.hammer_gain, 0.0);
     assert!(record.sigma.gain < 0.015, "{:?}", record.sigma);
@@ -115,8 +115,8 @@ fn a_block_alone_gives_the_sensors_against_the_hammer_within_its_stated_uncertai
     for (k, sensor) in truth.sensors.iter().enumerate() {
         let true_one = nominal.sensor_sensitivity(k) * sensor.sensitivity;
         for axis in 0..3 {
-            let found = record.calibration.sensor_sensitivity(k)[(axis, axis)];
-            let error = found * (1.0 + truth.hammer_gain) / true_one[(axis, axis)] - 1.0;
+            let sensitivity = record.calibration.sensor_sensitivity(k)[(axis, axis)];
+            let error = sensitivity * (1.0 + truth.hammer_gain) / true_one[(axis, axis)] - 1.0;
             // The largest of nine errors that share thirty hits: four standard deviations.
             assert!(error.abs() < 4.0 * f64::from(record.sigma.gain), "{k} {axis}: {error}");
         }
@@ -132,16 +132,16 @@ fn a_drifted_sensor_is_found_by_a_quick_block_test() {
     let verify = |record: &CalibrationRecord| {
         let mut rig = BlockRig::on_bench(&bench, &test.file.layout, seed, None).unwrap();
         rig.client.put_calibration(record).unwrap();
-        let found = test.run(&mut rig, record, &mut output()).unwrap();
-        drifts(&found.sensors, 0.03)
+        let block = test.run(&mut rig, record, &mut output()).unwrap();
+        drifts(&block.sensors, 0.03)
     };
-    let all = verify(&record);
+    let axis_drifts = verify(&record);
     // Three hits that are 2 mm off: 0.8 % on a channel; 3 % is well beyond that.
-    assert!(all.iter().all(|d| d.verdict != DriftVerdict::Drifted), "{all:?}");
+    assert!(axis_drifts.iter().all(|d| d.verdict != DriftVerdict::Drifted), "{axis_drifts:?}");
     // Sensor 2 y is now 10 % more sensitive than the rig's calibration says.
     record.calibration.channels[5].sensitivity /= 1.1;
-    let all = verify(&record);
-    for d in all {
+    let axis_drifts = verify(&record);
+    for d in axis_drifts {
         let drifted = (d.sensor, d.axis) == (1, 1);
         assert_eq!(d.verdict == DriftVerdict::Drifted, drifted, "{d:?}");
         assert!(!drifted || (d.drift - 0.1).abs() < 0.03, "{d:?}");
@@ -185,13 +185,13 @@ fn rc_cutoffs_are_found_against_the_hammers_and_a_second_test_confirms_them() {
         let mut rig = BlockRig::on_bench(&bench, &test.file.layout, seed, None).unwrap();
         let mut record = rig.client.calibration().unwrap();
         let hammer = record.calibration.channels[0].cutoff;
-        let found = test.run(&mut rig, &record, &mut output()).unwrap();
-        found.write(&mut record);
+        let block = test.run(&mut rig, &record, &mut output()).unwrap();
+        block.write(&mut record);
         rig.client.put_calibration(&record).unwrap();
         let again = test.run(&mut rig, &record, &mut output()).unwrap();
         assert_eq!(record.calibration.channels[0].cutoff, hammer);
-        assert_eq!((found.cutoffs.len(), again.cutoffs.len()), (9, 9));
-        for (first, second) in found.cutoffs.iter().zip(&again.cutoffs) {
+        assert_eq!((block.cutoffs.len(), again.cutoffs.len()), (9, 9));
+        for (first, second) in block.cutoffs.iter().zip(&again.cutoffs) {
             let RcCutoff { sensor, axis, before_hz, .. } = *first;
             let (one, two) = (first.found.unwrap(), second.found.unwrap());
             let expected = expected_time(&bench, seed, sensor, axis);
@@ -258,9 +258,9 @@ fn cutoffs_of_axes_without_spectra_are_reported_as_unknown() {
     accept(&mut rig, &test, 5);
     let mut record = rig.client.calibration().unwrap();
     let before = record.calibration;
-    let found = test.run(&mut rig, &record, &mut output()).unwrap();
-    found.write(&mut record);
-    for cutoff in &found.cutoffs {
+    let block = test.run(&mut rig, &record, &mut output()).unwrap();
+    block.write(&mut record);
+    for cutoff in &block.cutoffs {
         let channel = 1 + 3 * cutoff.sensor + cutoff.axis;
         if cutoff.axis == 0 {
             assert_eq!(cutoff.found, Err(CutoffError::SpectraGone));
@@ -276,10 +276,10 @@ fn cutoffs_of_axes_without_spectra_are_reported_as_unknown() {
 /// Checks a cutoff that was found: within five of its standard deviations. These are computed from the
 /// scatter of the bins, so they are known only to some 20 %: the largest of 360 axes was at 4.5.
 fn assert_is_true(cutoff: &RcCutoff, bench: &Bench, seed: u64) {
-    let found = cutoff.found.unwrap();
+    let estimate = cutoff.found.unwrap();
     let expected = expected_time(bench, seed, cutoff.sensor, cutoff.axis);
-    let error = time_constant(found.cutoff_hz) - expected;
-    let sigma = time_sigma(found.cutoff_hz, found.sigma_hz);
+    let error = time_constant(estimate.cutoff_hz) - expected;
+    let sigma = time_sigma(estimate.cutoff_hz, estimate.sigma_hz);
     assert!(error.abs() < 5.0 * sigma, "{cutoff:?}: {error:e} {sigma:e}");
 }
 
@@ -293,8 +293,8 @@ fn a_block_test_that_was_begun_without_confirmation_is_joined() {
     let record = rig.client.calibration().unwrap();
     rig.client.put_layout(&test.layout).unwrap();
     start_block(&mut rig.client, test.mass.mass, false);
-    let found = test.run(&mut rig, &record, &mut output()).unwrap();
-    for cutoff in &found.cutoffs {
+    let block = test.run(&mut rig, &record, &mut output()).unwrap();
+    for cutoff in &block.cutoffs {
         match cutoff.found {
             Ok(_) => assert_is_true(cutoff, &bench, seed),
             Err(reason) => {
@@ -313,8 +313,8 @@ fn without_a_cutoff_of_the_hammer_none_is_determined_against_it() {
     let mut record = rig.client.calibration().unwrap();
     record.calibration.channels[0].cutoff = Hertz(0.0);
     rig.client.put_calibration(&record).unwrap();
-    let found = test.run(&mut rig, &record, &mut output()).unwrap();
-    assert!(found.cutoffs.iter().all(|cutoff| cutoff.found == Err(CutoffError::HammerUnknown)));
+    let block = test.run(&mut rig, &record, &mut output()).unwrap();
+    assert!(block.cutoffs.iter().all(|cutoff| cutoff.found == Err(CutoffError::HammerUnknown)));
 }
 
 /// Sensors without a cutoff in use, as after an old calibration file: the full time constant is found.
@@ -326,8 +326,8 @@ fn an_unknown_cutoff_is_found() {
     let mut record = rig.client.calibration().unwrap();
     record.calibration.channels[1..].iter_mut().for_each(|channel| channel.cutoff = Hertz(0.0));
     rig.client.put_calibration(&record).unwrap();
-    let found = test.run(&mut rig, &record, &mut output()).unwrap();
-    for cutoff in &found.cutoffs {
+    let block = test.run(&mut rig, &record, &mut output()).unwrap();
+    for cutoff in &block.cutoffs {
         assert_is_true(cutoff, &bench, seed);
         assert_eq!(cutoff.verdict(), "changed");
         // 320 µs, found to 1 µs: 0.3 %; four times that.
@@ -353,11 +353,11 @@ fn an_interrupted_tumble_test_goes_on_where_it_was() {
     let fourth = text.match_indices("[[reading]]").nth(3).unwrap().0;
     std::fs::write(&path, &text[..fourth]).unwrap();
     let mut again = TumbleFile::open(&path).unwrap();
-    assert_eq!(again.wanted().len(), 3);
+    assert_eq!(again.missing_positions().len(), 3);
     take(&mut rig, &mut again, &limits, &mut Lines::new(&mut output())).unwrap();
-    assert!(again.wanted().is_empty());
-    let found = again.solve(&limits).unwrap();
-    for (a, b) in found.sensors.iter().zip(&whole.sensors) {
+    assert!(again.missing_positions().is_empty());
+    let tumble = again.solve(&limits).unwrap();
+    for (a, b) in tumble.sensors.iter().zip(&whole.sensors) {
         // The same positions measured again: noise of 0.02 codes, of 78 per g.
         assert!(((a.sensitivity - b.sensitivity) / b.sensitivity[(0, 0)]).amax() < 1.5e-3);
     }
@@ -369,8 +369,8 @@ fn start_block(client: &mut massline_client::Client, mass: f64, confirm: bool) {
 }
 
 /// The breakouts' 100 nF are still in place: 1 / (2π · 32 kΩ · 100 nF) = 49.7 Hz, and 45.2 Hz with the rig's 10 nF,
-/// both with the 2 % of the bench's parts (1 σ). The hammer's own 2 % of its 320 µs count as the sensor's, which matters
-/// for small capacitors only. The largest of nine is within four sigmas.
+/// both with the 2 % of the bench's parts (1 σ). The hammer's own 2 % of its 320 µs count as the sensor's, which
+/// matters for small capacitors only. The largest of nine is within four sigmas.
 #[test]
 fn a_breakouts_own_capacitor_is_measured_and_named() {
     for (seed, cutoff_hz) in [(3, 45.2), (4, 49.7), (5, 120.0), (6, 280.0)] {
@@ -379,9 +379,9 @@ fn a_breakouts_own_capacitor_is_measured_and_named() {
         let test = block_test(2);
         let mut rig = BlockRig::on_bench(&bench, &test.file.layout, seed, None).unwrap();
         let record = rig.client.calibration().unwrap();
-        let found = test.run(&mut rig, &record, &mut output()).unwrap();
-        let low = extra_capacitors(&found.cutoffs);
-        assert_eq!(low.len(), 9, "{:?}", found.cutoffs);
+        let block = test.run(&mut rig, &record, &mut output()).unwrap();
+        let low = extra_capacitors(&block.cutoffs);
+        assert_eq!(low.len(), 9, "{:?}", block.cutoffs);
         for one in &low {
             let error = one.cutoff_hz / cutoff_hz - 1.0;
             assert!(error.abs() < 4.0 * 2.0_f64.sqrt() * 0.02, "{one:?}");
@@ -396,9 +396,9 @@ fn cutoffs_of_the_rigs_own_capacitors_are_not_accused() {
     let test = block_test(2);
     let mut rig = BlockRig::on_bench(&bench, &test.file.layout, 3, None).unwrap();
     let record = rig.client.calibration().unwrap();
-    let found = test.run(&mut rig, &record, &mut output()).unwrap();
-    assert_eq!(extra_capacitors(&found.cutoffs), []);
-    assert_eq!(electronics::warnings(&found.electronics), [""; 0]);
+    let block = test.run(&mut rig, &record, &mut output()).unwrap();
+    assert_eq!(extra_capacitors(&block.cutoffs), []);
+    assert_eq!(electronics::warnings(&block.electronics), [""; 0]);
 }
 
 /// The readings of a tumble test on a bench, and the hum in them.
@@ -431,14 +431,14 @@ fn the_memory_of_the_multiplexer_is_found_by_both_tests() {
         let by_block = block.electronics.memory.unwrap();
         assert_eq!((by_tumble.channel, by_tumble.before), (0, 9));
         assert_eq!((by_block.channel, by_block.before), (1, 0));
-        for (found, resolved) in [(by_tumble, 5e-4_f64), (by_block, 2e-4)] {
+        for (estimate, resolved) in [(by_tumble, 5e-4_f64), (by_block, 2e-4)] {
             // The second sample of a share of a share, and the gain 1 − κ of the channel itself.
-            let error = found.share.value - memory;
-            let allowed = 4.0 * found.share.sigma + 2.0 * memory * memory + 0.05 * memory;
-            assert!(error.abs() < allowed, "{memory}: {found:?}");
+            let error = estimate.share.value - memory;
+            let allowed = 4.0 * estimate.share.sigma + 2.0 * memory * memory + 0.05 * memory;
+            assert!(error.abs() < allowed, "{memory}: {estimate:?}");
             // A large memory disturbs all the other channels as well.
-            assert!(found.share.sigma < resolved.max(0.03 * memory), "{memory}: {found:?}");
-            assert_eq!(found.is_large(), memory > 0.002, "{memory}: {found:?}");
+            assert!(estimate.share.sigma < resolved.max(0.03 * memory), "{memory}: {estimate:?}");
+            assert_eq!(estimate.is_large(), memory > 0.002, "{memory}: {estimate:?}");
         }
     }
 }
@@ -456,12 +456,12 @@ fn a_bent_characteristic_shows_as_a_difference_between_both_sides() {
     let block = test.run(&mut rig, &record, &mut output()).unwrap();
     let expected = |peak: f64| -2.0 * 4.0 * bow * (TAU / 8.0 * peak) / 4096.0_f64.powi(2);
     assert_eq!(block.electronics.asymmetry.len(), 3);
-    let differences = block.electronics.asymmetry.iter().map(|found| found.difference);
+    let differences = block.electronics.asymmetry.iter().map(|asymmetry| asymmetry.difference);
     let (sum, variance) =
         differences.fold((0.0, 0.0), |(sum, v), d| (sum + d.value, v + d.sigma * d.sigma));
     assert!(sum < -4.0 * variance.sqrt(), "{sum}, {variance}");
     for asymmetry in &block.electronics.asymmetry {
-        let Estimated { value, sigma } = asymmetry.difference;
+        let EstimatedValue { value, sigma } = asymmetry.difference;
         let [least, most] = [expected(240.0), expected(400.0)];
         assert!(
             value < least + 4.0 * sigma && value > most - 4.0 * sigma,

@@ -1,4 +1,5 @@
-//! Flash is written and erased only while the sampler is stopped: on most chips it stops the core, and scans would be lost.
+//! Flash is written and erased only while the sampler is stopped: on most chips it stops the core, and scans would be
+//! lost.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{self, Sender};
@@ -21,7 +22,7 @@ use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 
 /// What sampler and flash do.
 #[derive(Default)]
-struct Seen {
+struct Activity {
     samples: AtomicBool,
     starts: AtomicU32,
     erases: AtomicU32,
@@ -33,7 +34,7 @@ struct Seen {
     holds: Mutex<Option<Sender<()>>>,
 }
 
-impl Seen {
+impl Activity {
     fn changes_flash(&self, count: &AtomicU32) {
         count.fetch_add(1, Ordering::Relaxed);
         let samples = self.samples.load(Ordering::Relaxed);
@@ -41,7 +42,7 @@ impl Seen {
     }
 }
 
-impl Seen {
+impl Activity {
     /// Waits while writes are held, and some rounds of all tasks more.
     async fn hold(&self) {
         let holds = self.holds.lock().unwrap().take();
@@ -60,7 +61,7 @@ impl Seen {
 /// Rounds of the rig's tasks in which a pressed button has its effect.
 const ROUNDS: u32 = 100;
 
-struct SeenSampler<S>(S, Arc<Seen>);
+struct SeenSampler<S>(S, Arc<Activity>);
 
 impl<S: Sampler> Sampler for SeenSampler<S> {
     fn adc(&self) -> AdcProperties {
@@ -83,7 +84,7 @@ impl<S: Sampler> Sampler for SeenSampler<S> {
     }
 }
 
-struct SeenFlash(Flash, Arc<Seen>);
+struct SeenFlash(Flash, Arc<Activity>);
 
 impl ErrorType for SeenFlash {
     type Error = <Flash as ErrorType>::Error;
@@ -117,7 +118,7 @@ impl NorFlash for SeenFlash {
     }
 }
 
-fn start(seen: &Arc<Seen>) -> VirtualRig {
+fn start(seen: &Arc<Activity>) -> VirtualRig {
     let seen = seen.clone();
     let options = VirtualRigOptions::new(scans(&steady_hand("default"), &three_bar(), 1));
     VirtualRig::start_application(options, async move |board| {
@@ -130,8 +131,8 @@ fn start(seen: &Arc<Seen>) -> VirtualRig {
     .expect("the rig starts")
 }
 
-/// A campaign during which the host asks to store a calibration again and again; the number of its result, and how often that
-/// was refused.
+/// A campaign during which the host asks to store a calibration again and again; the number of its result, and how
+/// often that was refused.
 fn insistent_campaign(client: &mut Client) -> (u32, u32) {
     begin(client, StartOptions::default()).unwrap();
     let mut refused = 0;
@@ -151,7 +152,7 @@ fn insistent_campaign(client: &mut Client) -> (u32, u32) {
 
 #[test]
 fn flash_is_changed_only_while_the_sampler_is_stopped() {
-    let seen = Arc::new(Seen::default());
+    let seen = Arc::new(Activity::default());
     let rig = start(&seen);
     let client = &mut connect(&rig);
     client.put_layout(&three_bar().rig_layout().unwrap()).unwrap();
@@ -170,7 +171,7 @@ fn flash_is_changed_only_while_the_sampler_is_stopped() {
 /// A person goes on with a paused campaign while a result is being deleted.
 #[test]
 fn nothing_is_resumed_while_a_result_is_deleted() {
-    let seen = Arc::new(Seen::default());
+    let seen = Arc::new(Activity::default());
     let rig = start(&seen);
     let client = &mut connect(&rig);
     client.put_layout(&three_bar().rig_layout().unwrap()).unwrap();

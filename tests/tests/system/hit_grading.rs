@@ -38,7 +38,7 @@ fn graded(source: &mut BenchSource, layout: &RigLayout, arming: u32, dof: usize)
 
 /// The findings over the hits of a bench, and the number of hits.
 fn findings(bench: &Bench, seeds: u64) -> (Vec<(Code, f32)>, usize) {
-    let (mut all, mut hits) = (Vec::new(), 0);
+    let (mut findings, mut hits) = (Vec::new(), 0);
     for test in THREE_BAR_TESTS {
         let (host, rig) = layout(test);
         for seed in 1..=seeds {
@@ -47,11 +47,11 @@ fn findings(bench: &Bench, seeds: u64) -> (Vec<(Code, f32)>, usize) {
                 let dof = arming as usize % host.hits.len();
                 let report = graded(&mut source, &rig, arming, dof);
                 hits += 1;
-                all.extend(report.findings.iter().map(|f| (f.code, f.value)));
+                findings.extend(report.findings.iter().map(|f| (f.code, f.value)));
             }
         }
     }
-    (all, hits)
+    (findings, hits)
 }
 
 #[test]
@@ -59,16 +59,16 @@ fn good_taps_have_no_findings() {
     let mut bench = Bench::named("default").unwrap();
     bench.operator.too_weak_rate = 0.0;
     bench.operator.too_hard_rate = 0.0;
-    let (found, hits) = findings(&bench, 4);
+    let (findings, hits) = findings(&bench, 4);
     assert_eq!(hits, 240);
-    assert!(found.is_empty(), "{found:?}");
+    assert!(findings.is_empty(), "{findings:?}");
 }
 
 /// The hit events and the result of a campaign.
 #[derive(Default)]
-struct Heard(Vec<HitEvent>);
+struct HitRecorder(Vec<HitEvent>);
 
-impl Observer for Heard {
+impl Observer for HitRecorder {
     fn hit(&mut self, hit: &HitEvent) {
         self.0.push(hit.clone());
     }
@@ -76,7 +76,7 @@ impl Observer for Heard {
 
 /// A whole campaign through the firmware.
 fn campaign(source: Box<dyn ScanSource>, layout: &RigLayout) -> (Vec<HitEvent>, MeasurementResult) {
-    let mut heard = Heard::default();
+    let mut heard = HitRecorder::default();
     let result = measure(source, layout, &mut heard);
     (heard.0, result)
 }
@@ -157,12 +157,15 @@ fn a_misplaced_tap_differs_from_its_repeat_hits() {
     bench.operator.misplaced_rate = 0.15;
     let (hits, result) = campaign(Box::new(BenchSource::new(&bench, &host, 3).unwrap()), &rig);
     let codes = [Code::HitInconsistent, Code::HitElsewhere, Code::HitsInDoubt];
-    let found = result.diagnostics.iter().find(|d| codes.contains(&d.code));
-    let found = found.expect("80 mm beside the mark");
-    assert_eq!(found.severity, Severity::Warning);
-    assert!(matches!(found.subject, Subject::Hit(..3)) && found.value > 0.15, "{found:?}");
+    let diagnostic = result.diagnostics.iter().find(|d| codes.contains(&d.code));
+    let diagnostic = diagnostic.expect("80 mm beside the mark");
+    assert_eq!(diagnostic.severity, Severity::Warning);
+    assert!(
+        matches!(diagnostic.subject, Subject::Hit(..3)) && diagnostic.value > 0.15,
+        "{diagnostic:?}"
+    );
     // Said at once, while the hit can still be undone.
-    let doubtful = hits.iter().find(|hit| hit.findings.contains(found));
+    let doubtful = hits.iter().find(|hit| hit.findings.contains(diagnostic));
     assert!(doubtful.is_some_and(|hit| hit.good), "{hits:?}");
 }
 
@@ -181,7 +184,7 @@ fn a_tap_that_may_have_landed_elsewhere_is_hit_again() {
         assert!(result.dofs.iter().all(|dof| dof.hits == 5));
         assert!(!has(&result.diagnostics, Code::HitElsewhere), "{:?}", result.diagnostics);
         for hit in hits.iter().filter(|hit| has(&hit.findings, Code::HitElsewhere)) {
-            assert!(!hit.good && hit.findings.iter().all(|found| found.value > 0.3), "{hit:?}");
+            assert!(!hit.good && hit.findings.iter().all(|finding| finding.value > 0.3), "{hit:?}");
             elsewhere += 1;
         }
         // Of the first two at a DOF the third shows that one is wrong, and replaces both.
@@ -238,9 +241,9 @@ fn a_misplaced_tap_is_hit_again_where_the_policy_wants_it() {
 fn a_reversed_axis_is_no_rigid_motion() {
     let axis = massline_shared::layout::Axis::X;
     let (_, result) = benched(|bench| bench.faults.push(Fault::Flip { sensor: 1, axis }));
-    let found = result.diagnostics.iter().find(|d| d.code == Code::MotionNotRigid);
+    let diagnostic = result.diagnostics.iter().find(|d| d.code == Code::MotionNotRigid);
     assert!(
-        found.is_some_and(|d| d.value > 0.08 && matches!(d.subject, Subject::Sensor(..3))),
+        diagnostic.is_some_and(|d| d.value > 0.08 && matches!(d.subject, Subject::Sensor(..3))),
         "{:?}",
         result.diagnostics
     );
@@ -248,14 +251,14 @@ fn a_reversed_axis_is_no_rigid_motion() {
 
 /// Replays the scans of the previous arming at every second arming, as a stuck buffer would.
 #[derive(Debug)]
-struct Stuck {
+struct StuckSource {
     source: BenchSource,
     kept: Vec<Scan>,
     at: usize,
     armings: u32,
 }
 
-impl ScanSource for Stuck {
+impl ScanSource for StuckSource {
     fn adc(&self) -> AdcProperties {
         self.source.adc()
     }
@@ -292,7 +295,7 @@ fn a_record_that_comes_twice_is_rejected() {
     bench.operator.too_weak_rate = 0.0;
     bench.operator.too_hard_rate = 0.0;
     let source = BenchSource::new(&bench, &host, 3).unwrap();
-    let stuck = Stuck { source, kept: Vec::new(), at: 0, armings: 0 };
+    let stuck = StuckSource { source, kept: Vec::new(), at: 0, armings: 0 };
     let (hits, _) = campaign(Box::new(stuck), &rig);
     for (k, hit) in hits.iter().enumerate() {
         assert_eq!(hit.good, k % 2 == 0, "{k}: {hit:?}");

@@ -12,7 +12,7 @@ use massline_shared::identify::Method;
 use massline_shared::layout::{HitUncertainty, SensorUncertainty};
 use massline_tests::campaign::{THREE_BAR_TESTS, steady_hand, with_calibrated_hammer};
 use massline_tests::long;
-use massline_tests::pooled::{Pooled, pooled, solved_again};
+use massline_tests::pooled::{PooledStatistics, pooled, solved_again};
 
 /// Chosen before the first run.
 const SEED: u64 = 20_261_122;
@@ -47,7 +47,7 @@ fn bench(errors: Option<Errors>) -> Bench {
 }
 
 /// The true budget stated, the default budget stated, and the default budget as the start of learning.
-fn compare(bench: &Bench) -> [Pooled; 3] {
+fn compare(bench: &Bench) -> [PooledStatistics; 3] {
     let calibration = nominal_calibration(bench);
     let mut of_tests = [const { Vec::new() }; 3];
     for test in THREE_BAR_TESTS {
@@ -74,11 +74,13 @@ fn compare(bench: &Bench) -> [Pooled; 3] {
             learned.properties.iter().map(|p| p.bound.expect("has one")).collect();
         let bound = bound.try_into().expect("ten properties");
         let truth = bench.truth().theta().into();
-        let of = |layout| {
+        let statistics = |layout| {
             let answers = solved_again(&runs, layout);
             MethodStatistics::of(Some(Method::MaximumLikelihood), &answers, &truth, Some(&bound))
         };
-        for (list, of_test) in of_tests.iter_mut().zip([of(&exact), of(&layout), learned]) {
+        for (list, of_test) in
+            of_tests.iter_mut().zip([statistics(&exact), statistics(&layout), learned])
+        {
             list.push(of_test);
         }
     }
@@ -110,17 +112,19 @@ struct Case {
 
 #[test]
 fn learned_intervals_hold_whatever_the_errors_of_the_bench_are() {
-    let of = |hits, sensors| Some(Errors { hits, sensors });
+    let scale = |hits, sensors| Some(Errors { hits, sensors });
     let usual = [0.915, 0.975];
     let width = Some(1.25);
     let cases = [
-        Case { name: "0.5 × stated", errors: of(0.5, 0.5), coverage: usual, error: 1.10, width },
-        Case { name: "1 × stated", errors: of(1.0, 1.0), coverage: usual, error: 1.10, width },
-        Case { name: "2 × stated", errors: of(2.0, 2.0), coverage: usual, error: 1.15, width },
+        Case {
+            name: "0.5 × stated", errors: scale(0.5, 0.5), coverage: usual, error: 1.10, width
+        },
+        Case { name: "1 × stated", errors: scale(1.0, 1.0), coverage: usual, error: 1.10, width },
+        Case { name: "2 × stated", errors: scale(2.0, 2.0), coverage: usual, error: 1.15, width },
         Case { name: "default bench", errors: None, coverage: usual, error: 1.10, width },
         Case {
             name: "sensors 2 ×, hits 0.5 ×",
-            errors: of(0.5, 2.0),
+            errors: scale(0.5, 2.0),
             coverage: usual,
             error: 1.10,
             width,
@@ -128,7 +132,7 @@ fn learned_intervals_hold_whatever_the_errors_of_the_bench_are() {
         // The sensors are so much better than the hits that the second-order terms of the hits remain.
         Case {
             name: "hits 2 ×, sensors 0.5 ×",
-            errors: of(2.0, 0.5),
+            errors: scale(2.0, 0.5),
             coverage: [0.90, 1.0],
             error: 1.25,
             width: None,
@@ -139,8 +143,9 @@ fn learned_intervals_hold_whatever_the_errors_of_the_bench_are() {
     println!("| --- | --- | --- | --- |");
     for case in cases {
         let [exact, stated, learned] = compare(&bench(case.errors));
-        let show =
-            |p: Pooled| format!("{:.1} %, {:.2}, {:.2}", 100.0 * p.coverage, p.error, p.width);
+        let show = |p: PooledStatistics| {
+            format!("{:.1} %, {:.2}, {:.2}", 100.0 * p.coverage, p.error, p.width)
+        };
         println!("| {} | {} | {} | {} |", case.name, show(exact), show(stated), show(learned));
         let [least, most] = case.coverage;
         let allowed = least - of_coverage..=most + of_coverage;

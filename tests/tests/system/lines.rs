@@ -17,8 +17,8 @@ use massline_protocol::object::{
 };
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{
-    Attached, Axis, Dof, Hit, MAX_ATTACHED, Prior, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign,
-    Target,
+    AttachedBody, Axis, Dof, Hit, MAX_ATTACHED, Prior, RIG_HITS, RIG_SENSORS, RigLayout, Sensor,
+    Sign, Target,
 };
 use massline_shared::measurement::campaign::{Command, Phase};
 use massline_shared::nalgebra::Complex;
@@ -109,13 +109,13 @@ fn the_lines_of_a_dof_are_read_until_its_result_is_deleted() {
             for piece in [1, 100, 513, 1024, 6000] {
                 assert_eq!(&read_dof(&mut store, 1, index, piece), bytes, "pieces of {piece}");
             }
-            let (found, responses) = split_dof::<DofResult>(bytes).unwrap();
-            assert_eq!((found, responses.len()), (head(index), RESPONSES));
+            let (stored, responses) = split_dof::<DofResult>(bytes).unwrap();
+            assert_eq!((stored, responses.len()), (head(index), RESPONSES));
             for (response, block) in responses.iter().enumerate() {
                 let lines = expand_response::<f32>(block).unwrap();
-                for (l, found) in lines.iter().enumerate() {
+                for (l, value) in lines.iter().enumerate() {
                     // Half a unit of the largest line, 127.1: 2^-8 of exponent -8.
-                    let error = found - line(index, response, l);
+                    let error = value - line(index, response, l);
                     assert!(
                         error.re.abs().max(error.im.abs()) <= 2_f32.powi(-9),
                         "{response}, {l}"
@@ -177,7 +177,7 @@ fn layout(dofs: usize) -> RigLayout {
         target: Target { mass: Some(0.01), center: Some(0.001), inertia: Some(0.02) },
         priors: (0..10).map(|property| Prior { property, value: 1.5, sigma: 0.25 }).collect(),
         attached: (0..MAX_ATTACHED)
-            .map(|_| Attached::point(0.5, 0.125, [1.0, 2.0, -1.0]))
+            .map(|_| AttachedBody::point(0.5, 0.125, [1.0, 2.0, -1.0]))
             .collect(),
         ..RigLayout::default()
     }
@@ -226,7 +226,8 @@ fn with_lines(dofs: usize) -> CampaignSize {
     CampaignSize { dofs, lines: MAX_LINES }
 }
 
-/// The largest number of DOFs with the lines of nine responses in one campaign, and how many campaigns of five DOFs fit.
+/// The largest number of DOFs with the lines of nine responses in one campaign, and how many campaigns of five DOFs
+/// fit.
 fn capacity<C: Chip>(board: &str) -> (usize, usize) {
     let mut most = 0;
     for dofs in 1..=RIG_HITS {
@@ -252,7 +253,8 @@ fn capacity<C: Chip>(board: &str) -> (usize, usize) {
 
 #[test]
 fn every_board_has_room_for_a_campaign_of_six_dofs_with_lines() {
-    // 32, 48 and 60 KiB are left of the flash beside the page that is opened next and what is lost at the ends of pages.
+    // 32, 48 and 60 KiB are left of the flash beside the page that is opened next and what is lost at the ends of
+    // pages.
     let (f411, g474, pico2) =
         (capacity::<F411>("F411"), capacity::<G474>("G474"), capacity::<W25q>("Pico 2"));
     assert!(f411.0 >= 6 && f411.1 >= 1, "{f411:?}");
@@ -407,12 +409,12 @@ fn the_host_downloads_the_lines_of_a_result() {
     }
     let object = LinesId { result: 1, dof: 0 }.object().unwrap();
     let length = bytes[0].len() as u32;
-    for (offset, wanted, found) in
+    for (offset, wanted, expected) in
         [(length - 1, 9, Ok(1)), (length, 1, Err(Reason::OutOfRange)), (7, u16::MAX, Ok(MAX_CHUNK))]
     {
         let chunk = client.ask::<ReadObject>(&ChunkRequest { object, offset, length: wanted });
         let chunk = chunk.map(|chunk| chunk.bytes.len()).map_err(|error| error.refusal().unwrap());
-        assert_eq!(chunk, found, "from {offset}");
+        assert_eq!(chunk, expected, "from {offset}");
     }
     client.ask::<massline_protocol::message::DeleteResult>(&1).unwrap();
     let refused = refusal(download(&mut client, LinesId { result: 1, dof: 0 }));

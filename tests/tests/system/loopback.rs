@@ -246,9 +246,9 @@ fn a_campaign_over_a_bad_link_ends_with_the_result_of_a_good_one() {
 }
 
 /// A port that is available again when it is reopened.
-struct Replugged(PipeTransport, HostEnd);
+struct RepluggedTransport(PipeTransport, HostEnd);
 
-impl Transport for Replugged {
+impl Transport for RepluggedTransport {
     fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize> {
         self.0.read(buffer, timeout)
     }
@@ -277,7 +277,7 @@ fn a_download_goes_on_where_the_plug_was_pulled() {
     let clean = client.download(record, |_, _| ()).unwrap();
 
     let link = rig.link();
-    let transport = Replugged(PipeTransport::new(rig.link()), rig.link());
+    let transport = RepluggedTransport(PipeTransport::new(rig.link()), rig.link());
     let mut client = Client::with_timing(transport, IMPATIENT);
     let mut had = Vec::new();
     let bytes = client
@@ -356,8 +356,8 @@ fn cases(cases: u32) -> ProptestConfig {
 /// A frame with exactly these bytes as its body.
 fn framed(kind: u16, sequence: u16, body: &[u8]) -> Vec<u8> {
     /// Serialises as its bytes without a length.
-    struct Raw<'a>(&'a [u8]);
-    impl serde::Serialize for Raw<'_> {
+    struct RawBytes<'a>(&'a [u8]);
+    impl serde::Serialize for RawBytes<'_> {
         fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
             use serde::ser::SerializeTuple;
             let mut tuple = serializer.serialize_tuple(self.0.len())?;
@@ -366,6 +366,6 @@ fn framed(kind: u16, sequence: u16, body: &[u8]) -> Vec<u8> {
         }
     }
     let mut frame = [0; MAX_FRAME];
-    let length = encode_frame(kind, sequence, &Raw(body), &mut frame).unwrap();
+    let length = encode_frame(kind, sequence, &RawBytes(body), &mut frame).unwrap();
     frame[..length].to_vec()
 }

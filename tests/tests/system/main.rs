@@ -1,4 +1,5 @@
-//! What crosses the packages, one subject a file. They are one program, which links once and shares both cores to its end.
+//! What crosses the packages, one subject a file. They are one program, which links once and shares both cores to its
+//! end.
 
 mod accuracy;
 mod calibration;

@@ -118,10 +118,15 @@ fn study(test: &str, apply_budget: impl FnOnce(&mut TestLayout, &Bench)) -> Stud
         .expect("the bench takes the layout")
 }
 
-fn of(method: Method, study: &Study) -> &MethodStatistics {
-    let found = study.methods.iter().find(|m| m.method == Some(method)).expect("is compared");
-    assert_eq!((found.answers as u64, found.unanswered), (runs(), 0), "{}", method.name());
-    found
+fn statistics_of(method: Method, study: &Study) -> &MethodStatistics {
+    let statistics = study.methods.iter().find(|m| m.method == Some(method)).expect("is compared");
+    assert_eq!(
+        (statistics.answers as u64, statistics.unanswered),
+        (runs(), 0),
+        "{}",
+        method.name()
+    );
+    statistics
 }
 
 /// The limits that the method must keep over 1000 runs: within 10 % of the Cramér-Rao bound in the
@@ -132,7 +137,7 @@ fn maximum_likelihood_reaches_the_bound_and_its_intervals_hold_the_truth_as_ofte
     for (number, test) in (1..).zip(THREE_BAR_TESTS) {
         let study = study(test, apply_bench_budget);
         println!("test {number}\n{}", report::to_text(&study, &layout(test)));
-        let ml = of(Method::MaximumLikelihood, &study);
+        let ml = statistics_of(Method::MaximumLikelihood, &study);
         let (mean, worst) = (ml.geometric_mean_ratio().unwrap(), ml.worst_ratio().unwrap());
         assert!(mean <= 1.10 * (1.0 + of_rms(2.3)), "test {number}: {mean}");
         // The worst of ten deviates more: 3.1 deviations are exceeded once in a thousand times, 2.3 once
@@ -143,7 +148,7 @@ fn maximum_likelihood_reaches_the_bound_and_its_intervals_hold_the_truth_as_ofte
         let coverage = ml.pooled_coverage95().unwrap();
         let allowed = 0.92 - of_coverage(2.3)..=0.97 + of_coverage(2.3);
         assert!(allowed.contains(&coverage), "test {number}: {coverage}");
-        let irm = of(Method::InertiaRestraint, &study).geometric_mean_ratio().unwrap();
+        let irm = statistics_of(Method::InertiaRestraint, &study).geometric_mean_ratio().unwrap();
         assert!(irm > mean, "test {number}: {irm} {mean}");
     }
 }
@@ -154,7 +159,8 @@ fn with_a_wider_budget_the_intervals_hold_the_truth_more_often_than_stated() {
     for (number, test) in (1..).zip(THREE_BAR_TESTS) {
         let study = study(test, |_, _| ());
         println!("test {number}\n{}", report::to_text(&study, &layout(test)));
-        let coverage = of(Method::MaximumLikelihood, &study).pooled_coverage95().unwrap();
+        let coverage =
+            statistics_of(Method::MaximumLikelihood, &study).pooled_coverage95().unwrap();
         assert!(coverage >= 0.95 - of_coverage(2.3), "test {number}: {coverage}");
     }
 }

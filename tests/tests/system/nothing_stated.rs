@@ -1,7 +1,7 @@
 //! The path of a user who states nothing at all: no `[uncertainty]`, parts out of the box.
 //!
-//! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- nothing_stated:: --nocapture` prints the figures of
-//! tests/README.md.
+//! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- nothing_stated:: --nocapture` prints the
+//! figures of tests/README.md.
 
 use std::io;
 
@@ -17,7 +17,7 @@ use massline_shared::identify::Method;
 use massline_shared::signal::Calibration;
 use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, steady_hand};
 use massline_tests::long;
-use massline_tests::pooled::{Pooled, pooled, solved_again};
+use massline_tests::pooled::{PooledStatistics, pooled, solved_again};
 
 /// Chosen before the first run.
 const SEED: u64 = 20_261_124;
@@ -49,7 +49,7 @@ fn run(bench: &Bench, layout: &TestLayout, calibration: &Calibration, seed: u64)
 }
 
 /// The statistics with the true errors stated, which are those of `bench`, and with what the runs have learned.
-fn compare(bench: &Bench, of_tests: &[(TestLayout, Vec<Run>)]) -> [Pooled; 2] {
+fn compare(bench: &Bench, of_tests: &[(TestLayout, Vec<Run>)]) -> [PooledStatistics; 2] {
     let calibration = nominal_calibration(bench);
     let mut lists = [const { Vec::new() }; 2];
     for (layout, runs) in of_tests {
@@ -78,9 +78,11 @@ fn compare(bench: &Bench, of_tests: &[(TestLayout, Vec<Run>)]) -> [Pooled; 2] {
     lists.map(|list| pooled(&list))
 }
 
-fn show(what: &str, [exact, learned]: [Pooled; 2]) {
-    let text = |p: Pooled| format!("{:.1} %, {:.2}, {:.2}", 100.0 * p.coverage, p.error, p.width);
-    println!("| {what} | {} | {} |", text(exact), text(learned));
+fn show(name: &str, [exact, learned]: [PooledStatistics; 2]) {
+    let text = |p: PooledStatistics| {
+        format!("{:.1} %, {:.2}, {:.2}", 100.0 * p.coverage, p.error, p.width)
+    };
+    println!("| {name} | {} | {} |", text(exact), text(learned));
 }
 
 /// Allowance for the coverage of few runs, whose ten intervals may all hold the truth or all miss it: exceeded once in

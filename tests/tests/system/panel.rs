@@ -182,11 +182,11 @@ fn tumble(flash: &FlashBacking, bench: &Bench, seed: u64) -> (Framebuffer, Calib
     person.press(Yes);
     person.sees(|model| model.calibration_wizard == CalibrationWizard::Stored);
     rig.stop().unwrap();
-    (framebuffer, kept(flash).unwrap())
+    (framebuffer, stored_calibration(flash).unwrap())
 }
 
 /// The calibration in the flash of a rig that is switched off.
-fn kept(flash: &FlashBacking) -> Option<CalibrationRecord> {
+fn stored_calibration(flash: &FlashBacking) -> Option<CalibrationRecord> {
     let mut store = Store::new(Flash::open(flash).unwrap(), || false);
     block_on(store.open());
     block_on(store.calibration())
@@ -244,7 +244,7 @@ fn the_hammer_is_calibrated_against_a_block_with_buttons_alone() {
     person.sees(|model| model.calibration_wizard == CalibrationWizard::Stored);
     rig.stop().unwrap();
 
-    let kept = kept(&flash).unwrap();
+    let kept = stored_calibration(&flash).unwrap();
     assert_eq!(kept.method, CalibrationMethod::TumbleAndBlock);
     for k in 0..3 {
         let sensor = |record: &CalibrationRecord| record.calibration.sensor_sensitivity(k);
@@ -273,7 +273,7 @@ fn a_block_against_sensors_that_nobody_has_calibrated_is_refused_with_the_reason
     person.press(Yes);
     person.sees(|model| model.calibration_wizard == CalibrationWizard::Off);
     rig.stop().unwrap();
-    assert_eq!(kept(&flash), None);
+    assert_eq!(stored_calibration(&flash), None);
 }
 
 /// The first test of the frame with every DOF, two hits each, and a target that is reached on the way.

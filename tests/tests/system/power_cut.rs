@@ -195,10 +195,10 @@ impl Model {
             }
             Write::Calibration(number) => model.calibration = Some(number),
             Write::Dof { campaign, index, lines } => {
-                model.dofs.retain(|&(of, _)| of != index);
+                model.dofs.retain(|&(dof, _)| dof != index);
                 model.dofs.push((index, dof_bytes(campaign, index, lines)));
             }
-            Write::Reopen { index } => model.dofs.retain(|&(of, _)| of != index),
+            Write::Reopen { index } => model.dofs.retain(|&(dof, _)| dof != index),
             Write::Progress { campaign, dofs } => {
                 model.progress = Some(progress_bytes(campaign, dofs));
             }
@@ -224,7 +224,7 @@ impl Model {
     }
 
     /// The order of the layouts decides which one is dropped next, but is not visible in the list.
-    fn shown(&self) -> Self {
+    fn visible_state(&self) -> Self {
         let mut shown = self.clone();
         shown.layouts.sort_unstable();
         shown
@@ -263,8 +263,8 @@ fn do_it<C: Chip>(store: &mut Store<ChipFlash<C>>, write: Write) -> Result<(), S
     })
 }
 
-/// The writes of a campaign, which begins with the deletion of results; every fifth is aborted. In a campaign with lines
-/// the first DOF is measured again.
+/// The writes of a campaign, which begins with the deletion of results; every fifth is aborted. In a campaign with
+/// lines the first DOF is measured again.
 fn campaign(number: u32, model: &Model, deleted: usize, lines: usize) -> Vec<Write> {
     let mut writes = Vec::new();
     let oldest = model.results.iter().take(deleted).map(|kept| kept.number);
@@ -326,7 +326,7 @@ impl Life {
             do_it(&mut store, write).unwrap_or_else(|reason| panic!("{write:?}: {reason:?}"));
             self.model = self.model.with(write);
         }
-        assert_eq!(Model::of(&mut store).shown(), self.model.shown());
+        assert_eq!(Model::of(&mut store).visible_state(), self.model.visible_state());
         self.campaigns += 1;
     }
 }
@@ -342,7 +342,8 @@ struct Count {
     triples: u64,
 }
 
-/// Cuts the power at every step of a write, or every second one and so on, and twice more at any step of its repetitions.
+/// Cuts the power at every step of a write, or every second one and so on, and twice more at any step of its
+/// repetitions.
 fn cut_everywhere<C: Chip>(
     memory: &FlashMemory,
     model: &Model,
@@ -350,14 +351,14 @@ fn cut_everywhere<C: Chip>(
     every: usize,
     count: &mut Count,
 ) {
-    let (before, after) = (model.shown(), model.with(write).shown());
+    let (before, after) = (model.visible_state(), model.with(write).visible_state());
     let whole = memory.copied();
     do_it(&mut open::<C>(&whole), write).unwrap();
     let steps = whole.steps() - memory.steps();
     count.words += steps;
     for step in (0..steps).step_by(every) {
         let memory = memory.copied();
-        let mut there = false;
+        let mut is_written = false;
         for cut in 0..3 {
             let seed = (step << 2 | cut) ^ count.cuts << 32;
             // The second and third cut come at a random step, more often an early one.
@@ -371,24 +372,24 @@ fn cut_everywhere<C: Chip>(
             count.cuts += u64::from(done.is_err());
             drop(store);
             let mut store = open::<C>(&memory);
-            let shown = Model::of(&mut store).shown();
+            let shown = Model::of(&mut store).visible_state();
             assert_eq!(
                 store.failures(),
                 0,
                 "{write:?}, step {step}, cut {cut}: something was torn"
             );
-            there = shown == after;
+            is_written = shown == after;
             assert!(
-                there || (done.is_err() && shown == before),
+                is_written || (done.is_err() && shown == before),
                 "{write:?}, step {step}, cut {cut}: {shown:?}"
             );
-            if there {
+            if is_written {
                 count.done += 1;
                 break;
             }
             count.triples += u64::from(cut == 2);
         }
-        if !there {
+        if !is_written {
             let mut store = open::<C>(&memory);
             assert_eq!(do_it(&mut store, write), Ok(()), "{write:?} after the cuts at step {step}");
             assert_eq!(
@@ -397,7 +398,7 @@ fn cut_everywhere<C: Chip>(
                 "{write:?}, step {step}: wrote over what a cut had left"
             );
             drop(store);
-            let shown = Model::of(&mut open::<C>(&memory)).shown();
+            let shown = Model::of(&mut open::<C>(&memory)).visible_state();
             assert_eq!(shown, after, "{write:?}, step {step}");
         }
     }
@@ -483,7 +484,8 @@ fn few_lines(campaign: u32) -> usize {
 
 #[test]
 fn no_cut_loses_or_tears_lines_in_flash_of_an_f411() {
-    // There is room for one campaign with lines: the others begin with the deletion of its result, as the one that is cut.
+    // There is room for one campaign with lines: the others begin with the deletion of its result, as the one that is
+    // cut.
     let count = cut_campaigns::<F411>("F411 with lines", &[3], all_lines);
     assert!(count.cuts >= 10_000, "{count:?}");
 }

@@ -54,16 +54,16 @@ fn expected() -> (Vec<usize>, Vec<[f64; 3]>) {
 /// Every sample at which a trigger fires that is armed again when a record is complete.
 fn triggers(force: &[f64]) -> Vec<usize> {
     let mut trigger = EdgeTrigger::new(LEVEL, PRE_TRIGGER);
-    let mut found: Vec<usize> = Vec::new();
+    let mut triggers: Vec<usize> = Vec::new();
     for (n, &sample) in force.iter().enumerate() {
-        if found.last().is_some_and(|&last| n == last + POINTS - PRE_TRIGGER) {
+        if triggers.last().is_some_and(|&last| n == last + POINTS - PRE_TRIGGER) {
             trigger.arm();
         }
         if trigger.feed(sample) {
-            found.push(n);
+            triggers.push(n);
         }
     }
-    found
+    triggers
 }
 
 /// H1 and coherence over the good hits.

@@ -47,9 +47,9 @@ fn accept(client: &mut Client, dof: u8) {
 }
 
 /// Accepts every hit. The rig waits for the confirmation, so the outcome does not depend on timing.
-struct Accepting;
+struct AcceptingObserver;
 
-impl Observer for Accepting {
+impl Observer for AcceptingObserver {
     fn steer(&mut self, _: &mut Client, status: &Status) -> massline::Result<Option<Command>> {
         let waits = phase(status) == Some(Phase::Confirming);
         Ok(waits.then_some(Command::Accept))
@@ -59,7 +59,7 @@ impl Observer for Accepting {
 /// Resumes a campaign, or begins one, and runs it to its result.
 fn finish(client: &mut Client) -> (StartOutcome, MeasurementResult) {
     let begun = begin(client, StartOptions { confirm: true, ..StartOptions::default() }).unwrap();
-    let ending = follow(client, &Interrupt::new(), Some(LATE), &mut Accepting).unwrap();
+    let ending = follow(client, &Interrupt::new(), Some(LATE), &mut AcceptingObserver).unwrap();
     let CampaignOutcome::Done(number) = ending else { panic!("{ending:?}") };
     (begun, read_result(client, number))
 }

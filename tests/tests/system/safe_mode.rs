@@ -23,13 +23,13 @@ fn bench() -> Box<BenchSource> {
 }
 
 /// Flash whose content ends every run that reads it.
-struct Poisoned(Flash, Arc<AtomicU32>);
+struct PoisonedFlash(Flash, Arc<AtomicU32>);
 
-impl ErrorType for Poisoned {
+impl ErrorType for PoisonedFlash {
     type Error = <Flash as ErrorType>::Error;
 }
 
-impl ReadNorFlash for Poisoned {
+impl ReadNorFlash for PoisonedFlash {
     const READ_SIZE: usize = Flash::READ_SIZE;
 
     async fn read(&mut self, _: u32, _: &mut [u8]) -> Result<(), Self::Error> {
@@ -41,7 +41,7 @@ impl ReadNorFlash for Poisoned {
     }
 }
 
-impl NorFlash for Poisoned {
+impl NorFlash for PoisonedFlash {
     const WRITE_SIZE: usize = Flash::WRITE_SIZE;
     const ERASE_SIZE: usize = Flash::ERASE_SIZE;
 
@@ -56,12 +56,12 @@ impl NorFlash for Poisoned {
 }
 
 /// A rig in which a layout is stored.
-struct Failing {
+struct FailingRig {
     backing: FlashBacking,
     erased: Arc<AtomicU32>,
 }
 
-impl Failing {
+impl FailingRig {
     fn new() -> Self {
         let layout = three_bar().rig_layout().unwrap();
         Self { backing: provisioned_with(&[&layout]), erased: Arc::default() }
@@ -78,7 +78,7 @@ impl Failing {
         let erased = self.erased.clone();
         VirtualRig::start_application(options, async |board| {
             let Board { info, sampler, link, flash, panel, feed_watchdog } = board;
-            let flash = Poisoned(flash, erased);
+            let flash = PoisonedFlash(flash, erased);
             let board = Board { info, sampler, link, flash, panel, feed_watchdog };
             let mut memory = Box::new(Memory::new());
             massline_firmware::run(board, &mut memory).await
@@ -105,14 +105,14 @@ fn refusal<T: std::fmt::Debug>(answer: Result<T, ClientError>) -> Option<Reason>
 
 #[test]
 fn any_other_start_ends_in_the_failure() {
-    let rig = Failing::new().start(BootReason::Panic);
+    let rig = FailingRig::new().start(BootReason::Panic);
     let client: &mut Client = &mut connect(&rig);
     assert!(client.identify().is_err());
 }
 
 #[test]
 fn the_host_hears_of_the_failure_and_erases_the_store_once() {
-    let failing = Failing::new();
+    let failing = FailingRig::new();
     let rig = failing.start(BootReason::SafeMode);
     let mut client = connect(&rig);
     let identity = client.identify().unwrap();
@@ -131,7 +131,7 @@ fn the_host_hears_of_the_failure_and_erases_the_store_once() {
 
 #[test]
 fn a_person_reads_the_failure_and_erases_the_store_by_buttons() {
-    let failing = Failing::new();
+    let failing = FailingRig::new();
     let rig = failing.start(BootReason::SafeMode);
     let person = Person(rig.panel_view());
     pictures::check("safe-mode-1-failure", &person.press(Button::Next), &[]);

@@ -1,8 +1,8 @@
 //! The screen's bus hangs at each byte of a picture: the rig frees it and shows the picture, and nothing else waits.
 //!
-//! The model is that of a screen which has lost count of the clocks: it holds the data line low, and no transfer goes on, until
-//! it has seen the clocks of a whole byte and a stop. Time is counted in steps of the simulation, to which a busy machine adds
-//! nothing.
+//! The model is that of a screen which has lost count of the clocks: it holds the data line low, and no transfer goes
+//! on, until it has seen the clocks of a whole byte and a stop. Time is counted in steps of the simulation, to which a
+//! busy machine adds nothing.
 
 mod model;
 
@@ -84,7 +84,7 @@ fn pages(mut frame: Frame) -> [Page; PAGES] {
 }
 
 /// Shows a picture on a screen that loses count during this byte, with other work beside it.
-fn shown(glitch: Option<usize>) -> Model {
+fn show_picture(glitch: Option<usize>) -> Model {
     let model = Model::new(glitch);
     let application = Application::new();
     let wanted = pages(picture());
@@ -100,7 +100,7 @@ fn shown(glitch: Option<usize>) -> Model {
     let time = async {
         while model.steps.get() < 100_000 {
             match model.hangs.get() {
-                _ if model.shown() != wanted => {}
+                _ if model.displayed_pages() != wanted => {}
                 None => return,
                 // After the last byte the next picture finds that the bus hangs.
                 Some(_) if !core::mem::replace(&mut redrawn, true) => application.woken(),
@@ -111,27 +111,27 @@ fn shown(glitch: Option<usize>) -> Model {
             model.steps.set(model.steps.get() + 1);
             assert!(worked.get() >= model.steps.get(), "byte {glitch:?}: other work waits");
         }
-        let right = model.shown().iter().zip(&wanted).filter(|(a, b)| a == b).count();
+        let right = model.displayed_pages().iter().zip(&wanted).filter(|(a, b)| a == b).count();
         panic!(
             "byte {glitch:?}: not shown in a second; {right} pages are right, {} bytes taken, hangs {:?}",
             model.taken.get(),
             model.hangs.get()
         );
     };
-    let all = select3(drive(Bus(&model), &application, |_| {}), other_work, time);
-    let ended = Executor::default().run(all);
+    let tasks = select3(drive(Bus(&model), &application, |_| {}), other_work, time);
+    let ended = Executor::default().run(tasks);
     assert!(matches!(ended, Some(Either3::Third(()))));
     model
 }
 
 #[test]
 fn a_bus_that_hangs_at_any_byte_of_a_picture_is_freed_and_nothing_waits() {
-    let undisturbed = shown(None);
+    let undisturbed = show_picture(None);
     let bytes = undisturbed.taken.get();
     // 1024 of the picture, the commands before each page, and those that switch the screen on.
     assert!((1024..1400).contains(&bytes), "{bytes}");
     for byte in 0..bytes {
-        let model = shown(Some(byte));
+        let model = show_picture(Some(byte));
         let hung = STEP * model.hung.get() as u32;
         assert!(hung > STEP && hung <= Duration::from_millis(50), "byte {byte}: {hung}");
     }
@@ -152,16 +152,16 @@ fn the_gauge_is_read_between_the_pages_and_may_be_missing() {
         (Some([0xB4, 0x00, 0x14, 0x00]), Some(later)),
     ];
     let time = async {
-        for (gauge, told) in readings {
+        for (gauge, expected) in readings {
             model.gauge.set(gauge);
             let until = Instant::now() + INTERVAL + Duration::from_secs(1);
             while Instant::now() < until {
                 yield_now().await;
                 advance_to(Instant::now() + STEP);
             }
-            assert_eq!(charge.get(), told);
+            assert_eq!(charge.get(), expected);
             // A new picture while the gauge is there, and while it is not.
-            assert_eq!(model.shown(), wanted);
+            assert_eq!(model.displayed_pages(), wanted);
             model.clear();
             application.woken();
         }
@@ -183,7 +183,7 @@ fn while_the_rig_computes_pages_arrive_and_the_screen_stays_on() {
     let time = async {
         for _ in 0..3 {
             let late = Instant::now() + Duration::from_secs(60);
-            while model.shown() != wanted {
+            while model.displayed_pages() != wanted {
                 assert!(Instant::now() < late, "not shown in a minute");
                 yield_now().await;
                 advance_to(Instant::now() + Duration::from_millis(40));
@@ -217,7 +217,7 @@ fn a_gauge_that_hangs_takes_the_screen_with_it_only_for_a_moment() {
     let drive = drive(Bus(&model), &application, |read| charge.set(read));
     let ended = Executor::default().run(select(drive, time));
     assert!(matches!(ended, Some(Either::Second(()))));
-    assert_eq!(model.shown(), wanted);
+    assert_eq!(model.displayed_pages(), wanted);
     assert_eq!(charge.get(), None);
 }
 
@@ -238,7 +238,7 @@ fn glass<const N: usize>(
                 yield_now().await;
                 advance_to(Instant::now() + STEP);
             }
-            seen.borrow_mut()[place] = model.shown();
+            seen.borrow_mut()[place] = model.displayed_pages();
         }
     };
     let drive = drive(Bus(&model), &application, |_| {});

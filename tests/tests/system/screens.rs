@@ -9,7 +9,7 @@ use massline_firmware::board::{
 use massline_firmware::panel::calibration_wizard::{CalibrationWizard, Proposal, WizardProblem};
 use massline_firmware::panel::draw::{LayoutLine, View, draw};
 use massline_firmware::panel::menu::{ABOUT_PAGES, Menu, Question, Screen};
-use massline_firmware::panel::refused::Refused;
+use massline_firmware::panel::refused::RefusalReason;
 use massline_firmware::panel::self_test::SelfTestState;
 use massline_firmware::panel::summary::Summary;
 use massline_firmware::panel::{Button, FurtherPlace, HitVerdict, PanelModel, PrecisionModel};
@@ -144,7 +144,7 @@ fn entry(number: u32) -> ResultEntry {
     ResultEntry { number, layout_hash: 7, mass: (number != 2).then_some(mass), length: 1000 }
 }
 
-fn said(code: Code, severity: Severity, subject: Subject, value: f32) -> Diagnostic {
+fn diagnostic(code: Code, severity: Severity, subject: Subject, value: f32) -> Diagnostic {
     Diagnostic::about(code, severity, subject, value)
 }
 
@@ -178,8 +178,8 @@ fn summary() -> Summary {
         diagnostics: Diagnostics::new(),
     };
     let findings = [
-        said(Code::LargeSensorPull, Severity::Note, Subject::Sensor(1), 1.7),
-        said(Code::NoPlateau, Severity::Warning, Subject::response(1, 5), 0.031),
+        diagnostic(Code::LargeSensorPull, Severity::Note, Subject::Sensor(1), 1.7),
+        diagnostic(Code::NoPlateau, Severity::Warning, Subject::response(1, 5), 0.031),
     ];
     Summary {
         number: 3,
@@ -207,10 +207,10 @@ fn what_is_measured_looks_as_its_pictures() {
     rig.model.profile = TestProfile::Suspension;
     rig.show("storing", Screen::Measure, 0);
     for (name, reason) in [
-        ("refused-room", Refused::TooLittleRoom(12)),
-        ("refused-room-one", Refused::TooLittleRoom(1)),
-        ("refused-room-none", Refused::TooLittleRoom(0)),
-        ("refused-block", Refused::BlockNeedsMassLines),
+        ("refused-room", RefusalReason::TooLittleRoom(12)),
+        ("refused-room-one", RefusalReason::TooLittleRoom(1)),
+        ("refused-room-none", RefusalReason::TooLittleRoom(0)),
+        ("refused-block", RefusalReason::BlockNeedsMassLines),
     ] {
         Rig::new().show(name, Screen::Refused(reason), 0);
     }
@@ -257,26 +257,27 @@ fn the_screens_that_ask_for_a_hit_look_as_their_pictures() {
 #[test]
 fn a_rejected_hit_says_why() {
     let mut rig = Rig::at(Phase::Armed);
-    rig.model.verdict = verdict(Some(said(Code::DoubleHit, Severity::Error, Subject::Whole, 0.42)));
+    rig.model.verdict =
+        verdict(Some(diagnostic(Code::DoubleHit, Severity::Error, Subject::Whole, 0.42)));
     rig.show("rejected", Screen::Measure, 0);
     let mut rig = Rig::at(Phase::Armed);
     rig.model.verdict =
-        verdict(Some(said(Code::Overload, Severity::Error, Subject::Channel(5), 171.2)));
+        verdict(Some(diagnostic(Code::Overload, Severity::Error, Subject::Channel(5), 171.2)));
     rig.show("rejected-channel", Screen::Measure, 0);
     let mut rig = Rig::at(Phase::Busy);
     rig.model.dof = Some((11, "65535:-Z".parse().unwrap()));
     (rig.model.accepted, rig.model.wanted) = (49, 50);
     rig.model.verdict =
-        verdict(Some(said(Code::HitInconsistent, Severity::Error, Subject::Hit(1), 0.3)));
+        verdict(Some(diagnostic(Code::HitInconsistent, Severity::Error, Subject::Hit(1), 0.3)));
     rig.show("rejected-busy", Screen::Measure, 0);
     let mut rig = Rig::at(Phase::Armed);
     rig.model.verdict =
-        verdict(Some(said(Code::HitElsewhere, Severity::Error, Subject::Hit(1), 1.85)));
+        verdict(Some(diagnostic(Code::HitElsewhere, Severity::Error, Subject::Hit(1), 1.85)));
     rig.show("rejected-elsewhere", Screen::Measure, 0);
     // In the suspension profile the lowest line says how the object swung.
     let mut rig = Rig::at(Phase::Armed);
     rig.model.profile = TestProfile::Suspension;
-    let swung = said(Code::PreTriggerNotQuiet, Severity::Error, Subject::Channel(5), 0.124);
+    let swung = diagnostic(Code::PreTriggerNotQuiet, Severity::Error, Subject::Channel(5), 0.124);
     rig.model.verdict = verdict(Some(swung)).map(|verdict| HitVerdict {
         swing: Some(Swing { impulse: 1.02, rest: 0.124, remainder: 0.0101 }),
         ..verdict
@@ -286,7 +287,7 @@ fn a_rejected_hit_says_why() {
 
 #[test]
 fn a_doubtful_hit_that_is_kept_says_why() {
-    let doubt = said(Code::HitInconsistent, Severity::Warning, Subject::Hit(1), 0.3);
+    let doubt = diagnostic(Code::HitInconsistent, Severity::Warning, Subject::Hit(1), 0.3);
     let mut rig = Rig::at(Phase::Armed);
     rig.model.verdict = verdict(Some(doubt));
     rig.show("kept", Screen::Measure, 0);
@@ -301,15 +302,20 @@ fn a_doubtful_hit_that_is_kept_says_why() {
 fn an_undo_looks_as_its_pictures() {
     // The longest list: all eight lines, as far as they fit the screen.
     let mut rig = Rig::at(Phase::Paused);
-    rig.findings = vec![said(Code::GravityNotGiven, Severity::Warning, Subject::Whole, 0.0)];
+    rig.findings = vec![diagnostic(Code::GravityNotGiven, Severity::Warning, Subject::Whole, 0.0)];
     rig.model.averaged = 7;
     rig.model.precision = Some(precision(false));
     rig.show("paused-undo", Screen::Measure, 1);
     let mut rig = Rig::at(Phase::Armed);
-    rig.model.verdict = verdict(Some(said(Code::HitUndone, Severity::Error, Subject::Hit(1), 0.0)));
+    rig.model.verdict =
+        verdict(Some(diagnostic(Code::HitUndone, Severity::Error, Subject::Hit(1), 0.0)));
     rig.show("undone", Screen::Measure, 0);
-    Rig::at(Phase::Paused).show("refused-undo", Screen::Refused(Refused::NothingToUndo), 0);
-    Rig::at(Phase::Paused).show("refused-undo-late", Screen::Refused(Refused::HitOverwritten), 0);
+    Rig::at(Phase::Paused).show("refused-undo", Screen::Refused(RefusalReason::NothingToUndo), 0);
+    Rig::at(Phase::Paused).show(
+        "refused-undo-late",
+        Screen::Refused(RefusalReason::HitOverwritten),
+        0,
+    );
 }
 
 #[test]
@@ -317,7 +323,7 @@ fn the_screens_of_a_campaign_that_waits_or_ends_look_as_their_pictures() {
     let mut rig = Rig::at(Phase::Confirming);
     rig.model.verdict = verdict(None);
     rig.show("confirming", Screen::Measure, 0);
-    let findings = vec![said(Code::GravityNotGiven, Severity::Warning, Subject::Whole, 0.0)];
+    let findings = vec![diagnostic(Code::GravityNotGiven, Severity::Warning, Subject::Whole, 0.0)];
     Rig { findings, ..Rig::at(Phase::Paused) }.show("paused", Screen::Measure, 1);
     Rig::at(Phase::Solving).show("solving", Screen::Measure, 0);
     Rig::at(Phase::Done).show("done", Screen::Measure, 0);
@@ -337,12 +343,12 @@ fn a_title_in_any_script_is_drawn() {
         ("german", "Prüfstand Süd, Aufhängung über Kreuz"),
     ];
     for (name, title) in titles {
-        for (screen, of) in [(Screen::Measure, "measure"), (Screen::Layouts, "layouts")] {
+        for (screen, picture) in [(Screen::Measure, "measure"), (Screen::Layouts, "layouts")] {
             let mut rig = Rig::at(Phase::Idle);
             rig.layout.as_mut().unwrap().title = title.try_into().unwrap();
             // As long as a line has room for.
             rig.layouts[0].title = title.chars().take(8).collect();
-            rig.show(&format!("{of}-title-{name}"), screen, 0);
+            rig.show(&format!("{picture}-title-{name}"), screen, 0);
         }
     }
 }
@@ -389,14 +395,14 @@ fn the_screens_about_the_precision_look_as_their_pictures() {
 #[test]
 fn the_pages_of_findings_look_as_their_pictures() {
     let findings = vec![
-        said(
+        diagnostic(
             Code::SettingOutOfRange,
             Severity::Error,
             Subject::Setting(Setting::ExponentialDecay),
             9000.0,
         ),
-        said(Code::ResultNotStored, Severity::Error, Subject::Whole, 0.0),
-        said(Code::LargeHitPull, Severity::Note, Subject::Hit(2), 2.4),
+        diagnostic(Code::ResultNotStored, Severity::Error, Subject::Whole, 0.0),
+        diagnostic(Code::LargeHitPull, Severity::Note, Subject::Hit(2), 2.4),
     ];
     let names = ["finding-setting", "finding-store", "finding-hit"];
     for (page, name) in names.into_iter().enumerate() {
@@ -433,8 +439,8 @@ fn the_pages_of_a_self_test_look_as_their_pictures() {
         Rig { at_rest: at_rest.clone(), ..at(sound) }.show(name, Screen::SelfTest, page);
     }
     let findings = vec![
-        said(Code::SensorSilent, Severity::Error, Subject::Sensor(1), 0.002),
-        said(Code::PickUp50Hz, Severity::Error, Subject::Channel(9), 0.00123),
+        diagnostic(Code::SensorSilent, Severity::Error, Subject::Sensor(1), 0.002),
+        diagnostic(Code::PickUp50Hz, Severity::Error, Subject::Channel(9), 0.00123),
     ];
     let faulty = SelfTestState::Done { findings: 2, channels: 10 };
     for (page, name) in [(1, "self-test-fault"), (4, "self-test-last-channels")] {
@@ -448,7 +454,7 @@ fn the_pages_of_a_self_test_look_as_their_pictures() {
 fn every_code_leaves_the_edges_of_the_screen_dark() {
     for &code in Code::ALL {
         let mut rig = Rig::at(Phase::Paused);
-        rig.findings = vec![said(code, Severity::Error, code.subject_kind().at(1), 0.5)];
+        rig.findings = vec![diagnostic(code, Severity::Error, code.subject_kind().at(1), 0.5)];
         rig.model.findings = 1;
         let mut menu = Menu::new();
         menu.follow(&rig.model);
@@ -580,7 +586,7 @@ fn a_dead_crystal_and_a_low_supply_are_said() {
     };
     show("about-3-no-crystal", || false);
     show("about-3-supply-low", || true);
-    Rig::new().show("refused-supply-low", Screen::Refused(Refused::SupplyLow), 0);
+    Rig::new().show("refused-supply-low", Screen::Refused(RefusalReason::SupplyLow), 0);
 }
 
 #[test]
@@ -589,5 +595,5 @@ fn questions_and_refusals_look_as_their_pictures() {
     Rig::at(Phase::Paused).show("sure-redo", Screen::Sure(Question::Redo), 0);
     let rig = Rig { summary: Some(summary()), ..Rig::new() };
     rig.show("sure-delete", Screen::Sure(Question::Delete), 0);
-    Rig::new().show("refused", Screen::Refused(Refused::StoreFull), 0);
+    Rig::new().show("refused", Screen::Refused(RefusalReason::StoreFull), 0);
 }

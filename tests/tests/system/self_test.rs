@@ -24,13 +24,13 @@ type Wires = [f64; 10];
 type Effect = Arc<dyn Fn(&mut Wires, f64) + Send + Sync>;
 
 /// A bench whose wires pass a fault on their way to the converter.
-struct Faulty {
+struct FaultySource {
     bench: BenchSource,
     effect: Effect,
     scans: u32,
 }
 
-impl ScanSource for Faulty {
+impl ScanSource for FaultySource {
     fn adc(&self) -> AdcProperties {
         self.bench.adc()
     }
@@ -47,7 +47,7 @@ impl ScanSource for Faulty {
         let scan = self.bench.next_scan()?;
         let adc = self.adc();
         let code = f64::from(adc.volts_per_code());
-        let mut wires = scan.map(|of| f64::from(of) * code);
+        let mut wires = scan.map(|sample| f64::from(sample) * code);
         (self.effect)(&mut wires, f64::from(self.scans) / f64::from(adc.rate.0));
         self.scans += 1;
         Some(wires.map(|volts| (volts / code).round().clamp(0.0, adc.full_scale().into()) as u16))
@@ -78,7 +78,7 @@ impl Rig {
     /// What its self-test finds: the code and the subject of each finding.
     fn examine(&self, board: RealBoard, seed: u64) -> Vec<String> {
         let bench = BenchSource::new(&self.bench, &three_bar().layout, seed).expect("is sound");
-        let source = Faulty { bench, effect: self.effect.clone(), scans: 0 };
+        let source = FaultySource { bench, effect: self.effect.clone(), scans: 0 };
         let (clock, supply) = (self.clock, self.supply);
         let options =
             VirtualRigOptions { clock, supply, ..VirtualRigOptions::new(Box::new(source)) };
@@ -114,10 +114,10 @@ fn every_fault_is_named_on_every_board_and_nothing_else_is() {
         let cases = faults::cases(&circuit);
         assert!(cases.len() >= 40, "{}", cases.len());
         for case in cases {
-            let found = case.rig.examine(board, 1);
-            if found != case.named {
+            let findings = case.rig.examine(board, 1);
+            if findings != case.named {
                 let (name, named) = (case.name, case.named);
-                wrong.push(format!("{}, {name}: {found:?} instead of {named:?}", board.name));
+                wrong.push(format!("{}, {name}: {findings:?} instead of {named:?}", board.name));
             }
         }
     }
@@ -130,7 +130,7 @@ fn two_hundred_sound_rigs_pass() {
     let failed: Vec<_> = (1..=200)
         .zip(circuits.iter().cycle())
         .map(|(seed, circuit)| (seed, sound::rig(circuit, seed).examine(circuit.board, seed)))
-        .filter(|(_, found)| !found.is_empty())
+        .filter(|(_, findings)| !findings.is_empty())
         .collect();
     assert!(failed.is_empty(), "{failed:#?}");
 }

@@ -33,8 +33,8 @@ fn examined_on(bench: &Bench, text: &str, seed: u64) -> (LayoutFile, Examination
 }
 
 /// What an examination says.
-fn said(found: &Examination, file: &LayoutFile) -> Vec<String> {
-    findings_in(found, &file.layout).into_iter().map(|finding| finding.message).collect()
+fn messages(examination: &Examination, file: &LayoutFile) -> Vec<String> {
+    findings_in(examination, &file.layout).into_iter().map(|finding| finding.message).collect()
 }
 
 /// The messages of all suspects, the most likely first.
@@ -75,13 +75,13 @@ fn every_mistake_is_named() {
         ("reverse:3", &["hit 3 (4:+X) came from the other side"]),
     ];
     for (seed, (fault, expected)) in (1..).zip(cases) {
-        let mut found = suspected(FIVE_HITS, fault, seed);
+        let mut messages = suspected(FIVE_HITS, fault, seed);
         let mut expected = expected.to_vec();
-        found.sort();
+        messages.sort();
         expected.sort_unstable();
         let is_named =
-            found.iter().zip(&expected).all(|(message, start)| message.starts_with(start));
-        assert!(found.len() == expected.len() && is_named, "{fault}: {found:?}");
+            messages.iter().zip(&expected).all(|(message, start)| message.starts_with(start));
+        assert!(messages.len() == expected.len() && is_named, "{fault}: {messages:?}");
     }
 }
 
@@ -89,16 +89,16 @@ fn every_mistake_is_named() {
 fn all_axes_reversed_are_named_with_the_properties_as_they_would_be() {
     let mut bench = Bench::named("default").expect("bundled");
     bench.faults = ["flip:2x", "flip:2y", "flip:2z"].map(|f| f.parse().expect("a fault")).into();
-    let (file, found) = examined_on(&bench, FIVE_HITS, 22);
-    let [only] = found.suspects() else { panic!("{:?}", said(&found, &file)) };
+    let (file, examination) = examined_on(&bench, FIVE_HITS, 22);
+    let [only] = examination.suspects() else { panic!("{:?}", messages(&examination, &file)) };
     let corrected = only.corrected.as_ref().expect("an answer");
     // The frame weighs 1.23 kg; the hammer of the bench is exact within 2 %, and that is two standard deviations.
     assert!((corrected.body.mass / 1.23 - 1.0).abs() < 0.04, "{corrected:?}");
-    let faults = single_faults_in(&found, &file.layout);
-    let said = &findings_in(&found, &file.layout)[0].message;
+    let faults = single_faults_in(&examination, &file.layout);
+    let message = &findings_in(&examination, &file.layout)[0].message;
     assert!(
-        said.contains("sensor 2 (on node 2) has all three axes reversed: that explains"),
-        "{said}"
+        message.contains("sensor 2 (on node 2) has all three axes reversed: that explains"),
+        "{message}"
     );
     let text = corrected_text(&faults, 1);
     assert!(
@@ -110,30 +110,35 @@ fn all_axes_reversed_are_named_with_the_properties_as_they_would_be() {
 #[test]
 fn a_common_scale_is_named_when_a_mass_is_known() {
     let text = format!("{FIVE_HITS}{KNOWN_MASS}");
-    let (file, found) = examined(&text, &["scale:1.1"], 21);
-    let json = json!(single_faults_in(&found, &file.layout));
+    let (file, examination) = examined(&text, &["scale:1.1"], 21);
+    let json = json!(single_faults_in(&examination, &file.layout));
     let [only] = &json["suspects"].as_array().expect("a list")[..] else { panic!("{json}") };
     assert_eq!(only["code"], "common_scale");
     // The gains of nine channels, 0.5 % each on the bench, and noise: 0.3 %; four times that is allowed.
     let scale = only["gain"]["value"].as_f64().expect("a number");
     assert!((scale - 1.1).abs() < 0.012, "{json}");
-    let said = json!(findings_in(&found, &file.layout));
+    let findings = json!(findings_in(&examination, &file.layout));
     assert_eq!(
-        (&said[0]["code"], &said[0]["severity"]),
+        (&findings[0]["code"], &findings[0]["severity"]),
         (&"common_scale".into(), &"warning".into())
     );
 
     // No other information determines the mass of the object.
-    let (_, found) = examined(FIVE_HITS, &["scale:1.1"], 21);
-    assert_eq!(found.outcome, Outcome::NothingSuspicious);
+    let (_, examination) = examined(FIVE_HITS, &["scale:1.1"], 21);
+    assert_eq!(examination.outcome, Outcome::NothingSuspicious);
 }
 
 #[test]
 fn a_good_test_is_not_suspicious() {
     for seed in 31..35 {
         for text in [FIVE_HITS.to_owned(), format!("{FIVE_HITS}{KNOWN_MASS}")] {
-            let (file, found) = examined(&text, &[], seed);
-            assert_eq!(found.outcome, Outcome::NothingSuspicious, "{:?}", said(&found, &file));
+            let (file, examination) = examined(&text, &[], seed);
+            assert_eq!(
+                examination.outcome,
+                Outcome::NothingSuspicious,
+                "{:?}",
+                messages(&examination, &file)
+            );
         }
     }
 }
@@ -142,9 +147,9 @@ fn a_good_test_is_not_suspicious() {
 fn what_cannot_be_seen_is_said_and_not_guessed() {
     // Nodes 2 and 4, and 3 and 1, lie on one line along the hit.
     for (seed, fault) in [(41, "hit:2:4"), (42, "hit:5:1")] {
-        let (file, found) = examined(FIVE_HITS, &[fault], seed);
-        assert_eq!(found.outcome, Outcome::NothingSuspicious);
-        let json = json!(single_faults_in(&found, &file.layout));
+        let (file, examination) = examined(FIVE_HITS, &[fault], seed);
+        assert_eq!(examination.outcome, Outcome::NothingSuspicious);
+        let json = json!(single_faults_in(&examination, &file.layout));
         let hidden: Vec<_> = json["not_visible"]
             .as_array()
             .expect("a list")
@@ -157,10 +162,10 @@ fn what_cannot_be_seen_is_said_and_not_guessed() {
 
 #[test]
 fn two_mistakes_at_once_are_not_blamed_on_one() {
-    let (file, found) = examined(FIVE_HITS, &["flip:1x", "hit:2:1"], 51);
-    assert_eq!(found.outcome, Outcome::Unexplained, "{:?}", said(&found, &file));
-    let said = json!(findings_in(&found, &file.layout));
-    assert_eq!(said[0]["code"], "no_single_fault_explains");
+    let (file, examination) = examined(FIVE_HITS, &["flip:1x", "hit:2:1"], 51);
+    assert_eq!(examination.outcome, Outcome::Unexplained, "{:?}", messages(&examination, &file));
+    let findings = json!(findings_in(&examination, &file.layout));
+    assert_eq!(findings[0]["code"], "no_single_fault_explains");
 }
 
 /// What the bench does, stated as it is, with marks that are exact.
@@ -190,11 +195,11 @@ fn hits_that_miss_their_marks_by_five_millimeters_are_not_said_to_be_at_another_
         for seed in 61..61 + runs {
             let mut bench = Bench::named("default").expect("bundled");
             bench.tap.offset_m = 0.005;
-            let (file, found) = examined_on(&bench, text, seed);
-            searched += usize::from(found.plain.is_none_or(|plain| plain.rejects_budget()));
-            let findings = json!(findings_in(&found, &file.layout));
+            let (file, examination) = examined_on(&bench, text, seed);
+            searched += usize::from(examination.plain.is_none_or(|plain| plain.rejects_budget()));
+            let findings = json!(findings_in(&examination, &file.layout));
             if findings.as_array().unwrap().iter().any(|d| d["code"] == "hit_at_wrong_node") {
-                accused.push(format!("seed {seed}: {:?}", said(&found, &file)));
+                accused.push(format!("seed {seed}: {:?}", messages(&examination, &file)));
             }
         }
         assert!(accused.is_empty(), "{name}: {} of {runs}: {accused:#?}", accused.len());

@@ -1,8 +1,8 @@
 //! The search for a single mistake over many simulated tests: how often a healthy one is suspected, and how often the
 //! culprit is named, for mistakes of each kind with sizes drawn at random.
 //!
-//! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- single_mistakes:: --nocapture` draws more of them and
-//! prints the counts.
+//! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- single_mistakes:: --nocapture` draws more
+//! of them and prints the counts.
 
 use std::collections::BTreeMap;
 

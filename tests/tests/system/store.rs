@@ -151,7 +151,7 @@ fn flash_that_holds_something_else_becomes_an_empty_store() {
 }
 
 /// Flash on a bus on which operations fail.
-struct Failing {
+struct FailingFlash {
     flash: Flash,
     /// Number of operations before the one that fails.
     reads: Option<usize>,
@@ -164,7 +164,7 @@ struct Failing {
     dead: bool,
 }
 
-impl Failing {
+impl FailingFlash {
     fn over(backing: &FlashBacking) -> Self {
         Self {
             flash: Flash::open(backing).unwrap(),
@@ -184,11 +184,11 @@ fn due(left: &mut Option<usize>) -> bool {
     now
 }
 
-impl ErrorType for Failing {
+impl ErrorType for FailingFlash {
     type Error = FlashError;
 }
 
-impl ReadNorFlash for Failing {
+impl ReadNorFlash for FailingFlash {
     const READ_SIZE: usize = Flash::READ_SIZE;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
@@ -203,7 +203,7 @@ impl ReadNorFlash for Failing {
     }
 }
 
-impl NorFlash for Failing {
+impl NorFlash for FailingFlash {
     const WRITE_SIZE: usize = Flash::WRITE_SIZE;
     const ERASE_SIZE: usize = Flash::ERASE_SIZE;
 
@@ -230,7 +230,7 @@ fn flash_that_does_not_answer_at_the_start_keeps_its_content_and_takes_no_writes
     block_on(store.put_layout(&encoded(&layout("kept")))).unwrap();
     block_on(store.put_result(&bytes_of(1)[..], 77, None)).unwrap();
     drop(store);
-    let mut store = open_over(Failing { dead: true, ..Failing::over(&flash) });
+    let mut store = open_over(FailingFlash { dead: true, ..FailingFlash::over(&flash) });
     assert!(store.results().is_empty());
     assert_eq!(store.failures(), 1);
     assert_eq!(block_on(store.put_result(&[1][..], 0, None)), Err(StoreError::Failed));
@@ -247,7 +247,7 @@ fn a_read_that_fails_once_is_done_again() {
     let flash = FlashBacking::default();
     block_on(open(&flash).put_result(&bytes_of(1)[..], 77, None)).unwrap();
     for read in 0..200 {
-        let mut store = open_over(Failing { reads: Some(read), ..Failing::over(&flash) });
+        let mut store = open_over(FailingFlash { reads: Some(read), ..FailingFlash::over(&flash) });
         assert_eq!(read_whole(&mut store, 1, 1024), bytes_of(1), "read {read}");
         assert_eq!((store.failures(), store.next_number()), (0, 2), "read {read}");
     }
@@ -259,11 +259,12 @@ fn a_write_that_fails_is_done_again_and_shows_no_half_of_a_result() {
     for (write, torn) in (0..30).flat_map(|write| [(write, 0), (write, 4), (write, 64)]) {
         let flash = FlashBacking::default();
         block_on(open(&flash).put_result(&bytes_of(1)[..], 0, None)).unwrap();
-        let mut store = open_over(Failing { writes: Some(write), torn, ..Failing::over(&flash) });
+        let mut store =
+            open_over(FailingFlash { writes: Some(write), torn, ..FailingFlash::over(&flash) });
         let stored = block_on(store.put_result(&bytes_of(2)[..], 0, None));
         assert_eq!(stored, Ok(2), "write {write}, {torn} bytes of it");
         disturbed += usize::from(store.failures() > 0);
-        for store in [&mut store, &mut open_over(Failing::over(&flash))] {
+        for store in [&mut store, &mut open_over(FailingFlash::over(&flash))] {
             assert_eq!(store.results().len(), 2);
             for number in [1, 2] {
                 assert_eq!(read_whole(store, number, 1024), bytes_of(number), "write {write}");
@@ -279,8 +280,11 @@ fn flash_that_takes_no_more_writes_leaves_the_list_of_results_as_it_was() {
     let flash = FlashBacking::default();
     block_on(open(&flash).put_result(&bytes_of(1)[..], 0, None)).unwrap();
     for write in 0..25 {
-        let worn =
-            |write| Failing { writes: Some(write), worn: usize::MAX, ..Failing::over(&flash) };
+        let worn = |write| FailingFlash {
+            writes: Some(write),
+            worn: usize::MAX,
+            ..FailingFlash::over(&flash)
+        };
         let mut store = open_over(worn(write));
         let stored = block_on(store.put_result(&bytes_of(2)[..], 0, None));
         assert_eq!(stored, Err(StoreError::Failed), "write {write}");
@@ -471,7 +475,7 @@ fn a_campaign_whose_end_the_flash_refused_does_not_mix_with_the_next() {
         block_on(store.put_dof(0, &[7; 10][..])).unwrap();
         block_on(store.put_progress(&[7; 10][..])).unwrap();
         drop(store);
-        let flaky = Failing { writes: Some(0), worn: refused, ..Failing::over(&flash) };
+        let flaky = FailingFlash { writes: Some(0), worn: refused, ..FailingFlash::over(&flash) };
         let mut store = open_over(flaky);
         if block_on(store.clear_progress()).is_ok() {
             continue;

@@ -109,9 +109,9 @@ fn with_too_little_supply_nothing_is_written_or_erased() {
 }
 
 /// Takes the supply away when the second DOF is waited for.
-struct Fading(&'static AtomicBool);
+struct FadingSupply(&'static AtomicBool);
 
-impl Observer for Fading {
+impl Observer for FadingSupply {
     fn armed(&mut self, _: u32, dof: usize) -> massline::Result<()> {
         self.0.store(dof > 0, Ordering::Relaxed);
         Ok(())
@@ -126,7 +126,7 @@ fn a_campaign_on_a_fading_supply_goes_on_and_its_result_is_not_called_stored() {
     client.put_layout(&three_bar().rig_layout().unwrap()).unwrap();
     begin(client, StartOptions::default()).unwrap();
     let late = Some(Duration::from_secs(60));
-    let outcome = follow(client, &Interrupt::new(), late, &mut Fading(is_low));
+    let outcome = follow(client, &Interrupt::new(), late, &mut FadingSupply(is_low));
     // The first DOF is noted before the supply fades, so the rig stops where it would store the result.
     let Ok(CampaignOutcome::Stopped(status)) = outcome else { panic!("{outcome:?}") };
     assert_eq!(status.diagnostics[0].code, Code::ResultNotStored);

@@ -1,5 +1,5 @@
-//! A campaign of the suspension profile that is interrupted at every DOF, or whose power is cut at every word that it writes:
-//! the whole rig, with hits that are the same to the last bit each time.
+//! A campaign of the suspension profile that is interrupted at every DOF, or whose power is cut at every word that it
+//! writes: the whole rig, with hits that are the same to the last bit each time.
 
 use std::ops::Range;
 use std::sync::LazyLock;
@@ -32,7 +32,7 @@ const DOFS: usize = 3;
 const HITS: u8 = 2;
 
 /// A campaign that nothing interrupts.
-struct Whole {
+struct WholeCampaign {
     adc: AdcProperties,
     hits: Hits,
     /// The flash before it.
@@ -40,18 +40,18 @@ struct Whole {
     /// What it writes.
     steps: Vec<FlashStep>,
     /// Its result, and the lines of its DOFs.
-    result: Stored,
+    result: StoredResult,
 }
 
 /// What is stored of a campaign.
 #[derive(Debug, PartialEq)]
-struct Stored {
+struct StoredResult {
     number: u32,
     bytes: Vec<u8>,
     dofs: Vec<Vec<u8>>,
 }
 
-impl Stored {
+impl StoredResult {
     fn read(client: &mut Client, number: u32) -> Self {
         let object = ObjectId { kind: ObjectKind::Result as u8, number };
         let bytes = client.download(object, |_, _| ()).unwrap();
@@ -66,7 +66,7 @@ fn lines(client: &mut Client, result: u32, dof: u8) -> Result<Vec<u8>, Reason> {
     client.download(object, |_, _| ()).map_err(|error| error.refusal().unwrap())
 }
 
-static WHOLE: LazyLock<Whole> = LazyLock::new(|| {
+static WHOLE: LazyLock<WholeCampaign> = LazyLock::new(|| {
     let bench = steady_hand("wheel");
     let layout = layout();
     let (adc, hits) = take_hits(&bench, &layout, 1);
@@ -78,10 +78,10 @@ static WHOLE: LazyLock<Whole> = LazyLock::new(|| {
     let (begun, result) = finish(&mut client);
     assert_eq!(begun, StartOutcome::Started);
     rig.stop().unwrap();
-    Whole { adc, hits, before, steps: memory.noted_steps(), result }
+    WholeCampaign { adc, hits, before, steps: memory.noted_steps(), result }
 });
 
-impl Whole {
+impl WholeCampaign {
     fn source(&self) -> TapedHits {
         TapedHits::new(self.adc, &self.hits)
     }
@@ -123,22 +123,22 @@ fn power_on(memory: &FlashMemory, source: impl ScanSource + 'static) -> (Virtual
 }
 
 /// Begins a campaign, or goes on with one, and runs it to its result.
-fn finish(client: &mut Client) -> (StartOutcome, Stored) {
+fn finish(client: &mut Client) -> (StartOutcome, StoredResult) {
     let begun = begin(client, StartOptions::default()).unwrap();
     let ending = follow(client, &Interrupt::new(), Some(LATE), &mut ()).unwrap();
     let CampaignOutcome::Done(number) = ending else { panic!("{ending:?}") };
-    (begun, Stored::read(client, number))
+    (begun, StoredResult::read(client, number))
 }
 
 /// What a rig has of a campaign when it is switched on after a power cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Found {
+enum RecoveredState {
     /// So many finished DOFs.
     Dofs(usize),
     Result,
 }
 
-impl Found {
+impl RecoveredState {
     /// Everything that may be there, in the order of writing.
     fn all() -> impl Iterator<Item = Self> {
         (0..=DOFS).map(Self::Dofs).chain([Self::Result])
@@ -146,39 +146,39 @@ impl Found {
 }
 
 /// Switches a rig on after a power cut; compares what it has to the last bit, and lets it go on.
-fn look(whole: &Whole, memory: &FlashMemory, what: &str) -> Found {
+fn look(whole: &WholeCampaign, memory: &FlashMemory, label: &str) -> RecoveredState {
     // The rig waits for the hit at which it goes on.
     let (held, _) = HeldScans::at(whole.source(), vec![0]);
     let (rig, mut client) = power_on(memory, held);
     let status = client.status().unwrap();
-    assert_eq!(client.stats().unwrap().store_failures, 0, "{what}: something is torn");
+    assert_eq!(client.stats().unwrap().store_failures, 0, "{label}: something is torn");
     let results = client.results().unwrap();
-    let found = if results.iter().any(|kept| kept.number == whole.result.number) {
-        assert_eq!(phase(&status), Some(Phase::Idle), "{what}");
-        assert_eq!(Stored::read(&mut client, whole.result.number), whole.result, "{what}");
-        Found::Result
+    let state = if results.iter().any(|kept| kept.number == whole.result.number) {
+        assert_eq!(phase(&status), Some(Phase::Idle), "{label}");
+        assert_eq!(StoredResult::read(&mut client, whole.result.number), whole.result, "{label}");
+        RecoveredState::Result
     } else {
         let finished = status.accepted.iter().take_while(|&&accepted| accepted == HITS).count();
         // The hits of the DOF in hand are lost, and nothing is behind it.
-        assert!(status.accepted.iter().skip(finished).all(|&accepted| accepted == 0), "{what}");
+        assert!(status.accepted.iter().skip(finished).all(|&accepted| accepted == 0), "{label}");
         for (dof, bytes) in (0..finished as u8).zip(&whole.result.dofs) {
             let stored = lines(&mut client, CURRENT_CAMPAIGN, dof);
-            assert!(stored.as_ref() == Ok(bytes), "{what}: DOF {dof}");
+            assert!(stored.as_ref() == Ok(bytes), "{label}: DOF {dof}");
         }
-        goes_on(&mut client, finished, phase(&status), what);
-        Found::Dofs(finished)
+        goes_on(&mut client, finished, phase(&status), label);
+        RecoveredState::Dofs(finished)
     };
     rig.stop().unwrap();
-    found
+    state
 }
 
 /// The campaign goes on at the DOF in hand; without a finished DOF it begins anew.
-fn goes_on(client: &mut Client, finished: usize, phase_at_start: Option<Phase>, what: &str) {
+fn goes_on(client: &mut Client, finished: usize, phase_at_start: Option<Phase>, label: &str) {
     if finished == 0 {
-        assert_eq!(phase_at_start, Some(Phase::Idle), "{what}");
+        assert_eq!(phase_at_start, Some(Phase::Idle), "{label}");
         client.start(false, false).unwrap();
     } else {
-        assert_eq!(phase_at_start, Some(Phase::Paused), "{what}");
+        assert_eq!(phase_at_start, Some(Phase::Paused), "{label}");
         if finished == DOFS {
             // Nothing is left to be hit; what is solved then is compared by `finish`.
             return;
@@ -186,11 +186,11 @@ fn goes_on(client: &mut Client, finished: usize, phase_at_start: Option<Phase>, 
         client.command(Command::Resume).unwrap();
     }
     let status = wait_for(client, |status| phase(status) == Some(Phase::Armed));
-    assert_eq!(usize::from(status.dof), finished, "{what}");
+    assert_eq!(usize::from(status.dof), finished, "{label}");
 }
 
 /// The flash after a power cut in the step of this number.
-fn cut_at(whole: &Whole, before: &FlashMemory, step: usize) -> FlashMemory {
+fn cut_at(whole: &WholeCampaign, before: &FlashMemory, step: usize) -> FlashMemory {
     let memory = before.copied();
     memory.cut_power(Cut { after: 0, seed: step as u64 });
     assert_eq!(memory.repeat(&whole.steps[step]), Err(FlashError::PowerCut));
@@ -198,13 +198,13 @@ fn cut_at(whole: &Whole, before: &FlashMemory, step: usize) -> FlashMemory {
 }
 
 /// What is found after a cut in each of these steps.
-fn look_after_cuts(whole: &Whole, steps: Range<usize>) -> Vec<Found> {
+fn look_after_cuts(whole: &WholeCampaign, steps: Range<usize>) -> Vec<RecoveredState> {
     let memory = whole.before.copied();
     whole.steps[..steps.start].iter().for_each(|step| memory.repeat(step).unwrap());
     let look_at = |step: usize| {
-        let found = look(whole, &cut_at(whole, &memory, step), &format!("step {step}"));
+        let state = look(whole, &cut_at(whole, &memory, step), &format!("step {step}"));
         memory.repeat(&whole.steps[step]).unwrap();
-        found
+        state
     };
     steps.map(look_at).collect()
 }
@@ -215,32 +215,32 @@ fn on_all_cores<T: Send>(steps: usize, part: impl Fn(Range<usize>) -> Vec<T> + S
     let end = |core: usize| steps * core / cores;
     thread::scope(|scope| {
         let part = &part;
-        let all = (0..cores).map(|core| scope.spawn(move || part(end(core)..end(core + 1))));
-        let all: Vec<_> = all.collect();
-        all.into_iter().flat_map(|part| part.join().expect("no part fails")).collect()
+        let threads = (0..cores).map(|core| scope.spawn(move || part(end(core)..end(core + 1))));
+        let threads: Vec<_> = threads.collect();
+        threads.into_iter().flat_map(|part| part.join().expect("no part fails")).collect()
     })
 }
 
 #[test]
 fn the_power_is_cut_at_every_word_of_a_campaign() {
     let whole = &*WHOLE;
-    let found = on_all_cores(whole.steps.len(), |steps| look_after_cuts(whole, steps));
+    let states = on_all_cores(whole.steps.len(), |steps| look_after_cuts(whole, steps));
     // What was found after an earlier cut is found after a later one.
-    assert!(found.is_sorted(), "{found:?}");
+    assert!(states.is_sorted(), "{states:?}");
     let mut ends = Vec::new();
-    for kind in Found::all() {
-        let of_kind =
-            found.partition_point(|&of| of < kind)..found.partition_point(|&of| of <= kind);
-        println!("{kind:?}: {} of {} cuts", of_kind.len(), found.len());
+    for kind in RecoveredState::all() {
+        let of_kind = states.partition_point(|&state| state < kind)
+            ..states.partition_point(|&state| state <= kind);
+        println!("{kind:?}: {} of {} cuts", of_kind.len(), states.len());
         // A result is there from its last word on.
-        if kind != Found::Result {
+        if kind != RecoveredState::Result {
             assert!(!of_kind.is_empty(), "{kind:?} was never found");
             ends.extend([of_kind.start, of_kind.start.midpoint(of_kind.end), of_kind.end - 1]);
         }
     }
     let memory = whole.before.copied();
     whole.steps.iter().for_each(|step| memory.repeat(step).unwrap());
-    assert_eq!(look(whole, &memory, "the last word is written"), Found::Result);
+    assert_eq!(look(whole, &memory, "the last word is written"), RecoveredState::Result);
     // From what a rig finds follows what it does: the campaign is finished after some cuts with each finding.
     let finish_after = |range: Range<usize>| {
         let finished = ends[range].iter().map(|&step| {
@@ -248,7 +248,7 @@ fn the_power_is_cut_at_every_word_of_a_campaign() {
             whole.steps[..step].iter().for_each(|step| memory.repeat(step).unwrap());
             let (rig, mut client) = power_on(&cut_at(whole, &memory, step), whole.source());
             let (begun, result) = finish(&mut client);
-            let anew = found[step] == Found::Dofs(0);
+            let anew = states[step] == RecoveredState::Dofs(0);
             let expected = if anew { StartOutcome::Started } else { StartOutcome::Resumed };
             assert_eq!(begun, expected, "step {step}");
             assert!(result == whole.result, "step {step}: {result:?}");
@@ -310,7 +310,7 @@ fn a_campaign_that_is_interrupted_at_every_dof_has_the_same_result() {
     }
     let status = wait_for(&mut client, |status| phase(status) == Some(Phase::Done));
     assert_eq!((status.rejected, status.armings), (0, arming));
-    assert!(Stored::read(&mut client, status.result) == whole.result);
+    assert!(StoredResult::read(&mut client, status.result) == whole.result);
     rig.stop().unwrap();
 }
 
@@ -325,11 +325,11 @@ fn a_campaign_that_is_ended_at_a_dof_leaves_nothing_behind() {
         client.command(Command::Abort).unwrap();
         // The rig answers before it writes.
         wait_for(&mut client, |status| phase(status) == Some(Phase::Idle));
-        for of in 0..dof {
-            while lines(&mut client, CURRENT_CAMPAIGN, of) != Err(Reason::NotFound) {}
+        for earlier in 0..dof {
+            while lines(&mut client, CURRENT_CAMPAIGN, earlier) != Err(Reason::NotFound) {}
         }
         rig.stop().unwrap();
-        assert_eq!(look(whole, &memory, "ended"), Found::Dofs(0));
+        assert_eq!(look(whole, &memory, "ended"), RecoveredState::Dofs(0));
         let (rig, mut client) = power_on(&memory, whole.source());
         let (begun, result) = finish(&mut client);
         assert!(begun == StartOutcome::Started && result == whole.result, "ended at DOF {dof}");

@@ -95,12 +95,12 @@ fn solve(layout: &RigLayout, seed: u64) {
     let (flash, record_s) = campaign(layout, seed);
     let lines: Vec<DofLines> = (0..layout.hits.len())
         .map(|dof| {
-            let of = |response| {
+            let expand = |response| {
                 let lines: [Complex<f64>; SPECTRUM_BINS] =
                     expand_response(&flash[&(dof, response)]).expect("stored lines");
                 lines
             };
-            DofLines { dof, lines: (0..9).flat_map(of).collect() }
+            DofLines { dof, lines: (0..9).flat_map(expand).collect() }
         })
         .collect();
     let bench = Bench::named("wheel").expect("bundled");
@@ -110,8 +110,8 @@ fn solve(layout: &RigLayout, seed: u64) {
     let host = measured.solve(record_s, &wanted, |_, _| ()).expect("the host has answers");
     let frequencies = host.modes.rows.iter().map(|mode| mode.frequency_hz[0]);
     // The wheel's modes; 0.5 % of a frequency is a third of the width of the peak.
-    for (found, expected) in frequencies.zip([2.82, 3.22, 3.56, 6.14, 7.16, 7.66]) {
-        assert!((found / expected - 1.0).abs() < 0.005, "{found} Hz, {expected} Hz");
+    for (frequency, expected) in frequencies.zip([2.82, 3.22, 3.56, 6.14, 7.16, 7.66]) {
+        assert!((frequency / expected - 1.0).abs() < 0.005, "{frequency} Hz, {expected} Hz");
     }
     assert_eq!(host.modes.rows.len(), 6);
     let truth = bench.truth().theta();
@@ -130,8 +130,8 @@ fn solve(layout: &RigLayout, seed: u64) {
     }
 }
 
-/// Campaigns whose errors are drawn from the default error budget, with a calibrated hammer: as in the study of the guide, whose
-/// seed was chosen before its first run.
+/// Campaigns whose errors are drawn from the default error budget, with a calibrated hammer: as in the study of the
+/// guide, whose seed was chosen before its first run.
 #[test]
 fn errors_within_the_budget_are_not_refused_and_the_intervals_hold_the_truth() {
     let bench = Bench { errors: ErrorsFrom::Layout, ..Bench::named("wheel").expect("bundled") };

@@ -59,16 +59,16 @@ fn pooled(of_tests: &[StoppingStatistics]) -> StoppingStatistics {
     })
 }
 
-fn row(name: &str, of: &StoppingStatistics) {
+fn row(name: &str, statistics: &StoppingStatistics) {
     let percent = |share: Option<f64>| share.map_or("-".into(), |s| format!("{:.1} %", 100.0 * s));
     println!(
         "| {name} | {} of {} | {:.1} of {} | {} | {} |",
-        of.reached,
-        of.runs,
-        of.mean_hits_saved(),
-        of.hits,
-        percent(of.coverage95()),
-        percent(of.coverage95_at_target()),
+        statistics.reached,
+        statistics.runs,
+        statistics.mean_hits_saved(),
+        statistics.hits,
+        percent(statistics.coverage95()),
+        percent(statistics.coverage95_at_target()),
     );
 }
 
@@ -98,17 +98,17 @@ fn intervals_at_the_stop_hold_the_truth_as_often_as_stated() {
                 of_test
             })
             .collect();
-        let all = pooled(&tests);
-        row(&format!("{name} | all"), &all);
-        assert_eq!(all.runs, 4 * runs(), "every campaign has mass lines");
-        let coverage = all.coverage95().expect("has answers");
-        let allowed = 0.92 - allowance(all.runs)..=0.98 + allowance(all.runs);
-        assert!(allowed.contains(&coverage), "{name}: {all:?}");
-        assert!(all.reached > 0 && all.hits_saved > 0, "{name}: {all:?}");
+        let total = pooled(&tests);
+        row(&format!("{name} | all"), &total);
+        assert_eq!(total.runs, 4 * runs(), "every campaign has mass lines");
+        let coverage = total.coverage95().expect("has answers");
+        let allowed = 0.92 - allowance(total.runs)..=0.98 + allowance(total.runs);
+        assert!(allowed.contains(&coverage), "{name}: {total:?}");
+        assert!(total.reached > 0 && total.hits_saved > 0, "{name}: {total:?}");
         // Those that reached their target, and so might have stopped because they were wrong.
-        let coverage = all.coverage95_at_target().expect("some have reached it");
-        let allowed = 0.92 - allowance(all.reached)..=0.98 + allowance(all.reached);
-        assert!(allowed.contains(&coverage), "{name}: {all:?}");
+        let coverage = total.coverage95_at_target().expect("some have reached it");
+        let allowed = 0.92 - allowance(total.reached)..=0.98 + allowance(total.reached);
+        assert!(allowed.contains(&coverage), "{name}: {total:?}");
     }
 }
 

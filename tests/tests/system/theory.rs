@@ -28,13 +28,13 @@ fn sources(root: &Path) -> Vec<PathBuf> {
 }
 
 /// A text without line breaks and comment markers.
-struct Flat {
+struct FlatText {
     text: String,
     /// Offset of each line.
     lines: Vec<usize>,
 }
 
-impl Flat {
+impl FlatText {
     fn new(text: &str) -> Self {
         let mut flat = Self { text: String::new(), lines: Vec::new() };
         for line in text.lines() {
@@ -50,28 +50,28 @@ impl Flat {
 
     /// The numbers after each `phrase`, with their lines. A phrase without a number is not a citation.
     fn cited(&self, phrase: &str) -> Vec<(usize, String)> {
-        let mut found = Vec::new();
+        let mut citations = Vec::new();
         for (at, _) in self.text.match_indices(phrase) {
             let line = self.lines.partition_point(|&start| start <= at);
             let rest = &self.text[at + phrase.len()..];
             let (several, rest) = rest.strip_prefix('s').map_or((false, rest), |rest| (true, rest));
             let count = if several { usize::MAX } else { 1 };
-            found.extend(numbers(rest).into_iter().take(count).map(|number| (line, number)));
+            citations.extend(numbers(rest).into_iter().take(count).map(|number| (line, number)));
         }
-        found
+        citations
     }
 }
 
 /// Parses ` 4`, ` 6 and 7` or ` 2, 4.1 and 9` into section numbers.
 fn numbers(text: &str) -> Vec<String> {
-    let mut found = Vec::new();
+    let mut sections = Vec::new();
     for word in text.split(' ').skip(1) {
         let number = word.trim_end_matches(|c: char| !c.is_ascii_digit());
         let is_number = number.split('.').all(|part| part.parse::<u8>().is_ok());
         match word {
-            "and" | "to" if !found.is_empty() => {}
+            "and" | "to" if !sections.is_empty() => {}
             _ if is_number => {
-                found.push(number.to_owned());
+                sections.push(number.to_owned());
                 // After a comma another number may follow; any other punctuation ends the citation.
                 if !matches!(&word[number.len()..], "" | ",") {
                     break;
@@ -80,7 +80,7 @@ fn numbers(text: &str) -> Vec<String> {
             _ => break,
         }
     }
-    found
+    sections
 }
 
 /// The section numbers of the headings: `## 4 Title`, `### 6.1 Title`.
@@ -111,11 +111,11 @@ fn every_citation_of_the_theory_resolves() {
     for file in sources(root) {
         // A deleted file that is still tracked is skipped.
         let Ok(text) = std::fs::read_to_string(&file) else { continue };
-        let cited = Flat::new(&text).cited(CITATION);
+        let cited = FlatText::new(&text).cited(CITATION);
         citations += cited.len();
         look_up(&file, cited);
     }
-    look_up(&theory, Flat::new(&text).cited(CROSS_REFERENCE));
+    look_up(&theory, FlatText::new(&text).cited(CROSS_REFERENCE));
     println!("{citations} citations of the theory");
     assert!(unresolved.is_empty(), "{}", unresolved.join("\n"));
     assert!(citations >= FEWEST, "only {citations} citations found");
@@ -138,15 +138,15 @@ fn a_citation_may_be_broken_over_lines_and_name_several_sections() {
         "//! 6.1 and 9; marks 5.",
     ]
     .join("\n");
-    let cited = Flat::new(&text).cited(CITATION);
+    let cited = FlatText::new(&text).cited(CITATION);
     let expected = [(1, "4"), (2, "2"), (2, "6.1"), (2, "9")];
     assert_eq!(cited, expected.map(|(line, number)| (line, number.to_owned())));
 }
 
 #[test]
 fn a_number_of_something_else_is_no_section() {
-    let of = |text: &str| Flat::new(text).cited(CITATION).len();
-    assert_eq!(of("theory, section four"), 0);
-    assert_eq!(of("Matrix Computations, section 5"), 0);
-    assert_eq!(of("theory, section 9, 12 Hz"), 1);
+    let citation_count = |text: &str| FlatText::new(text).cited(CITATION).len();
+    assert_eq!(citation_count("theory, section four"), 0);
+    assert_eq!(citation_count("Matrix Computations, section 5"), 0);
+    assert_eq!(citation_count("theory, section 9, 12 Hz"), 1);
 }

@@ -29,8 +29,8 @@ const STOP_AFTER: usize = 500;
 /// The hammer's code changes by thousands in a strike.
 const STRIKE: u16 = 300;
 
-/// Scans of a bench, hit by hit: after each arming they stop until the test decides to hit, and after the record of that
-/// hit. Which hit it is depends on its number only.
+/// Scans of a bench, hit by hit: after each arming they stop until the test decides to hit, and after the record of
+/// that hit. Which hit it is depends on its number only.
 struct NumberedHits {
     bench: BenchSource,
     /// Numbers of the hits at each DOF that have not been made.
@@ -41,7 +41,7 @@ struct NumberedHits {
     /// The hammer at rest, and the scans since the strike.
     strike: Option<(u16, usize)>,
     /// True when the hit is made.
-    made: bool,
+    hit_made: bool,
     /// The arming at which the test hits.
     hits: Arc<AtomicU32>,
 }
@@ -53,8 +53,8 @@ impl NumberedHits {
         let left = numbers.map(|numbers| numbers.iter().copied().collect());
         let hits = Arc::new(AtomicU32::new(0));
         let hit = hits.clone();
-        let (arming, dof, played, strike, made) = (0, 0, 0, None, false);
-        (Self { bench, left, arming, dof, played, strike, made, hits: hit }, hits)
+        let (arming, dof, played, strike, hit_made) = (0, 0, 0, None, false);
+        (Self { bench, left, arming, dof, played, strike, hit_made, hits: hit }, hits)
     }
 }
 
@@ -64,7 +64,7 @@ impl ScanSource for NumberedHits {
     }
 
     fn armed(&mut self, arming: u32, dof: usize) {
-        if std::mem::take(&mut self.made) {
+        if std::mem::take(&mut self.hit_made) {
             self.left[self.dof].pop_front();
         }
         (self.arming, self.dof, self.played, self.strike) = (arming, dof, 0, None);
@@ -76,11 +76,11 @@ impl ScanSource for NumberedHits {
     fn next_scan(&mut self) -> Option<Scan> {
         let over = self.strike.is_some_and(|(_, since)| since > RECORD_SCANS);
         let now = self.hits.load(Ordering::Acquire) == self.arming;
-        let waits = self.played >= STOP_AFTER && !now && !self.made;
+        let waits = self.played >= STOP_AFTER && !now && !self.hit_made;
         if over || waits || self.left[self.dof].is_empty() {
             return None;
         }
-        self.made |= self.played >= STOP_AFTER;
+        self.hit_made |= self.played >= STOP_AFTER;
         self.played += 1;
         let scan = self.bench.next_scan()?;
         let (rest, since) = self.strike.unwrap_or((scan[0], 0));
@@ -237,7 +237,7 @@ fn the_host_hears_which_hit_was_undone() {
     let mut heard = Vec::new();
     while let Some(event) = operator.client.next_event(Duration::ZERO).unwrap() {
         if let Event::Hit(hit) = event {
-            let undone = hit.findings.iter().any(|found| found.code == Code::HitUndone);
+            let undone = hit.findings.iter().any(|finding| finding.code == Code::HitUndone);
             heard.push((hit.number, hit.dof, hit.good, undone));
         }
     }
@@ -285,11 +285,11 @@ fn after_power_on_there_is_nothing_to_undo() {
 
 /// Undoes once, and ends the campaign when that is refused.
 #[derive(Default)]
-struct Undoing {
+struct UndoObserver {
     refused: Option<String>,
 }
 
-impl Observer for Undoing {
+impl Observer for UndoObserver {
     fn steer(&mut self, _: &mut Client, status: &Status) -> massline::Result<Option<Command>> {
         let command = match self.refused {
             Some(_) => Command::Abort,
@@ -307,7 +307,7 @@ impl Observer for Undoing {
 #[test]
 fn a_refused_undo_is_explained_and_the_campaign_goes_on() {
     let mut operator = Operator::starting(&FlashBacking::default(), [&[0], &[], &[]]);
-    let mut undoing = Undoing::default();
+    let mut undoing = UndoObserver::default();
     let ending = follow(&mut operator.client, &Interrupt::new(), Some(LATE), &mut undoing);
     assert_eq!(ending.unwrap(), CampaignOutcome::Aborted);
     let refusal = undoing.refused.unwrap();
@@ -345,8 +345,8 @@ fn an_undo_that_could_not_be_stored_is_stored_after_the_next_hit() {
     assert_eq!(first_dof(&flash), None);
 }
 
-/// Runs a campaign in which the last hit of the first DOF is undone and made again; the power is cut at this step of the
-/// writes from the undo on. Returns what is stored then, and how many steps the undo took, and all.
+/// Runs a campaign in which the last hit of the first DOF is undone and made again; the power is cut at this step of
+/// the writes from the undo on. Returns what is stored then, and how many steps the undo took, and all.
 fn cut_after(steps: Option<u64>) -> (Option<Vec<u8>>, [u64; 2]) {
     let memory = FlashMemory::default();
     let flash = FlashBacking::Memory(memory.clone());
@@ -376,10 +376,10 @@ fn wherever_the_power_is_cut_an_undone_hit_does_not_come_back() {
     operator.armed();
     operator.rig.stop().unwrap();
     let with_the_hit = first_dof(&flash);
-    let (with_the_other, [undo, all]) = cut_after(None);
+    let (with_the_other, [undo, steps]) = cut_after(None);
     assert!(with_the_hit.is_some() && with_the_other.is_some() && with_the_hit != with_the_other);
     let mut seen = [0; 3];
-    for step in 0..all {
+    for step in 0..steps {
         let (stored, _) = cut_after(Some(step));
         // Each state is whole: before the undo, after it, and with the DOF measured again.
         let state = match &stored {
@@ -391,6 +391,6 @@ fn wherever_the_power_is_cut_an_undone_hit_does_not_come_back() {
         assert!(state > 0 || step < undo, "step {step} of {undo}: the hit has come back");
         seen[state] += 1;
     }
-    println!("{all} steps, {undo} of them of the undo: {seen:?} before, after, measured again");
+    println!("{steps} steps, {undo} of them of the undo: {seen:?} before, after, measured again");
     assert!(seen[0] > 0 && seen[1] > 0, "{seen:?}");
 }

@@ -230,20 +230,20 @@ fn noise_torn_frames_and_giants_come_in_while_the_rig_measures() {
 }
 
 /// Sends a message for every second of scans that the rig has taken.
-struct Counted {
+struct CountingSource {
     bench: BenchSource,
     scans: u32,
     seconds: SyncSender<()>,
 }
 
-impl Counted {
+impl CountingSource {
     fn new() -> (Self, Receiver<()>) {
-        let (seconds, told) = sync_channel(1 << 16);
-        (Self { bench: *bench(), scans: 0, seconds }, told)
+        let (seconds, receiver) = sync_channel(1 << 16);
+        (Self { bench: *bench(), scans: 0, seconds }, receiver)
     }
 }
 
-impl ScanSource for Counted {
+impl ScanSource for CountingSource {
     fn adc(&self) -> AdcProperties {
         self.bench.adc()
     }
@@ -279,7 +279,7 @@ fn next_block(client: &mut Client) -> ScanBlock {
 #[test]
 fn a_host_that_sleeps_for_a_minute_of_a_stream_wakes_up_to_a_gap_and_a_working_rig() {
     let scans = (SCAN_BLOCK_BYTES / Record::SCAN_BYTES) as u64;
-    let (source, seconds) = Counted::new();
+    let (source, seconds) = CountingSource::new();
     let options =
         VirtualRigOptions { link_capacity: 2000, ..VirtualRigOptions::new(Box::new(source)) };
     let rig = VirtualRig::start(options).unwrap();

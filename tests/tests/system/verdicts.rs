@@ -1,8 +1,8 @@
 //! The verdict over many simulated tests: how often a healthy one is not called good, and by which concern; and what
 //! becomes of tests with a mistake.
 //!
-//! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- verdicts:: --nocapture` prints the tables of
-//! tests/README.md.
+//! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- verdicts:: --nocapture` prints the tables
+//! of tests/README.md.
 
 use std::collections::BTreeMap;
 
@@ -48,8 +48,8 @@ fn healthy_tests_are_good() {
     }
 }
 
-/// An answer is wrong when a property is off by more than so many of its standard deviations, which of ten properties chance
-/// makes once in two hundred thousand.
+/// An answer is wrong when a property is off by more than so many of its standard deviations, which of ten properties
+/// chance makes once in two hundred thousand.
 const WRONG: f64 = 5.0;
 
 /// What becomes of the tests with one kind of mistake.
@@ -112,9 +112,10 @@ fn a_wrong_answer_does_not_look_clean() {
     let truth: [f64; 10] = bench.truth().theta().into();
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     println!(
-        "| mistake | tests | no answer | good | use with care | do not use | named | wrong | and exported | and called good |"
+        "| mistake | tests | no answer | good | use with care | do not use | named | wrong | and exported | and called \
+         good |"
     );
-    let mut all = Vec::new();
+    let mut rows = Vec::new();
     let healthy: Vec<_> = THREE_BAR_TESTS
         .iter()
         .flat_map(|text| measured_tests(&bench, text, runs, SEED + 1))
@@ -130,7 +131,7 @@ fn a_wrong_answer_does_not_look_clean() {
             }
         }
         row.print(kind.name, is_listed);
-        all.push(row);
+        rows.push(row);
     }
     for kind in set_up::ALL {
         let mut row = Row::default();
@@ -147,15 +148,15 @@ fn a_wrong_answer_does_not_look_clean() {
             tests.iter().for_each(|test| row.add(test, &culprit, &truth));
         }
         row.print(kind.name, is_listed);
-        all.push(row);
+        rows.push(row);
     }
-    let sum = |count: fn(&Row) -> usize| all.iter().map(count).sum::<usize>();
+    let sum = |count: fn(&Row) -> usize| rows.iter().map(count).sum::<usize>();
     let [wrong, exported, called_good] =
         [sum(|row| row.wrong[0]), sum(|row| row.wrong[1]), sum(|row| row.wrong[2])];
     println!("of {wrong} wrong answers {exported} are exported and {called_good} called good");
     // Measured: one of a hundred is exported, and fewer are called good; of few tests three may be.
     assert!(
-        wrong > all.len() * draws.min(3) / 3,
+        wrong > rows.len() * draws.min(3) / 3,
         "{wrong} wrong answers: the mistakes are too small"
     );
     assert!(exported <= (wrong / 50).max(3), "{exported} of {wrong}");

@@ -19,9 +19,9 @@ use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 const LONG: embassy_time::Duration = embassy_time::Duration::from_secs(20);
 
 /// A panel whose screen takes long to take a picture, or for ever.
-struct Slow<const HANGS: bool>(OperatorPanel);
+struct SlowPanel<const HANGS: bool>(OperatorPanel);
 
-impl<const HANGS: bool> Panel for Slow<HANGS> {
+impl<const HANGS: bool> Panel for SlowPanel<HANGS> {
     type Screen = Framebuffer;
 
     fn screen(&mut self) -> &mut Framebuffer {
@@ -54,7 +54,7 @@ fn start<const HANGS: bool>(feed_watchdog: fn()) -> VirtualRig {
     let bench = scans(&steady_hand("default"), &three_bar(), 1);
     VirtualRig::start_application(VirtualRigOptions::new(bench), async move |board| {
         let Board { info, sampler, link, flash, panel, .. } = board;
-        let panel = Slow::<HANGS>(panel);
+        let panel = SlowPanel::<HANGS>(panel);
         let board = Board { info, sampler, link, flash, panel, feed_watchdog };
         let mut memory = Box::new(Memory::new());
         massline_firmware::run(board, &mut memory).await

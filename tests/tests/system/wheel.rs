@@ -18,9 +18,9 @@ const SEED: &str = "20261124";
 
 /// What a command prints.
 #[derive(Clone, Default)]
-struct Printed(Arc<Mutex<Vec<u8>>>);
+struct PrintedOutput(Arc<Mutex<Vec<u8>>>);
 
-impl Write for Printed {
+impl Write for PrintedOutput {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.0.lock().unwrap().write(bytes)
     }
@@ -56,7 +56,7 @@ impl Comparison {
         let count = runs.to_string();
         let fixed = ["massline", "--json", "demo", "wheel", "--seed", SEED, "--set", set, "--runs"];
         let arguments = fixed.into_iter().chain([count.as_str()]).chain(more.iter().copied());
-        let printed = Printed::default();
+        let printed = PrintedOutput::default();
         let mut output = Output::to(true, printed.clone(), io::stderr());
         run(Cli::parse_from(arguments), &mut output).expect("the wheel is measured");
         let bytes = printed.0.lock().unwrap().clone();
@@ -73,31 +73,33 @@ impl Comparison {
 
     /// The bound that the errors are divided by, % of scale.
     fn bound(&self) -> f64 {
-        let all = self.methods.as_array().expect("methods");
-        let of = all.iter().find(|method| method["name"] == "global-fit").expect("an answer");
-        let number = |key: &str| of[key].as_f64().expect("a number");
+        let methods = self.methods.as_array().expect("methods");
+        let method =
+            methods.iter().find(|method| method["name"] == "global-fit").expect("an answer");
+        let number = |key: &str| method[key].as_f64().expect("a number");
         number("error_percent") / number("over_bound")
     }
 
     fn figures(&self, name: &str) -> Figures {
-        let all = self.methods.as_array().expect("methods");
-        let of = all.iter().find(|method| method["name"] == name).expect("the method is there");
-        let number = |key: &str| of[key].as_f64().unwrap_or(f64::NAN);
-        let unanswered = of["unanswered"].as_u64().expect("a number of runs");
+        let methods = self.methods.as_array().expect("methods");
+        let method =
+            methods.iter().find(|method| method["name"] == name).expect("the method is there");
+        let number = |key: &str| method[key].as_f64().unwrap_or(f64::NAN);
+        let unanswered = method["unanswered"].as_u64().expect("a number of runs");
         Figures { ratio: number("over_bound"), coverage: number("coverage"), unanswered }
     }
 
     /// Checks a method: the ratio is at most `limit`, and the coverage lies in the range.
     fn check(&self, name: &str, limit: f64, coverage: [f64; 2]) {
-        let found = self.figures(name);
+        let figures = self.figures(name);
         // Ten errors a run, of which five are independent at least: three standard deviations of the ratio, and of the
         // share of intervals, with few runs; none with the number for which the limits are stated.
         let spread = if long() { 0.0 } else { 3.0 / (10.0 * self.runs as f64).sqrt() };
-        assert!(found.ratio <= limit * (1.0 + spread), "{name}: {found:?}");
+        assert!(figures.ratio <= limit * (1.0 + spread), "{name}: {figures:?}");
         let [low, high] = coverage;
         let spread = spread * 0.5;
-        assert!((low - spread..=high + spread).contains(&found.coverage), "{name}: {found:?}");
-        assert_eq!(found.unanswered, 0, "{name}");
+        assert!((low - spread..=high + spread).contains(&figures.coverage), "{name}: {figures:?}");
+        assert_eq!(figures.unanswered, 0, "{name}");
     }
 }
 
@@ -109,7 +111,7 @@ const HOLDS: [f64; 2] = [0.92, 0.97];
 
 #[test]
 fn every_method_is_as_good_as_it_can_be_and_its_intervals_hold() {
-    let all = Comparison::of("all", runs(200), &[]);
+    let comparison = Comparison::of("all", runs(200), &[]);
     for (name, limit) in [
         ("toivola-nuutila", 1.6),
         ("conti-bretl", 1.6),
@@ -121,18 +123,18 @@ fn every_method_is_as_good_as_it_can_be_and_its_intervals_hold() {
         ("toivola-nuutila, best force", f64::INFINITY),
         ("modal-constant", f64::INFINITY),
     ] {
-        all.check(name, limit, HOLDS);
+        comparison.check(name, limit, HOLDS);
     }
     // Structural damping does not fit, and is refused.
-    assert_eq!(all.figures("dppim-structural").unanswered, all.runs as u64);
-    // The bound from M, C, K and the noise alone, computed apart from this program: 0.0489 % and for three forces 0.0667 %.
-    // The scatter of the modes' noise between runs moves it by less than 2 %.
-    assert!((all.bound() / 0.0489 - 1.0).abs() < 0.02, "{}", all.bound());
+    assert_eq!(comparison.figures("dppim-structural").unanswered, comparison.runs as u64);
+    // The bound from M, C, K and the noise alone, computed apart from this program: 0.0489 % and for three forces
+    // 0.0667 %. The scatter of the modes' noise between runs moves it by less than 2 %.
+    assert!((comparison.bound() / 0.0489 - 1.0).abs() < 0.02, "{}", comparison.bound());
     // The suspension reaches up to the band of the mass lines.
     assert!(
-        all.mass_lines.contains("the highest suspension mode lies at 7.6"),
+        comparison.mass_lines.contains("the highest suspension mode lies at 7.6"),
         "{}",
-        all.mass_lines
+        comparison.mass_lines
     );
     let three = Comparison::of("A", runs(200), &[]);
     assert!((three.bound() / 0.0667 - 1.0).abs() < 0.02, "{}", three.bound());
@@ -150,7 +152,7 @@ fn with_a_tyre_the_global_fit_covers() {
     // The test of fit finds the tyre in every run.
     assert_eq!(tyre.flexible, tyre.runs as u64);
     // Between the suspension modes and those of the tyre hardly a response has a plateau, and the mass is 4 kg off.
-    for said in ["a mass of 13.", " warnings: ", "changes with the ends of the band"] {
-        assert!(tyre.mass_lines.contains(said), "{}", tyre.mass_lines);
+    for phrase in ["a mass of 13.", " warnings: ", "changes with the ends of the band"] {
+        assert!(tyre.mass_lines.contains(phrase), "{}", tyre.mass_lines);
     }
 }

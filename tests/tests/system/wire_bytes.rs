@@ -17,8 +17,8 @@ use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Setting, Severit
 use massline_shared::identify::Consistency;
 use massline_shared::identify::Method;
 use massline_shared::layout::{
-    Attached, Axis, Dof, FrfEstimator, Hit, MAX_ATTACHED, Prior, RIG_HITS, RIG_SENSORS, RigLayout,
-    Sensor, Sign, Target,
+    AttachedBody, Axis, Dof, FrfEstimator, Hit, MAX_ATTACHED, Prior, RIG_HITS, RIG_SENSORS,
+    RigLayout, Sensor, Sign, Target,
 };
 use massline_shared::mass_line::Terms;
 use massline_shared::measurement::campaign::{Command, Object, Phase, Start};
@@ -60,7 +60,7 @@ fn layout(sensors: usize, hits: usize) -> RigLayout {
         hits: (0..hits).map(hit).collect(),
         priors: (0..10).map(|property| Prior { property, value: 1.5, sigma: 0.25 }).collect(),
         attached: (0..MAX_ATTACHED)
-            .map(|_| Attached::point(0.5, 0.125, [1.0, 2.0, -1.0]))
+            .map(|_| AttachedBody::point(0.5, 0.125, [1.0, 2.0, -1.0]))
             .collect(),
         ..RigLayout::default()
     }
@@ -469,8 +469,8 @@ fn the_largest_result_of_the_suspension_profile_fits_the_store() {
 fn what_was_encoded_is_decoded_to_the_same() {
     let bytes = answer::<GetStatus>(status(3));
     let mut deframer = Deframer::new();
-    let (_, found) = deframer.push(&bytes);
-    let body = found.expect("a frame").expect("a whole one").body;
+    let (_, frame) = deframer.push(&bytes);
+    let body = frame.expect("a frame").expect("a whole one").body;
     assert_eq!(postcard::from_bytes::<Status>(body).unwrap(), status(3));
     let bytes = postcard::to_stdvec(&result(2)).unwrap();
     assert_eq!(postcard::from_bytes::<MeasurementResult>(&bytes).unwrap(), result(2));

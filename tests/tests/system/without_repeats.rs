@@ -1,8 +1,8 @@
-//! The error budget learned from averages alone, where no single hits show their scatter: mass lines of the three-bar frame
-//! drawn with errors of other sizes than stated, and the study of the theory, section 12, repeated.
+//! The error budget learned from averages alone, where no single hits show their scatter: mass lines of the three-bar
+//! frame drawn with errors of other sizes than stated, and the study of the theory, section 12, repeated.
 //!
-//! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- without_repeats:: --nocapture` prints the table of
-//! shared/THEORY.md with random numbers of its own.
+//! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- without_repeats:: --nocapture` prints the
+//! table of shared/THEORY.md with random numbers of its own.
 
 use massline_analysis::monte_carlo::measurement::TestLayout;
 use massline_analysis::monte_carlo::statistics::MethodStatistics;
@@ -17,7 +17,7 @@ use massline_shared::layout::{Dof, Hit, HitUncertainty, SensorUncertainty};
 use massline_shared::responses::Responses;
 use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, three_bar, with_calibrated_hammer};
 use massline_tests::long;
-use massline_tests::pooled::{Pooled, pooled};
+use massline_tests::pooled::{PooledStatistics, pooled};
 use nalgebra::{Matrix3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -164,16 +164,16 @@ fn noise_of_mean(noise: f64) -> Responses<f64, Rig> {
 
 /// Noise of the accelerances of one hit, (m/s²)/N.
 fn noise_of(layout: &TestLayout, body: &RigidBody<f64>) -> f64 {
-    let all: Vec<_> =
+    let responses: Vec<_> =
         (0..layout.hits.len()).filter_map(|hit| layout.accelerance(body, hit)).collect();
-    let squares: f64 = all.iter().map(|of_hit| of_hit.norm_squared()).sum();
-    NOISE * (squares / (9 * all.len()) as f64).sqrt()
+    let squares: f64 = responses.iter().map(|of_hit| of_hit.norm_squared()).sum();
+    NOISE * (squares / (9 * responses.len()) as f64).sqrt()
 }
 
 /// The statistics of an estimator, and its mean error of the mass, relative.
 #[derive(Clone, Copy, Debug)]
 struct Row {
-    pooled: Pooled,
+    pooled: PooledStatistics,
     mass: f64,
 }
 
@@ -204,20 +204,20 @@ fn compare(errors: Errors, dofs: usize, batch: u64) -> [Row; 3] {
             let stated_answers = [stating(&exact), stating(&stated)];
             let learned = without_repeats::solve(&stated, &lines, start, &mut memory);
             let [a, b] = stated_answers;
-            for (list, found) in answers.iter_mut().zip([a, b, learned]) {
-                list.push(found.map(|found| found.estimate).map_err(Some));
+            for (list, answer) in answers.iter_mut().zip([a, b, learned]) {
+                list.push(answer.map(|answer| answer.estimate).map_err(Some));
             }
         }
         let truth = body.theta().into();
         for ((list, of_budget), mass) in of_tests.iter_mut().zip(&answers).zip(&mut mass) {
             let method = Some(Method::MaximumLikelihood);
             list.push(MethodStatistics::of(method, of_budget, &truth, Some(&of_bound)));
-            let found: Vec<_> = of_budget.iter().flatten().collect();
+            let estimates: Vec<_> = of_budget.iter().flatten().collect();
             // A missing answer would be the worst one. Errors of twice those stated leave one in thirty without.
-            let missing = of_budget.len() - found.len();
+            let missing = of_budget.len() - estimates.len();
             assert!(missing <= 1 + of_budget.len() / 10, "{missing} answers are missing");
-            let sum: f64 = found.iter().map(|e| e.body.mass / body.mass - 1.0).sum();
-            *mass += sum / found.len() as f64 / THREE_BAR_TESTS.len() as f64;
+            let sum: f64 = estimates.iter().map(|e| e.body.mass / body.mass - 1.0).sum();
+            *mass += sum / estimates.len() as f64 / THREE_BAR_TESTS.len() as f64;
         }
     }
     let mut mass = mass.into_iter();
@@ -229,24 +229,24 @@ fn compare(errors: Errors, dofs: usize, batch: u64) -> [Row; 3] {
 
 /// The means over batches.
 fn mean(rows: &[Row]) -> Row {
-    let of = |part: fn(&Row) -> f64| rows.iter().map(part).sum::<f64>() / rows.len() as f64;
-    let pooled = Pooled {
-        coverage: of(|row| row.pooled.coverage),
-        error: of(|row| row.pooled.error),
-        width: of(|row| row.pooled.width),
+    let average = |part: fn(&Row) -> f64| rows.iter().map(part).sum::<f64>() / rows.len() as f64;
+    let pooled = PooledStatistics {
+        coverage: average(|row| row.pooled.coverage),
+        error: average(|row| row.pooled.error),
+        width: average(|row| row.pooled.width),
     };
-    Row { pooled, mass: of(|row| row.mass) }
+    Row { pooled, mass: average(|row| row.mass) }
 }
 
 /// Standard deviation of a figure between batches; zero for a single one.
-fn spread(rows: &[Row], of: fn(&Pooled) -> f64) -> f64 {
-    let center = of(&mean(rows).pooled);
-    let squares: f64 = rows.iter().map(|row| (of(&row.pooled) - center).powi(2)).sum();
+fn spread(rows: &[Row], quantity: fn(&PooledStatistics) -> f64) -> f64 {
+    let center = quantity(&mean(rows).pooled);
+    let squares: f64 = rows.iter().map(|row| (quantity(&row.pooled) - center).powi(2)).sum();
     (squares / (rows.len().max(2) - 1) as f64).sqrt()
 }
 
-/// A bench of the theory's table, whose figures come from another program and other random numbers: coverage in per cent
-/// with three and five DOFs, and the rms error over the bound where the table has it.
+/// A bench of the theory's table, whose figures come from another program and other random numbers: coverage in per
+/// cent with three and five DOFs, and the rms error over the bound where the table has it.
 struct Case {
     name: &'static str,
     errors: Errors,
@@ -295,10 +295,10 @@ fn three_scales_cover_what_the_theory_says_and_have_no_bias() {
         for (place, dofs) in [3, 5].into_iter().enumerate() {
             let of_batches: Vec<[Row; 3]> =
                 (0..batches()).map(|batch| compare(case.errors, dofs, batch)).collect();
-            let of = |k: usize| of_batches.iter().map(|rows| rows[k]).collect::<Vec<_>>();
-            let scatter = |part| spread(&of(2), part);
+            let rows_of = |k: usize| of_batches.iter().map(|rows| rows[k]).collect::<Vec<_>>();
+            let scatter = |part| spread(&rows_of(2), part);
             let [coverage, error] = [scatter(|row| row.coverage), scatter(|row| row.error)];
-            let [exact, stated, learned] = [0, 1, 2].map(|k| mean(&of(k)));
+            let [exact, stated, learned] = [0, 1, 2].map(|k| mean(&rows_of(k)));
             let show = |Row { pooled, mass }: Row| {
                 let width = pooled.width / exact.pooled.width;
                 let coverage = 100.0 * pooled.coverage;
@@ -313,18 +313,20 @@ fn three_scales_cover_what_the_theory_says_and_have_no_bias() {
             // The table's figures are of one batch, which scatter as ours do.
             let by_chance = |spread: f64| 2.0 * spread * (1.0 + 1.0 / batches() as f64).sqrt();
             let off = learned.pooled.coverage - case.coverage[place] / 100.0;
-            let mut hold = |what: &str, holds: bool| {
+            let mut hold = |criterion: &str, holds: bool| {
                 if !holds {
-                    failed.push(format!("{name}, {what}: {learned:?}"));
+                    failed.push(format!("{name}, {criterion}: {learned:?}"));
                 }
             };
             hold("coverage", off.abs() <= 0.02 + by_chance(coverage) + of_coverage);
-            // The table's steps were fewer where the data are exact, so that its errors are larger; smaller ones are welcome.
+            // The table's steps were fewer where the data are exact, so that its errors are larger; smaller ones are
+            // welcome.
             let most =
                 case.error[place].map_or(f64::INFINITY, |table| table + 0.05 + by_chance(error));
             hold("error", learned.pooled.error <= most * (1.0 + of_error));
             if case.name == "exact" {
-                // The loss of stated directions, 0.26 %, is a dozen times this, and the noise of a mean of 32 runs a third.
+                // The loss of stated directions, 0.26 %, is a dozen times this, and the noise of a mean of 32 runs a
+                // third.
                 hold("mean mass", learned.mass.abs() < 2e-4);
                 assert!((stated.mass + 0.0026).abs() < 2e-4, "{stated:?}");
             }
@@ -340,8 +342,8 @@ fn the_layouts_of_the_study_have_the_dofs_of_the_paper() {
         assert_eq!(three.len(), layout_file(test).layout.hits.len());
         let mut names: Vec<String> = five.iter().map(|hit| hit.dof.to_string()).collect();
         names.sort();
-        let mut all = FIVE_DOFS;
-        all.sort_unstable();
-        assert_eq!(names, all);
+        let mut expected = FIVE_DOFS;
+        expected.sort_unstable();
+        assert_eq!(names, expected);
     }
 }

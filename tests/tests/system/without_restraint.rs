@@ -27,9 +27,9 @@ fn with_sensors(test: &str, sensors: &str) -> LayoutFile {
 
 /// Fits from a crude start, as when the inertia restraint method has no answer.
 fn fit<R: Real>(layout: &RigLayoutIn<R>, dofs: &Dofs<R>) -> Option<Estimate<R>> {
-    let found =
+    let solution =
         solve(layout, dofs, Start::Crude, ErrorBudget::FirstOrder, &mut [R::zero(); RIG_WORKSPACE]);
-    found.ok().map(|solution| solution.estimate)
+    solution.ok().map(|solution| solution.estimate)
 }
 
 fn single(dofs: &Dofs<f64>) -> Dofs<f32> {

@@ -15,7 +15,7 @@ use embassy_stm32::peripherals::{
 };
 use embassy_stm32::{Peri, bind_interrupts};
 use massline_cortex_m::sampler::{
-    Converter, Plan, RawBuffer, RingSampler, Sentinel, Shared, Transfer,
+    Converter, Plan, RawBuffer, RingSampler, Sentinel, SharedPipeline, Transfer,
 };
 use massline_cortex_m::supply::{self, FactoryReading};
 use massline_firmware::scan_ring::HalfFlags;
@@ -32,7 +32,7 @@ bind_interrupts!(struct Interrupts {
 /// The sampler of this board.
 pub type AdcSampler = RingSampler<TimedAdc, RANKS, RING_SCANS>;
 
-static SHARED: Shared<RANKS, RING_SCANS> = Shared::new();
+static SHARED: SharedPipeline<RANKS, RING_SCANS> = SharedPipeline::new();
 static RAW: RawBuffer<RAW_LENGTH> = RawBuffer::new();
 
 /// Address of the manufacturer's reading of this chip's reference, 12 bits.

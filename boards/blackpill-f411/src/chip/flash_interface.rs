@@ -9,7 +9,8 @@ pub fn enable_caches(flash: Flash) {
     drop_cached(flash);
 }
 
-/// Empties both caches and has them on. To be called after a write or an erase, of which they know nothing: RM0383, 3.4.2.
+/// Empties both caches and has them on. To be called after a write or an erase, of which they know nothing: RM0383,
+/// 3.4.2.
 pub fn drop_cached(flash: Flash) {
     for step in empty_and_on(flash.acr().read()) {
         flash.acr().write_value(step);

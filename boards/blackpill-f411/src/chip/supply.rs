@@ -7,8 +7,8 @@ use embassy_stm32::pac::{FLASH, PWR};
 use massline_cortex_m::gauge;
 use massline_firmware::board::{BrownOut, Supply};
 
-/// The detector's level of 2.9 V: above that at which the chip resets itself, so that the rig still notices. Words of 32 bits
-/// are written from 2.7 V on.
+/// The detector's level of 2.9 V: above that at which the chip resets itself, so that the rig still notices. Words of
+/// 32 bits are written from 2.7 V on.
 const DETECTOR_LEVEL: u8 = 7;
 /// Levels of the option bytes, mV.
 const LEVELS_MV: [u16; 4] = [2700, 2400, 2100, 1700];

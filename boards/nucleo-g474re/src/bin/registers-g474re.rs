@@ -1,5 +1,6 @@
-//! Runs the parts of the firmware that write the registers of clock, watchdog and supply, and reads them back. No emulated machine has
-//! these peripherals: the registers are in RAM, on QEMU's machine `netduinoplus2`. The gate runs it.
+//! Runs the parts of the firmware that write the registers of clock, watchdog and supply, and reads them back. No
+//! emulated machine has these peripherals: the registers are in RAM, on QEMU's machine `netduinoplus2`. The gate runs
+//! it.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

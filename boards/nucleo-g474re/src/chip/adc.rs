@@ -17,7 +17,7 @@ use embassy_stm32::peripherals::{
 };
 use embassy_stm32::{Peri, bind_interrupts};
 use massline_cortex_m::sampler::{
-    Converter, Plan, RawBuffer, RingSampler, Sentinel, Shared, Transfer,
+    Converter, Plan, RawBuffer, RingSampler, Sentinel, SharedPipeline, Transfer,
 };
 use massline_cortex_m::sequence::{Input, sequence};
 use massline_cortex_m::supply::{self, FactoryReading};
@@ -36,7 +36,7 @@ bind_interrupts!(struct Interrupts {
 /// The sampler of this board.
 pub type AdcSampler = RingSampler<PairedAdcs, RANKS, RING_SCANS>;
 
-static SHARED: Shared<RANKS, RING_SCANS> = Shared::new();
+static SHARED: SharedPipeline<RANKS, RING_SCANS> = SharedPipeline::new();
 static RAW: RawBuffer<RAW_LENGTH> = RawBuffer::new();
 
 /// Address of the manufacturer's reading of this chip's reference at 3.0 V, 12 bits.

@@ -19,7 +19,9 @@ use embassy_rp::pio::{
     self, Config, Direction, LoadedProgram, Pio, ShiftConfig, ShiftDirection, StateMachine,
 };
 use embassy_rp::{Peri, bind_interrupts, gpio};
-use massline_cortex_m::sampler::{Converter, Plan, RawBuffer, RingSampler, Sentinel, Shared};
+use massline_cortex_m::sampler::{
+    Converter, Plan, RawBuffer, RingSampler, Sentinel, SharedPipeline,
+};
 use massline_firmware::board::ConverterFault;
 use massline_firmware::scan_ring::HalfFlags;
 use static_cell::StaticCell;
@@ -39,7 +41,7 @@ bind_interrupts!(struct Interrupts {
 /// The sampler of this board.
 pub type AdcSampler = RingSampler<Ads7953, RANKS, RING_SCANS>;
 
-static SHARED: Shared<RANKS, RING_SCANS> = Shared::new();
+static SHARED: SharedPipeline<RANKS, RING_SCANS> = SharedPipeline::new();
 static RAW: RawBuffer<RAW_LENGTH> = RawBuffer::new();
 /// What was wrong at the last start: the fault, and above it the tag.
 static FAULT: AtomicU16 = AtomicU16::new(0);
@@ -139,10 +141,10 @@ impl Ads7953 {
         let mut start = Start::new();
         let mut frames = (0..COMMANDS.len() + FRAMES_TO_START)
             .map_while(|_| (0..LOOKS).find_map(|_| self.machine.rx().try_pull()));
-        let found = frames.any(|frame| start.ends_with(frame as u16));
-        let (fault, tag) = if found { (ConverterFault::None, 0) } else { start.fault() };
+        let is_aligned = frames.any(|frame| start.ends_with(frame as u16));
+        let (fault, tag) = if is_aligned { (ConverterFault::None, 0) } else { start.fault() };
         FAULT.store(u16::from_le_bytes([fault.into(), tag]), Ordering::Relaxed);
-        found
+        is_aligned
     }
 
     fn start_transfer(&mut self) {

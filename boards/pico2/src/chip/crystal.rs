@@ -9,8 +9,8 @@ use embassy_rp::pac::xosc::vals::{CtrlFreqRange, Enable};
 use massline_cortex_m::light::NO_CRYSTAL;
 use massline_cortex_m::rig::Watchdog;
 
-/// Times that the crystal is looked at before it is given up: a look takes six cycles or more, so these are 0.4 s at 150 MHz
-/// and 6 s at 10 MHz, shorter than the period of the watchdog.
+/// Times that the crystal is looked at before it is given up: a look takes six cycles or more, so these are 0.4 s at
+/// 150 MHz and 6 s at 10 MHz, shorter than the period of the watchdog.
 const LOOKS: u32 = 10_000_000;
 /// Periods of the crystal until it counts as stable, in units of 256: 128 ms, as the HAL has it.
 const DELAY: u16 = 6000;

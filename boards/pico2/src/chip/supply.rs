@@ -1,5 +1,5 @@
-//! The supply: a third of VSYS, which the Pico 2 connects to GP29. Its regulator makes 3.3 V of 1.8 to 5.5 V; the chip resets
-//! itself only when its core voltage fails, at a level that the HAL sets.
+//! The supply: a third of VSYS, which the Pico 2 connects to GP29. Its regulator makes 3.3 V of 1.8 to 5.5 V; the chip
+//! resets itself only when its core voltage fails, at a level that the HAL sets.
 
 use embassy_rp::Peri;
 use embassy_rp::adc::{Adc, Blocking, Channel, Config};
@@ -31,7 +31,8 @@ pub struct Parts {
     pub adc: Peri<'static, ADC>,
     /// A third of VSYS.
     pub vsys: Peri<'static, PIN_29>,
-    /// High: the regulator switches at a constant rate, and its ripple stays out of the band. Low, it saves power in bursts.
+    /// High: the regulator switches at a constant rate, and its ripple stays out of the band. Low, it saves power in
+    /// bursts.
     pub constant_rate: Peri<'static, PIN_23>,
 }
 

@@ -109,8 +109,8 @@ impl FlashMemory {
         self.with(|cells| cells.erases.clone())
     }
 
-    pub(super) fn with<T>(&self, what: impl FnOnce(&mut Cells) -> T) -> T {
-        what(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    pub(super) fn with<T>(&self, operation: impl FnOnce(&mut Cells) -> T) -> T {
+        operation(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
@@ -188,17 +188,17 @@ impl Cells {
                 return Err(FlashError::NotErased);
             }
             let left = match torn {
-                None => Left::Whole,
+                None => StepExtent::Whole,
                 Some(mut chance) => tear(place, new, &mut chance),
             };
-            if left == Left::Whole {
+            if left == StepExtent::Whole {
                 place.copy_from_slice(new);
             }
             if let Some(word) = self.words.get_mut(index) {
                 *word = match left {
-                    Left::Nothing => Word::Erased,
-                    Left::Part => Word::Torn,
-                    Left::Whole => Word::Written,
+                    StepExtent::Nothing => Word::Erased,
+                    StepExtent::Part => Word::Torn,
+                    StepExtent::Whole => Word::Written,
                 };
             }
             self.powered()?;
@@ -258,19 +258,19 @@ impl Cells {
         let progress = chance.below(5);
         for at in (page..page + self.page).step_by(self.word) {
             let done = match progress {
-                0 => Left::Nothing,
-                1 => Left::Whole,
-                _ => [Left::Nothing, Left::Part, Left::Whole][chance.below(3)],
+                0 => StepExtent::Nothing,
+                1 => StepExtent::Whole,
+                _ => [StepExtent::Nothing, StepExtent::Part, StepExtent::Whole][chance.below(3)],
             };
             let place = &mut self.bytes[at..at + self.word];
             match done {
-                Left::Nothing => continue,
-                Left::Whole => place.fill(ERASED),
+                StepExtent::Nothing => continue,
+                StepExtent::Whole => place.fill(ERASED),
                 // Cells are cleared before they are erased, so any bit may read as either.
-                Left::Part => place.iter_mut().for_each(|byte| *byte = chance.next() as u8),
+                StepExtent::Part => place.iter_mut().for_each(|byte| *byte = chance.next() as u8),
             }
             if let Some(word) = self.words.get_mut(at / self.word) {
-                *word = if done == Left::Whole { Word::Erased } else { Word::Torn };
+                *word = if done == StepExtent::Whole { Word::Erased } else { Word::Torn };
             }
         }
     }
@@ -278,22 +278,22 @@ impl Cells {
 
 /// How much of an interrupted step was done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Left {
+enum StepExtent {
     Nothing,
     Part,
     Whole,
 }
 
 /// Clears none, some or all of the bits that were to be cleared.
-fn tear(place: &mut [u8], new: &[u8], chance: &mut Chance) -> Left {
+fn tear(place: &mut [u8], new: &[u8], chance: &mut Chance) -> StepExtent {
     match chance.below(8) {
-        0 => Left::Nothing,
-        1 => Left::Whole,
+        0 => StepExtent::Nothing,
+        1 => StepExtent::Whole,
         _ => {
             for (old, new) in place.iter_mut().zip(new) {
                 *old &= new | chance.next() as u8;
             }
-            Left::Part
+            StepExtent::Part
         }
     }
 }

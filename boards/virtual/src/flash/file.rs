@@ -38,7 +38,7 @@ pub(super) fn load(file: &mut File, path: &Path) -> Result<FlashMemory, FlashOpe
             failed(source)
         })?,
         length if length == FLASH_BYTES as u64 => file.read_exact(&mut bytes).map_err(failed)?,
-        found => return Err(FlashOpenError::WrongLength { path: path.to_owned(), found }),
+        length => return Err(FlashOpenError::WrongLength { path: path.to_owned(), found: length }),
     }
     Ok(FlashMemory::holding(bytes))
 }

@@ -5,7 +5,7 @@ use std::io::{self, Read, Write};
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::{Direction, Filter, Shared, State};
+use super::{Direction, Filter, SharedPipe, State};
 
 /// The host's end: reads and writes like a serial port. Clones are the same end.
 ///
@@ -13,7 +13,7 @@ use super::{Direction, Filter, Shared, State};
 /// while unplugged, `BrokenPipe` when the rig has ended and everything that it sent has been read.
 #[derive(Clone)]
 pub struct HostEnd {
-    shared: Arc<Shared>,
+    shared: Arc<SharedPipe>,
     timeout: Duration,
 }
 
@@ -24,7 +24,7 @@ impl fmt::Debug for HostEnd {
 }
 
 impl HostEnd {
-    pub(super) fn new(shared: Arc<Shared>) -> Self {
+    pub(super) fn new(shared: Arc<SharedPipe>) -> Self {
         Self { shared, timeout: Duration::from_secs(1) }
     }
 
@@ -236,8 +236,8 @@ mod tests {
             io::Write::write(&mut host, b"x").unwrap_err().kind(),
             io::ErrorKind::NotConnected
         );
-        assert_eq!(block_on(tx.write(b"x")), Err(Unplugged));
-        assert_eq!(block_on(rx.read(&mut [0; 8])), Err(Unplugged));
+        assert_eq!(block_on(tx.write(b"x")), Err(UnpluggedError));
+        assert_eq!(block_on(rx.read(&mut [0; 8])), Err(UnpluggedError));
         assert!(poll_once(rx.read(&mut [0; 8])).is_pending());
         host.plug();
         host.write_all(b"here").unwrap();
@@ -255,7 +255,7 @@ mod tests {
             assert!(poll_once(&mut waits).is_pending());
             host.unplug();
             host.plug();
-            assert_eq!(block_on(waits), Err(Unplugged));
+            assert_eq!(block_on(waits), Err(UnpluggedError));
         }
         block_on(tx.write_all(b"gh")).unwrap();
         assert_eq!(read_host(&mut host), b"gh");
@@ -267,7 +267,7 @@ mod tests {
         host.unplug();
         host.plug();
         host.write_all(b"new").unwrap();
-        assert_eq!(block_on(rx.read(&mut [0; 8])), Err(Unplugged));
+        assert_eq!(block_on(rx.read(&mut [0; 8])), Err(UnpluggedError));
         assert_eq!(read_rig(&mut rx), b"new");
     }
 

@@ -8,7 +8,7 @@ use std::task::Poll;
 use embedded_io_async::{Error, ErrorKind, ErrorType, Read, Write};
 use massline_firmware::board::Link;
 
-use super::{Shared, State, wait};
+use super::{SharedPipe, State, wait};
 
 /// The rig's end: its [`Link`]. The host sees the rig as ended when either half is dropped.
 pub struct PipeLink {
@@ -17,7 +17,7 @@ pub struct PipeLink {
 }
 
 impl PipeLink {
-    pub(super) fn new(shared: Arc<Shared>) -> Self {
+    pub(super) fn new(shared: Arc<SharedPipe>) -> Self {
         Self { rx: RigRx(Half(shared.clone())), tx: RigTx(Half(shared)) }
     }
 }
@@ -30,7 +30,7 @@ impl PipeLink {
 }
 
 /// The bytes that the host has not read yet.
-pub struct Backlog(Arc<Shared>);
+pub struct Backlog(Arc<SharedPipe>);
 
 impl Backlog {
     /// True when at most half of the pipe's capacity is unread, or the host is unplugged.
@@ -81,17 +81,17 @@ impl Link for PipeLink {
 
 /// The host has pulled the plug.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Unplugged;
+pub struct UnpluggedError;
 
-impl fmt::Display for Unplugged {
+impl fmt::Display for UnpluggedError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("the link is unplugged")
     }
 }
 
-impl std::error::Error for Unplugged {}
+impl std::error::Error for UnpluggedError {}
 
-impl Error for Unplugged {
+impl Error for UnpluggedError {
     fn kind(&self) -> ErrorKind {
         ErrorKind::NotConnected
     }
@@ -108,7 +108,7 @@ pub struct RigRx(Half);
 /// if the plug is back at once.
 pub struct RigTx(Half);
 
-struct Half(Arc<Shared>);
+struct Half(Arc<SharedPipe>);
 
 impl Drop for Half {
     fn drop(&mut self) {
@@ -118,20 +118,20 @@ impl Drop for Half {
 }
 
 impl ErrorType for RigRx {
-    type Error = Unplugged;
+    type Error = UnpluggedError;
 }
 
 impl ErrorType for RigTx {
-    type Error = Unplugged;
+    type Error = UnpluggedError;
 }
 
 impl Read for RigRx {
-    async fn read(&mut self, buf: &mut [u8]) -> Result<usize, Unplugged> {
+    async fn read(&mut self, buf: &mut [u8]) -> Result<usize, UnpluggedError> {
         let shared = &self.0.0;
         poll_fn(|cx| {
             let mut state = shared.lock();
             if std::mem::take(&mut state.pulled) {
-                return Poll::Ready(Err(Unplugged));
+                return Poll::Ready(Err(UnpluggedError));
             }
             if buf.is_empty() {
                 return Poll::Ready(Ok(0));
@@ -149,14 +149,14 @@ impl Read for RigRx {
 }
 
 impl Write for RigTx {
-    async fn write(&mut self, buf: &[u8]) -> Result<usize, Unplugged> {
+    async fn write(&mut self, buf: &[u8]) -> Result<usize, UnpluggedError> {
         let shared = &self.0.0;
         // An earlier write that was abandoned does not affect this one.
         shared.lock().begin_write();
         poll_fn(|cx| {
             let mut state = shared.lock();
             if std::mem::take(&mut state.cut_off) || !state.plugged {
-                return Poll::Ready(Err(Unplugged));
+                return Poll::Ready(Err(UnpluggedError));
             }
             if buf.is_empty() {
                 return Poll::Ready(Ok(0));
@@ -173,7 +173,7 @@ impl Write for RigTx {
         .await
     }
 
-    async fn flush(&mut self) -> Result<(), Unplugged> {
+    async fn flush(&mut self) -> Result<(), UnpluggedError> {
         Ok(())
     }
 }

@@ -2,24 +2,24 @@
 
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::measurement::{Measurement, Recorded};
+use massline_shared::measurement::{Measurement, RecordContent};
 use massline_shared::signal::{AdcProperties, RestStatistics};
 
 use super::PanelController;
 use crate::panel::calibration_wizard::{self, WizardProblem};
 use crate::panel::menu::Screen;
 use crate::panel::modal::ModalState;
-use crate::panel::refused::Refused;
+use crate::panel::refused::RefusalReason;
 use crate::panel::summary::PIECE;
 
 impl<F: NorFlash> PanelController<'_, '_, F> {
-    pub(super) fn read_position(&mut self) -> Result<(), Refused> {
+    pub(super) fn read_position(&mut self) -> Result<(), RefusalReason> {
         if !self.rig.measurement.borrow().is_idle() {
-            return Err(Refused::WrongPhase);
+            return Err(RefusalReason::WrongPhase);
         }
         let readings = match &*self.modal {
             ModalState::Tumble(readings, _) | ModalState::Retry(readings, _) => readings.clone(),
-            _ => return Err(Refused::NotFound),
+            _ => return Err(RefusalReason::NotFound),
         };
         // If the request is refused, the record still holds an older reading, not one of this position.
         self.rig.take_reading()?;
@@ -34,14 +34,16 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         let adc = calibrated(&measurement);
         let taken = match measurement.recorded() {
             _ if measurement.reads() => return,
-            Recorded::Reading => calibration_wizard::add_reading(
+            RecordContent::Reading => calibration_wizard::add_reading(
                 readings,
                 &RestStatistics::of(measurement.record()),
                 &adc,
             ),
-            Recorded::ReadingFailed => Err(WizardProblem::Refused(Refused::SamplerStopped)),
-            Recorded::Nothing | Recorded::Hit(_) | Recorded::HitBefore(_) => {
-                Err(WizardProblem::Refused(Refused::Busy))
+            RecordContent::ReadingFailed => {
+                Err(WizardProblem::Refused(RefusalReason::SamplerStopped))
+            }
+            RecordContent::Nothing | RecordContent::Hit(_) | RecordContent::HitBefore(_) => {
+                Err(WizardProblem::Refused(RefusalReason::Busy))
             }
         };
         *self.modal = match taken {
@@ -77,10 +79,12 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
     pub(in crate::panel) fn encode_calibration<'p>(
         &self,
         piece: &'p mut [u8; PIECE],
-    ) -> Result<&'p [u8], Refused> {
-        let ModalState::Proposal(record, _) = &*self.modal else { return Err(Refused::NotFound) };
+    ) -> Result<&'p [u8], RefusalReason> {
+        let ModalState::Proposal(record, _) = &*self.modal else {
+            return Err(RefusalReason::NotFound);
+        };
         let encoded = postcard::to_slice(record, piece);
-        encoded.map(|bytes| &*bytes).map_err(|_| Refused::StoreFailed)
+        encoded.map(|bytes| &*bytes).map_err(|_| RefusalReason::StoreFailed)
     }
 
     /// Puts the proposed calibration, which has been stored, into force.

@@ -6,19 +6,22 @@ use super::PanelController;
 use crate::deadline::Deadline;
 use crate::panel::menu::Screen;
 use crate::panel::modal::ModalState;
-use crate::panel::refused::Refused;
+use crate::panel::refused::RefusalReason;
 use crate::panel::self_test::SelfTestRun;
 
 impl<F: NorFlash> PanelController<'_, '_, F> {
-    pub(in crate::panel) fn start_self_test(&mut self, knows_sensors: bool) -> Result<(), Refused> {
+    pub(in crate::panel) fn start_self_test(
+        &mut self,
+        knows_sensors: bool,
+    ) -> Result<(), RefusalReason> {
         self.rig.take_reading()?;
         *self.modal = ModalState::SelfTest(SelfTestRun::Reading, knows_sensors);
         self.menu.open(Screen::SelfTest);
         Ok(())
     }
 
-    /// Goes on with the self-test by one channel, and asks for the next turn: link and watchdog get on in between. Deadline:
-    /// [`crate::deadline::DEADLINE`].
+    /// Goes on with the self-test by one channel, and asks for the next turn: link and watchdog get on in between.
+    /// Deadline: [`crate::deadline::DEADLINE`].
     pub(super) fn step_self_test(&mut self) {
         let ModalState::SelfTest(run, knows_sensors) = &mut *self.modal else { return };
         let _deadline = Deadline::begin(&self.rig.stats);

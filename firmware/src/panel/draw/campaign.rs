@@ -82,7 +82,7 @@ fn prepared<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
 /// Shows where to hit next.
 fn guided<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     let model = view.model;
-    let said = match model.verdict {
+    let title = match model.verdict {
         Some(_) => text(format_args!("Good {}", strength(model))),
         None if model.profile == TestProfile::Suspension => text(format_args!("Hit when still")),
         None => text(format_args!("Hit now")),
@@ -90,8 +90,8 @@ fn guided<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     let count = text(format_args!("{}/{}", next_hit(model), model.wanted));
     let swing = model.verdict.and_then(|verdict| verdict.swing);
     let beside = if swing.is_some() { count.clone() } else { time_left(model) };
-    let fits = said.len() + beside.len() < words::WIDTH;
-    canvas.title(&said, if fits { &beside } else { "" });
+    let fits = title.len() + beside.len() < words::WIDTH;
+    canvas.title(&title, if fits { &beside } else { "" });
     progress(canvas, model);
     canvas.big(0, 14, &place(model));
     match swing {
@@ -129,15 +129,19 @@ fn said_of_hit<D: Screen>(
     canvas: &mut Canvas<'_, D>,
     view: &View<'_>,
     title: &str,
-    found: &Diagnostic,
+    diagnostic: &Diagnostic,
 ) {
     let model = view.model;
     let hit = text(format_args!("{}/{}", next_hit(model), model.wanted));
     let fits = title.len() + hit.len() < words::WIDTH;
     canvas.title(title, if fits { &hit } else { "" });
     progress(canvas, model);
-    canvas.lines(0, found.code.words());
-    canvas.text(0, 43, &difference(found).unwrap_or_else(|| words::subject(found, view.layout)));
+    canvas.lines(0, diagnostic.code.words());
+    canvas.text(
+        0,
+        43,
+        &difference(diagnostic).unwrap_or_else(|| words::subject(diagnostic, view.layout)),
+    );
     if let Some(swing) = model.verdict.and_then(|verdict| verdict.swing) {
         canvas.bar(53, &still(swing));
     }
@@ -155,10 +159,10 @@ fn in_percent(share: f32) -> Text {
 }
 
 /// How far a hit that may have landed elsewhere is from its repeat hits, and the limit that it exceeds.
-fn difference(found: &Diagnostic) -> Option<Text> {
-    (found.code == Code::HitElsewhere).then(|| {
+fn difference(diagnostic: &Diagnostic) -> Option<Text> {
+    (diagnostic.code == Code::HitElsewhere).then(|| {
         let limit = ELSEWHERE as f32;
-        text(format_args!("{} off, over {}", percent(found.value), percent(limit)))
+        text(format_args!("{} off, over {}", percent(diagnostic.value), percent(limit)))
     })
 }
 

@@ -149,8 +149,8 @@ pub(in crate::panel) fn top(line: usize) -> i32 {
     TITLE + 2 + LINE * line as i32
 }
 
-/// A text in at most `width` characters; a longer one is cut and ends with two points. A character that the font does not
-/// have is a question mark.
+/// A text in at most `width` characters; a longer one is cut and ends with two points. A character that the font does
+/// not have is a question mark.
 pub(in crate::panel) fn clipped(text: &str, width: usize) -> number::Text {
     let more = text.chars().count() > width;
     let length = if more { width.saturating_sub(2) } else { width };

@@ -9,7 +9,7 @@ use super::canvas::{Canvas, Screen, clipped, text, wrapped};
 use super::{LayoutLine, View};
 use crate::panel::menu::{ABOUT_PAGES, Question, SCREEN_PAGE};
 use crate::panel::number::{Text, fixed};
-use crate::panel::refused::Refused;
+use crate::panel::refused::RefusalReason;
 use crate::panel::words;
 use crate::store::RESULTS;
 
@@ -69,7 +69,7 @@ pub(super) fn finding<D: Screen>(
 pub(super) fn layouts<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     canvas.title("Layouts", &text(format_args!("{}", view.layouts.len())));
     if view.layouts.is_empty() {
-        canvas.lines(1, words::of_reason(Refused::NoLayout));
+        canvas.lines(1, words::of_reason(RefusalReason::NoLayout));
         return;
     }
     let line = |layout: &LayoutLine| {
@@ -181,10 +181,10 @@ pub(super) fn sure<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, quest
 }
 
 /// Why the rig has refused an action.
-pub(super) fn refused<D: Screen>(canvas: &mut Canvas<'_, D>, reason: Refused) {
+pub(super) fn refused<D: Screen>(canvas: &mut Canvas<'_, D>, reason: RefusalReason) {
     canvas.title("Not possible", "");
     canvas.lines(0, words::of_reason(reason));
-    if let Refused::TooLittleRoom(results @ 1..) = reason {
+    if let RefusalReason::TooLittleRoom(results @ 1..) = reason {
         let more = if results == 1 { "" } else { "s" };
         canvas.format(3, format_args!("{results} result{more}, old first"));
     }

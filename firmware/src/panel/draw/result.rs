@@ -131,8 +131,9 @@ fn budget<D: Screen>(
         Some(stated) => {
             canvas.line(0, "your hits    (stated)");
             let row = |stated: f32, scale: f32, unit: &str| {
-                let of = |value: f32| fitting(value * MILLI, decimals_for(value * MILLI, 2), 5);
-                text(format_args!("{} {unit} ({})", of(stated * scale), of(stated)))
+                let in_milli =
+                    |value: f32| fitting(value * MILLI, decimals_for(value * MILLI, 2), 5);
+                text(format_args!("{} {unit} ({})", in_milli(stated * scale), in_milli(stated)))
             };
             canvas.pair(1, "place", &row(stated.position, learned.scales.hit_position, "mm"));
             canvas.pair(2, "turn", &row(stated.direction, learned.scales.hit_direction, "mrad"));

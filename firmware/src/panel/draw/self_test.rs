@@ -36,7 +36,7 @@ pub(super) fn page<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
         SelfTestState::Done { findings, .. } => {
             let first = usize::from(findings.max(1));
             match view.findings.get(page) {
-                Some(found) => finding(canvas, found, None, &pages),
+                Some(diagnostic) => finding(canvas, diagnostic, None, &pages),
                 None => channels(canvas, view.at_rest, page.saturating_sub(first), &pages),
             }
         }
@@ -46,14 +46,14 @@ pub(super) fn page<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
 /// A page of the channels: level in V, and in mV noise and mains.
 fn channels<D: Screen>(
     canvas: &mut Canvas<'_, D>,
-    all: &[ChannelAtRest<f32>],
+    channels: &[ChannelAtRest<f32>],
     page: usize,
     pages: &str,
 ) {
     canvas.title("At rest", pages);
     row(canvas, 0, "", &["V", "mV", "50Hz", "60Hz"]);
     let first = page * CHANNELS_PER_PAGE;
-    let shown = all.iter().enumerate().skip(first).take(CHANNELS_PER_PAGE);
+    let shown = channels.iter().enumerate().skip(first).take(CHANNELS_PER_PAGE);
     for (line, (channel, at_rest)) in (1..).zip(shown) {
         let name = words::short_channel(channel);
         let millivolts = [at_rest.noise, at_rest.hum_50_hz, at_rest.hum_60_hz]

@@ -19,34 +19,35 @@ const ARROW: f32 = 11.0;
 
 /// A projected point (m) or unit direction: components to the right and downwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Seen(f32, f32);
+struct ProjectedPoint(f32, f32);
 
-fn seen([x, y, z]: [f32; 3]) -> Seen {
-    Seen((y - x) * ACROSS, (x + y) * DOWN - z)
+fn project([x, y, z]: [f32; 3]) -> ProjectedPoint {
+    ProjectedPoint((y - x) * ACROSS, (x + y) * DOWN - z)
 }
 
 /// Conversion from meters to pixels.
 #[derive(Clone, Copy, Debug)]
 struct Frame {
-    middle: Seen,
+    middle: ProjectedPoint,
     scale: f32,
     center: Point,
 }
 
 impl Frame {
     /// The largest scale at which all points fit the box; `None` if no point is finite.
-    fn around(places: impl Iterator<Item = Seen>, at: Point, size: Size) -> Option<Self> {
-        let (mut low, mut high) = (Seen(f32::MAX, f32::MAX), Seen(f32::MIN, f32::MIN));
-        for Seen(x, y) in places.filter(|p| p.0.is_finite() && p.1.is_finite()) {
-            low = Seen(low.0.min(x), low.1.min(y));
-            high = Seen(high.0.max(x), high.1.max(y));
+    fn around(places: impl Iterator<Item = ProjectedPoint>, at: Point, size: Size) -> Option<Self> {
+        let (mut low, mut high) =
+            (ProjectedPoint(f32::MAX, f32::MAX), ProjectedPoint(f32::MIN, f32::MIN));
+        for ProjectedPoint(x, y) in places.filter(|p| p.0.is_finite() && p.1.is_finite()) {
+            low = ProjectedPoint(low.0.min(x), low.1.min(y));
+            high = ProjectedPoint(high.0.max(x), high.1.max(y));
         }
         let room = |pixels: u32| (pixels as f32 - 2.0 * MARGIN).max(1.0);
         // The scale is infinite along an axis on which all points coincide.
         let across = room(size.width) / (high.0 - low.0);
         let down = room(size.height) / (high.1 - low.1);
         let scale = across.min(down);
-        let middle = Seen((low.0 + high.0) / 2.0, (low.1 + high.1) / 2.0);
+        let middle = ProjectedPoint((low.0 + high.0) / 2.0, (low.1 + high.1) / 2.0);
         let center = at + Point::new(size.width as i32 / 2, size.height as i32 / 2);
         if !(middle.0.is_finite() && middle.1.is_finite()) || low.0 > high.0 {
             return None;
@@ -57,7 +58,7 @@ impl Frame {
     }
 
     /// The pixel of a point. A coordinate that is not finite is put in the middle.
-    fn pixel(&self, Seen(x, y): Seen) -> Point {
+    fn pixel(&self, ProjectedPoint(x, y): ProjectedPoint) -> Point {
         self.center + pixels((x - self.middle.0) * self.scale, (y - self.middle.1) * self.scale)
     }
 }
@@ -79,8 +80,8 @@ pub(super) fn draw<D: Screen>(
     at: Point,
     size: Size,
 ) {
-    let sensors = layout.sensors.iter().map(|sensor| seen(sensor.position));
-    let hits = layout.hits.iter().map(|hit| seen(hit.position));
+    let sensors = layout.sensors.iter().map(|sensor| project(sensor.position));
+    let hits = layout.hits.iter().map(|hit| project(hit.position));
     let Some(frame) = Frame::around(sensors.clone().chain(hits.clone()), at, size) else { return };
     let middle = frame.pixel(frame.middle);
     for place in sensors.clone().chain(hits.clone()) {
@@ -91,11 +92,11 @@ pub(super) fn draw<D: Screen>(
         canvas.fill(x - 1, y - 1, 3, 3);
     }
     let Some(hit) = current.and_then(|index| layout.hits.get(index)) else { return };
-    arrow(canvas, frame.pixel(seen(hit.position)), seen(hit.direction));
+    arrow(canvas, frame.pixel(project(hit.position)), project(hit.direction));
 }
 
 /// Draws an arrow whose tip is at the hit point, or a square for a hit along the line of sight.
-fn arrow<D: Screen>(canvas: &mut Canvas<'_, D>, tip: Point, Seen(x, y): Seen) {
+fn arrow<D: Screen>(canvas: &mut Canvas<'_, D>, tip: Point, ProjectedPoint(x, y): ProjectedPoint) {
     let length = nalgebra::ComplexField::sqrt(x * x + y * y);
     if length.is_nan() || length <= 0.1 {
         for (from, to) in
@@ -189,8 +190,8 @@ mod tests {
 
     #[test]
     fn z_is_up_and_x_and_y_run_towards_the_eye() {
-        assert_eq!(seen([0.0, 0.0, 1.0]), Seen(0.0, -1.0));
-        assert!(seen([1.0, 0.0, 0.0]).0 < 0.0 && seen([1.0, 0.0, 0.0]).1 > 0.0);
-        assert!(seen([0.0, 1.0, 0.0]).0 > 0.0 && seen([0.0, 1.0, 0.0]).1 > 0.0);
+        assert_eq!(project([0.0, 0.0, 1.0]), ProjectedPoint(0.0, -1.0));
+        assert!(project([1.0, 0.0, 0.0]).0 < 0.0 && project([1.0, 0.0, 0.0]).1 > 0.0);
+        assert!(project([0.0, 1.0, 0.0]).0 > 0.0 && project([0.0, 1.0, 0.0]).1 > 0.0);
     }
 }

@@ -37,7 +37,7 @@ fn calibration_wizards() -> impl Strategy<Value = CalibrationWizard> {
         (0..6_u8).prop_map(CalibrationWizard::Wanted),
         (0..6_u8).prop_map(CalibrationWizard::Reading),
         Just(CalibrationWizard::Wrong(WizardProblem::NotUsable)),
-        Just(CalibrationWizard::Wrong(WizardProblem::Refused(Refused::SamplerStopped))),
+        Just(CalibrationWizard::Wrong(WizardProblem::Refused(RefusalReason::SamplerStopped))),
         Just(CalibrationWizard::Proposed(PROPOSAL)),
         Just(CalibrationWizard::Stored),
     ]
@@ -173,12 +173,12 @@ fn name(menu: &Menu, model: &PanelModel) -> String {
 #[test]
 fn every_screen_is_reached_by_buttons_alone() {
     let mut seen = BTreeSet::new();
-    let mut found = BTreeSet::new();
+    let mut visited = BTreeSet::new();
     let start = PanelModel { results: 2, findings: 1, ..model(Phase::Idle) };
     let mut open = VecDeque::from([(Menu::new(), start)]);
     while let Some((mut menu, model)) = open.pop_front() {
         menu.follow(&model);
-        if !found.insert(std::format!("{menu:?} {model:?}")) {
+        if !visited.insert(std::format!("{menu:?} {model:?}")) {
             continue;
         }
         seen.insert(name(&menu, &model));
@@ -214,8 +214,8 @@ fn every_screen_is_reached_by_buttons_alone() {
         "Refused(StoreFull)",
         "Refused(NothingToUndo)",
     ];
-    let all = phases.map(|phase| std::format!("Measure {phase}")).into_iter();
-    for screen in all.chain(others.map(|screen| screen.to_string())) {
+    let screens = phases.map(|phase| std::format!("Measure {phase}")).into_iter();
+    for screen in screens.chain(others.map(|screen| screen.to_string())) {
         assert!(seen.contains(&screen), "{screen} is not reached: {seen:?}");
     }
 }
@@ -250,14 +250,14 @@ fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Me
             (menu, with(Phase::Done)),
             (menu, with(Phase::TargetReached)),
             (menu, PanelModel { interrupted: true, ..with(Phase::Paused) }),
-            refused(Refused::StoreFull),
-            refused(Refused::LayoutRefused),
+            refused(RefusalReason::StoreFull),
+            refused(RefusalReason::LayoutRefused),
         ],
         Action::Command(C::Pause | C::Redo | C::Skip | C::Finish) => {
             std::vec![(menu, with(Phase::Paused))]
         }
         Action::Command(C::Undo) => {
-            std::vec![(menu, with(Phase::Paused)), refused(Refused::NothingToUndo)]
+            std::vec![(menu, with(Phase::Paused)), refused(RefusalReason::NothingToUndo)]
         }
         Action::Command(C::Abort) => std::vec![(menu, with(Phase::Idle))],
         Action::Command(C::Conclude) => std::vec![(menu, with(Phase::Solving))],
@@ -300,7 +300,7 @@ fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Me
         }
         Action::UseLayout(_) => std::vec![(menu, *model)],
         Action::UseProfile(_) => std::vec![(at(Screen::Measure), *model)],
-        Action::NextScreen => std::vec![(menu, *model), refused(Refused::WrongPhase)],
+        Action::NextScreen => std::vec![(menu, *model), refused(RefusalReason::WrongPhase)],
     }
 }
 
@@ -336,9 +336,9 @@ fn a_paused_campaign_offers_to_undo_a_hit_once_there_is_one() {
     }
     // The longest list.
     let precision = Some(PrecisionModel { dofs: 1, widths: None, further: None });
-    let all =
+    let longest =
         PanelModel { averaged: 7, accepted: 2, findings: 1, precision, ..model(Phase::Paused) };
-    assert!(menu.entries(&all).is_full());
+    assert!(menu.entries(&longest).is_full());
 }
 
 #[test]

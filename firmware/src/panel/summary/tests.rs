@@ -40,7 +40,7 @@ fn estimate(method: Method) -> StoredEstimate {
     }
 }
 
-fn result(dofs: usize, estimates: usize, said: usize) -> MeasurementResult {
+fn result(dofs: usize, estimates: usize, diagnostics: usize) -> MeasurementResult {
     let dof = |k: usize| DofResult {
         dof: "65535:-Z".parse().unwrap(),
         index: k as u8,
@@ -70,7 +70,7 @@ fn result(dofs: usize, estimates: usize, said: usize) -> MeasurementResult {
         dofs: (0..dofs).map(dof).collect(),
         lines: Default::default(),
         estimates: methods.into_iter().take(estimates).map(estimate).collect(),
-        diagnostics: (0..said)
+        diagnostics: (0..diagnostics)
             .map(|_| Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0))
             .collect(),
     }
@@ -158,9 +158,11 @@ fn principal_moments_are_those_of_the_body() {
     let answer = stored.estimate().unwrap();
     let theta = SVector::from(stored.properties.map(f64::from));
     let expected = RigidBody::from_theta(&theta).principal().unwrap().moments;
-    for (found, moment) in answer.body.principal().unwrap().moments.iter().zip(expected.iter()) {
+    for (answer_moment, moment) in
+        answer.body.principal().unwrap().moments.iter().zip(expected.iter())
+    {
         // Single-precision rounding of the largest moment, several times.
-        assert!((f64::from(*found) - moment).abs() < 1e-6 * expected[2]);
+        assert!((f64::from(*answer_moment) - moment).abs() < 1e-6 * expected[2]);
     }
     assert_eq!(answer.sigma().unwrap()[0], 0.01);
     assert!(answer.principal_moment_sigmas().unwrap().iter().all(|sigma| *sigma > 0.0));

@@ -142,8 +142,8 @@ fn a_dof_with_lines_stays_with_its_result_and_one_without_ends_with_its_campaign
         assert_eq!((contents.dofs_of_result(2).count(), contents.campaign.serial), (0, 0));
     }
     let next = [dof(12, 11, 0), (13, Change::Deleted { number: 1, campaign: 4 })];
-    let all: std::vec::Vec<_> = measured.into_iter().chain(next).collect();
-    for contents in [after(all.clone()), restarted(&all)] {
+    let changes: std::vec::Vec<_> = measured.into_iter().chain(next).collect();
+    for contents in [after(changes.clone()), restarted(&changes)] {
         assert_eq!(
             (serials_of_dofs(&contents).as_slice(), contents.campaign.serial),
             (&[12][..], 11)
@@ -159,9 +159,13 @@ fn after_a_restart_the_dofs_belong_to_their_results_in_any_order_of_the_log() {
         let mut log = log.clone();
         log.rotate_left(moved);
         let contents = restarted(&log);
-        let mut found = serials_of_dofs(&contents);
-        found.sort_unstable();
-        assert_eq!((found.as_slice(), contents.campaign.serial), (&[5, 12, 17][..], 16), "{moved}");
+        let mut serials = serials_of_dofs(&contents);
+        serials.sort_unstable();
+        assert_eq!(
+            (serials.as_slice(), contents.campaign.serial),
+            (&[5, 12, 17][..], 16),
+            "{moved}"
+        );
         assert_eq!(contents.dofs_of_result(2).map(|dof| dof.object.serial).sum::<u32>(), 12);
     }
 }
@@ -200,9 +204,9 @@ fn without_the_campaign_and_the_oldest_results_their_objects_are_not_live() {
         progress,
     ]);
     for (deleted, live, dofs) in [(0, &[5, 9, 12, 14][..], 2), (1, &[12, 14], 1), (2, &[], 0)] {
-        let found: Vec<u32, 20> =
+        let serials: Vec<u32, 20> =
             (0..20).filter(|&serial| contents.is_live_without(deleted, serial)).collect();
-        assert_eq!((found.as_slice(), contents.dofs_without(deleted)), (live, dofs));
+        assert_eq!((serials.as_slice(), contents.dofs_without(deleted)), (live, dofs));
     }
 }
 
@@ -221,8 +225,8 @@ fn a_list_full_of_dofs_has_a_place_only_for_one_that_is_measured_again() {
 fn a_dof_with_lines_that_is_torn_and_those_of_a_torn_result_are_not_kept() {
     let mut contents =
         after([dof(5, 4, 0), dof(6, 4, 1), result(9, 4, 1), dof(12, 11, 0), result(14, 11, 2)]);
-    for (serial, found) in [(5, 4617), (6, 4616), (9, 9), (12, 4617), (14, 8)] {
-        contents.found(serial, found);
+    for (serial, intact) in [(5, 4617), (6, 4616), (9, 9), (12, 4617), (14, 8)] {
+        contents.count_intact(serial, intact);
     }
     assert_eq!(contents.drop_torn(), 2);
     assert_eq!(serials_of_dofs(&contents), [5]);
@@ -236,9 +240,9 @@ fn what_was_not_found_whole_is_not_kept() {
         contents.apply(serial, change);
     }
     contents.apply(30, Change::Calibration { object: object(30) });
-    contents.found(10, 5);
-    contents.found(20, 4);
-    contents.found(10, 4);
+    contents.count_intact(10, 5);
+    contents.count_intact(20, 4);
+    contents.count_intact(10, 4);
     assert_eq!(contents.drop_torn(), 2);
     assert_eq!(contents.layout_in_use().map(|object| object.serial), Some(10));
     assert_eq!(contents.calibration, None);
@@ -247,20 +251,20 @@ fn what_was_not_found_whole_is_not_kept() {
 #[test]
 fn the_longest_change_fits_its_room() {
     let title = core::iter::repeat_n('t', 48).collect();
-    let all = Object { serial: u32::MAX, length: u16::MAX, found: 0 };
+    let object = Object { serial: u32::MAX, length: u16::MAX, found: 0 };
     let hash = u32::MAX;
     let mass = Some(EstimatedMass { value: 1.0, sigma: Some(1.0) });
     let number = u32::MAX;
     let profile = TestProfile::Suspension;
-    let layout = Change::Layout { hash, title, profile, object: all, evicted: Some(hash) };
+    let layout = Change::Layout { hash, title, profile, object, evicted: Some(hash) };
     postcard::to_slice(&layout, &mut [0; MAX_CHANGE]).expect("fits");
     let (campaign, index) = (u32::MAX, u8::MAX);
     let others = [
-        Change::Result { object: all, number, layout: hash, mass, crc: hash, campaign },
-        Change::Calibration { object: all },
+        Change::Result { object, number, layout: hash, mass, crc: hash, campaign },
+        Change::Calibration { object },
         Change::Deleted { number, campaign },
-        Change::Progress { object: all, campaign },
-        Change::Dof { object: all, campaign, index },
+        Change::Progress { object, campaign },
+        Change::Dof { object, campaign, index },
         Change::Ended { campaign },
         Change::Reopened { campaign, index },
         Change::Evicted { hash },
@@ -273,8 +277,8 @@ fn the_longest_change_fits_its_room() {
 #[test]
 fn the_last_statement_about_the_screen_holds_whatever_the_order_in_the_log() {
     let says = |serial, setting| (serial, Change::Screen { setting });
-    let all = [says(7, ScreenSetting::Sh1106), says(3, ScreenSetting::Ssd1306)];
-    let contents = restarted(&all);
+    let changes = [says(7, ScreenSetting::Sh1106), says(3, ScreenSetting::Ssd1306)];
+    let contents = restarted(&changes);
     assert_eq!(contents.screen, Some((7, ScreenSetting::Sh1106)));
     assert!(contents.is_live(7) && !contents.is_live(3));
 }

@@ -2,7 +2,7 @@
 
 use embedded_storage_async::nor_flash::NorFlash;
 
-use super::transfer::{Found, PIECE};
+use super::transfer::{AddressContent, PIECE};
 use super::{Checkpoint, Cursor, Fault, GEOMETRY, Log, OPENED};
 use crate::store::record::{Header, Kind};
 
@@ -30,8 +30,8 @@ impl<F: NorFlash> Log<F> {
     async fn is_ours(&mut self, number: u32) -> bool {
         let mut first = Cursor { page: number, at: 0, end: number + 1 };
         let Some(record) = self.next(&mut first).await else { return false };
-        let mut found = [0; GEOMETRY];
-        self.read(&record, 0, &mut found).await == Some(GEOMETRY) && found == self.geometry()
+        let mut geometry = [0; GEOMETRY];
+        self.read(&record, 0, &mut geometry).await == Some(GEOMETRY) && geometry == self.geometry()
     }
 
     /// Tail and checkpoint of a page; `None` when the page is not in use.
@@ -62,7 +62,7 @@ impl<F: NorFlash> Log<F> {
         while at < Self::PAGE {
             let rest = (Self::PAGE - at) as usize;
             match self.look(self.address(number) + at, number, rest).await {
-                Found::Nothing(bytes) if bytes as usize == rest.min(PIECE) => at += bytes,
+                AddressContent::Nothing(bytes) if bytes as usize == rest.min(PIECE) => at += bytes,
                 _ => return Self::PAGE,
             }
         }

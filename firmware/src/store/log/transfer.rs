@@ -17,7 +17,7 @@ pub(super) enum Source<'a> {
 }
 
 /// What lies at an address.
-pub(super) enum Found {
+pub(super) enum AddressContent {
     Record(Header),
     /// No header at the address; none starts within this many bytes from there.
     Nothing(u32),
@@ -49,23 +49,23 @@ impl<F: NorFlash> Log<F> {
     }
 
     /// Looks for a header; at most `rest` bytes may be read.
-    pub(super) async fn look(&mut self, address: u32, page: u32, rest: usize) -> Found {
+    pub(super) async fn look(&mut self, address: u32, page: u32, rest: usize) -> AddressContent {
         let mut bytes = [0; PIECE];
         let mut count = rest.min(PIECE);
         if self.read_flash(address, &mut bytes[..count]).await.is_err() {
             count = (Self::size(0) as usize).min(rest);
             if self.read_flash(address, &mut bytes[..count]).await.is_err() {
-                return Found::Nothing(Self::UNIT as u32);
+                return AddressContent::Nothing(Self::UNIT as u32);
             }
         }
         let bytes = &bytes[..count];
         if let Some(header) = bytes.first_chunk().and_then(|bytes| Header::decode(bytes, page))
             && Self::size(header.length.into()) as usize <= rest
         {
-            return Found::Record(header);
+            return AddressContent::Record(header);
         }
         let blank = bytes.iter().take_while(|&&byte| byte == 0xFF).count();
-        Found::Nothing((blank / Self::UNIT * Self::UNIT).max(Self::UNIT) as u32)
+        AddressContent::Nothing((blank / Self::UNIT * Self::UNIT).max(Self::UNIT) as u32)
     }
 
     pub(super) async fn write_small(
@@ -108,10 +108,10 @@ impl<F: NorFlash> Log<F> {
     async fn reads_back(&mut self, address: u32, page: u32, header: Header) -> bool {
         let size = Self::size(header.length.into()) as usize;
         match self.look(address, page, size).await {
-            Found::Record(stored) if stored == header => {
+            AddressContent::Record(stored) if stored == header => {
                 self.read(&Record { header, address }, 0, &mut []).await.is_some()
             }
-            Found::Record(_) | Found::Nothing(_) => false,
+            AddressContent::Record(_) | AddressContent::Nothing(_) => false,
         }
     }
 

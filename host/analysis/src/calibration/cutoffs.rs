@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 use massline_protocol::object::{DofResult, MeasurementResult};
-use massline_shared::Estimated;
+use massline_shared::EstimatedValue;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::time_constant::{SpectraSettings, difference, mean};
 use massline_shared::layout::RigLayout;
@@ -122,12 +122,12 @@ pub fn cutoffs(
 
 /// Writes the cutoffs that have changed to a calibration.
 pub fn write(cutoffs: &[RcCutoff], calibration: &mut Calibration) {
-    for RcCutoff { sensor, axis, found, .. } in cutoffs {
-        if let Ok(found) = found
-            && found.changed
+    for RcCutoff { sensor, axis, found: result, .. } in cutoffs {
+        if let Ok(cutoff) = result
+            && cutoff.changed
             && let Some(channel) = calibration.channels.get_mut(channel(*sensor, *axis))
         {
-            channel.cutoff = Hertz(found.cutoff_hz as f32);
+            channel.cutoff = Hertz(cutoff.cutoff_hz as f32);
         }
     }
 }
@@ -157,11 +157,11 @@ struct Test<'a> {
 impl Test<'_> {
     fn cutoff(&self, sensor: usize, axis: usize) -> RcCutoff {
         let before = self.calibration.channels[channel(sensor, axis)].cutoff;
-        let found = self.found(sensor, axis);
-        RcCutoff { sensor, axis, before_hz: f64::from(before.0), found }
+        let result = self.determine(sensor, axis);
+        RcCutoff { sensor, axis, before_hz: f64::from(before.0), found: result }
     }
 
-    fn found(&self, sensor: usize, axis: usize) -> Result<FoundCutoff, CutoffError> {
+    fn determine(&self, sensor: usize, axis: usize) -> Result<FoundCutoff, CutoffError> {
         let channels = &self.calibration.channels;
         let hammer = time_constant(channels[HAMMER].cutoff);
         if hammer == 0.0 {
@@ -186,18 +186,21 @@ impl Test<'_> {
         };
         // The model is exact when its time constant is the true one.
         let repeated = |start: f64, repeats: usize| {
-            let (mut lag, mut found) = (start, with(start)?);
+            let (mut lag, mut difference) = (start, with(start)?);
             for _ in 0..repeats {
-                lag = (before - found.value).max(0.0);
-                found = with(lag)?;
+                lag = (before - difference.value).max(0.0);
+                difference = with(lag)?;
             }
-            Ok::<_, CutoffError>((found, (before - found.value - lag).abs() < SETTLED * lag))
+            Ok::<_, CutoffError>((
+                difference,
+                (before - difference.value - lag).abs() < SETTLED * lag,
+            ))
         };
         let reach = MAX_PHASE_ERROR / (TAU * top_hz);
-        let (found, _) = repeated(expected, REPEATS)?;
-        match judge(found, before, expected - reach..=expected + reach) {
+        let (difference, _) = repeated(expected, REPEATS)?;
+        match judge(difference, before, expected - reach..=expected + reach) {
             Err(CutoffError::NoLowPass) => match repeated(SLOW_START_S, SLOW_REPEATS) {
-                Ok((found, true)) => judge(found, before, SLOW_S),
+                Ok((difference, true)) => judge(difference, before, SLOW_S),
                 _ => Err(CutoffError::NoLowPass),
             },
             judged => judged,
@@ -233,7 +236,7 @@ fn part(
     spectra: &DofSpectra,
     response: usize,
     lag: f64,
-) -> Option<Estimated<f64>> {
+) -> Option<EstimatedValue<f64>> {
     let h1 = spectra.h1(response)?;
     let lines = h1
         .into_iter()
@@ -252,17 +255,17 @@ fn part(
 /// Converts a difference to a cutoff, starting from the time constant `before` in force; the time constant must
 /// lie within `expected`.
 fn judge(
-    found: Estimated<f64>,
+    difference: EstimatedValue<f64>,
     before: f64,
     expected: RangeInclusive<f64>,
 ) -> Result<FoundCutoff, CutoffError> {
-    let lag = before - found.value;
-    let sigma = found.sigma.hypot(FLOOR_S);
+    let lag = before - difference.value;
+    let sigma = difference.sigma.hypot(FLOOR_S);
     if lag <= SIGNIFICANT * sigma || !expected.contains(&lag) {
         return Err(CutoffError::NoLowPass);
     }
     let cutoff_hz = (TAU * lag).recip();
-    let changed = found.value.abs() > SIGNIFICANT * sigma;
+    let changed = difference.value.abs() > SIGNIFICANT * sigma;
     Ok(FoundCutoff { cutoff_hz, sigma_hz: cutoff_hz * sigma / lag, changed })
 }
 
@@ -280,18 +283,18 @@ mod tests {
     const REACH: f64 = 320e-6;
 
     fn judged(value: f64, sigma: f64) -> Result<FoundCutoff, CutoffError> {
-        judge(Estimated { value, sigma }, NOMINAL, NOMINAL - REACH..=NOMINAL + REACH)
+        judge(EstimatedValue { value, sigma }, NOMINAL, NOMINAL - REACH..=NOMINAL + REACH)
     }
 
     #[test]
     fn a_sensor_that_is_slower_than_the_hammer_has_a_lower_cutoff() {
         // Hammer minus sensor is −10 µs, so the sensor's time constant is 330 µs.
-        let found = judged(-10e-6, 1e-6).unwrap();
-        assert!((found.cutoff_hz - (TAU * 330e-6).recip()).abs() < 1e-9, "{found:?}");
+        let cutoff = judged(-10e-6, 1e-6).unwrap();
+        assert!((cutoff.cutoff_hz - (TAU * 330e-6).recip()).abs() < 1e-9, "{cutoff:?}");
         // 1 µs and the floor of 0.2 µs, relative to 330 µs.
-        let relative = found.sigma_hz / found.cutoff_hz;
-        assert!((relative - 1.0_f64.hypot(0.2) / 330.0).abs() < 1e-9, "{found:?}");
-        assert!(found.changed);
+        let relative = cutoff.sigma_hz / cutoff.cutoff_hz;
+        assert!((relative - 1.0_f64.hypot(0.2) / 330.0).abs() < 1e-9, "{cutoff:?}");
+        assert!(cutoff.changed);
     }
 
     #[test]
@@ -311,7 +314,7 @@ mod tests {
 
     /// A result with the DOFs of these indices, without measured values.
     fn result(dofs: &[u8], layout: &RigLayout) -> MeasurementResult {
-        let of = |&index: &u8| DofResult {
+        let dof = |&index: &u8| DofResult {
             dof: layout.hits[usize::from(index)].dof,
             index,
             hits: 5,
@@ -336,7 +339,7 @@ mod tests {
                 terms: Terms::A,
                 band_automatic: false,
             },
-            dofs: dofs.iter().map(of).collect(),
+            dofs: dofs.iter().map(dof).collect(),
             lines: Default::default(),
             estimates: Default::default(),
             diagnostics: Default::default(),
@@ -348,16 +351,16 @@ mod tests {
         let layout = LayoutFile::parse(LAYOUT, "block.toml").unwrap().rig_layout().unwrap();
         let mut record = CalibrationRecord::default();
         // Hits along x and y only.
-        let found = cutoffs(&[], &result(&[0, 2], &layout), &layout, &record);
-        assert_eq!(found.len(), 9);
-        for cutoff in &found {
+        let results = cutoffs(&[], &result(&[0, 2], &layout), &layout, &record);
+        assert_eq!(results.len(), 9);
+        for cutoff in &results {
             let pushed = cutoff.axis != 2;
             let reason = if pushed { CutoffError::SpectraGone } else { CutoffError::NotPushed };
             assert_eq!(cutoff.found, Err(reason), "{cutoff:?}");
             assert!((cutoff.before_hz - 497.36).abs() < 0.01, "{cutoff:?}");
         }
         let before = record.calibration;
-        write(&found, &mut record.calibration);
+        write(&results, &mut record.calibration);
         assert_eq!(record.calibration, before);
     }
 }

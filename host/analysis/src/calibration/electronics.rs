@@ -10,7 +10,7 @@
 //! What a sensor axis keeps of another one cannot be told from its cross-axis sensitivity, and what nonlinearity does
 //! to both sides alike cannot be told from a gain. Which channel comes before which depends on the board.
 
-use massline_shared::Estimated;
+use massline_shared::EstimatedValue;
 use massline_shared::calibration::memory::{LARGE_MEMORY, kept_by_hammer};
 use massline_shared::calibration::opposite_hits::OppositeHits;
 use massline_shared::calibration::tumble::{Position, RestVoltages};
@@ -56,7 +56,7 @@ pub struct Memory {
     /// The channel before it.
     pub before: usize,
     /// The share.
-    pub share: Estimated<f64>,
+    pub share: EstimatedValue<f64>,
 }
 
 impl Memory {
@@ -83,7 +83,7 @@ pub struct Asymmetry {
     /// The direction, a unit vector in the frame of the block.
     pub direction: Vector3<f64>,
     /// Response to pushes along it over that to pushes against it, minus one.
-    pub difference: Estimated<f64>,
+    pub difference: EstimatedValue<f64>,
 }
 
 impl Asymmetry {
@@ -104,17 +104,17 @@ pub struct Electronics {
 
 impl Electronics {
     /// The findings of a block test on a rig with this order; nothing where the hits do not show it.
-    pub fn of(found: Option<&OppositeHits<f64>>, order: &ConversionOrder) -> Self {
-        let Some(found) = found else { return Self::default() };
+    pub fn of(hits: Option<&OppositeHits<f64>>, order: &ConversionOrder) -> Self {
+        let Some(hits) = hits else { return Self::default() };
         let asymmetry = |&(direction, difference): &(_, _)| Asymmetry { direction, difference };
-        let memory = found.memory.zip(order.after(HAMMER));
+        let memory = hits.memory.zip(order.after(HAMMER));
         Self {
             memory: memory.map(|(share, channel)| Memory { channel, before: HAMMER, share }),
-            asymmetry: found.asymmetry.iter().map(asymmetry).collect(),
+            asymmetry: hits.asymmetry.iter().map(asymmetry).collect(),
         }
     }
 }
 
-fn is_large(found: &Estimated<f64>, limit: f64) -> bool {
-    found.value.abs() > limit && found.value.abs() > SIGNIFICANT * found.sigma
+fn is_large(estimate: &EstimatedValue<f64>, limit: f64) -> bool {
+    estimate.value.abs() > limit && estimate.value.abs() > SIGNIFICANT * estimate.sigma
 }

@@ -1,4 +1,5 @@
-//! How sensors lie in a tumble test, by the calibration that the rig has: what the screen shows and what is stored follow it.
+//! How sensors lie in a tumble test, by the calibration that the rig has: what the screen shows and what is stored
+//! follow it.
 
 use massline_protocol::message::Identity;
 use massline_shared::STANDARD_GRAVITY;
@@ -11,8 +12,8 @@ use nalgebra::Vector3;
 /// What the axes that are level may read at most, and by how much the upright one may differ from 1 g.
 const OTHERS_G: f64 = 0.3;
 
-/// Whether the zeros of the sensors are known, so that one reading tells how a sensor lies. By its data sheet, the zero of an
-/// axis is known to 1 g only.
+/// Whether the zeros of the sensors are known, so that one reading tells how a sensor lies. By its data sheet, the zero
+/// of an axis is known to 1 g only.
 pub fn is_known(record: &CalibrationRecord) -> bool {
     record.method != CalibrationMethod::DataSheet
 }

@@ -51,16 +51,16 @@ pub enum Implausibility {
 /// Why a block test cannot be right, if so. With `new_hammer` the hammer is another than the one of the
 /// calibration in force.
 pub fn find_implausibility(
-    found: &Block,
+    block: &Block,
     before: &CalibrationRecord,
     mass: f64,
     new_hammer: bool,
 ) -> Option<Implausibility> {
-    let wrong_mass = find_wrong_mass(found, before, mass, new_hammer);
-    if wrong_mass.is_some() || found.hammer.is_some() {
+    let wrong_mass = find_wrong_mass(block, before, mass, new_hammer);
+    if wrong_mass.is_some() || block.hammer.is_some() {
         return wrong_mass;
     }
-    let ratios = against_data_sheet(found, before);
+    let ratios = against_data_sheet(block, before);
     let median = median(&ratios)?;
     let mut channels = ratios.iter().flatten().copied().zip(1..);
     let (ratio, channel) = channels.find(|(ratio, _)| !is_near(ratio / median))?;
@@ -69,14 +69,14 @@ pub fn find_implausibility(
 
 /// Why the mass cannot be right: all ratios are wrong by one factor, as those of a wrong mass are.
 pub fn find_wrong_mass(
-    found: &Block,
+    block: &Block,
     before: &CalibrationRecord,
     mass: f64,
     new_hammer: bool,
 ) -> Option<Implausibility> {
-    let (ratio, is_expected) = match &found.hammer {
+    let (ratio, is_expected) = match &block.hammer {
         Some(hammer) => (hammer.ratio, new_hammer),
-        None => (median(&against_data_sheet(found, before))?, false),
+        None => (median(&against_data_sheet(block, before))?, false),
     };
     if is_near(ratio) {
         None
@@ -84,7 +84,7 @@ pub fn find_wrong_mass(
         Some(Implausibility::NoMassAgrees { ratio })
     } else if is_expected {
         None
-    } else if found.hammer.is_some() {
+    } else if block.hammer.is_some() {
         Some(Implausibility::HammerDisagrees { mass, ratio })
     } else {
         Some(Implausibility::SensorsDisagree { mass, ratio })
@@ -104,11 +104,11 @@ fn is_near(ratio: f64) -> bool {
 }
 
 /// Sensitivity of each axis as the block test finds it over that of the data sheet.
-fn against_data_sheet(found: &Block, before: &CalibrationRecord) -> Vec<[f64; 3]> {
+fn against_data_sheet(block: &Block, before: &CalibrationRecord) -> Vec<[f64; 3]> {
     let nominal = Calibration::ADXL326_VOLT_PER_G / STANDARD_GRAVITY;
     let axis_ratios = |(k, sensor): (usize, &SensorRatio<f64>)| {
         let sensitivity = before.calibration.sensor_sensitivity(k) * sensor.ratio;
         [0, 1, 2].map(|axis| sensitivity[(axis, axis)] / nominal)
     };
-    found.sensors.iter().enumerate().map(axis_ratios).collect()
+    block.sensors.iter().enumerate().map(axis_ratios).collect()
 }

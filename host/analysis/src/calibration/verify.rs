@@ -70,14 +70,14 @@ pub struct SensorVerdict {
 }
 
 /// The verdict on each sensor.
-pub fn by_sensor(all: &[Drift]) -> Vec<SensorVerdict> {
+pub fn by_sensor(drifts: &[Drift]) -> Vec<SensorVerdict> {
     let mut sensors: Vec<SensorVerdict> = Vec::new();
-    for drift in all {
-        match sensors.iter_mut().find(|of| of.sensor == drift.sensor) {
-            Some(of) => {
-                of.verdict = of.verdict.max(drift.verdict);
-                if drift.drift.abs() > of.largest.abs() {
-                    of.largest = drift.drift;
+    for drift in drifts {
+        match sensors.iter_mut().find(|sensor| sensor.sensor == drift.sensor) {
+            Some(sensor) => {
+                sensor.verdict = sensor.verdict.max(drift.verdict);
+                if drift.drift.abs() > sensor.largest.abs() {
+                    sensor.largest = drift.drift;
                 }
             }
             None => sensors.push(SensorVerdict {
@@ -92,14 +92,20 @@ pub fn by_sensor(all: &[Drift]) -> Vec<SensorVerdict> {
 
 /// The drift of every channel, judged by `tolerance` (relative).
 pub fn drifts(sensors: &[SensorRatio<f64>], tolerance: f64) -> Vec<Drift> {
-    let mut all = Vec::new();
+    let mut drifts = Vec::new();
     for (sensor, SensorRatio { ratio, sigma }) in sensors.iter().enumerate() {
         for axis in 0..3 {
             let (drift, sigma) = (ratio[(axis, axis)] - 1.0, sigma[(axis, axis)]);
-            all.push(Drift { sensor, axis, drift, sigma, verdict: judge(drift, sigma, tolerance) });
+            drifts.push(Drift {
+                sensor,
+                axis,
+                drift,
+                sigma,
+                verdict: judge(drift, sigma, tolerance),
+            });
         }
     }
-    all
+    drifts
 }
 
 /// A drift is significant beyond three standard deviations. To resolve the tolerance, a test needs a standard
@@ -128,18 +134,21 @@ mod tests {
 
     #[test]
     fn a_sensor_is_as_good_as_its_worst_axis() {
-        let of =
+        let channel_drift =
             |sensor, axis, drift, verdict| Drift { sensor, axis, drift, sigma: 0.001, verdict };
         let sensors = by_sensor(&[
-            of(0, 0, 0.001, DriftVerdict::Good),
-            of(0, 1, -0.05, DriftVerdict::Drifted),
-            of(0, 2, 0.012, DriftVerdict::Unclear),
-            of(1, 0, 0.002, DriftVerdict::Good),
+            channel_drift(0, 0, 0.001, DriftVerdict::Good),
+            channel_drift(0, 1, -0.05, DriftVerdict::Drifted),
+            channel_drift(0, 2, 0.012, DriftVerdict::Unclear),
+            channel_drift(1, 0, 0.002, DriftVerdict::Good),
         ]);
-        let of = |sensor, largest, verdict| SensorVerdict { sensor, largest, verdict };
+        let sensor_verdict = |sensor, largest, verdict| SensorVerdict { sensor, largest, verdict };
         assert_eq!(
             sensors,
-            [of(0, -0.05, DriftVerdict::Drifted), of(1, 0.002, DriftVerdict::Good)]
+            [
+                sensor_verdict(0, -0.05, DriftVerdict::Drifted),
+                sensor_verdict(1, 0.002, DriftVerdict::Good)
+            ]
         );
     }
 }

@@ -24,9 +24,9 @@ fn prior_mass(file: &LayoutFile) -> Option<f64> {
     file.layout.priors.iter().find(|p| p.property == 0).map(|known| known.value)
 }
 
-/// The body that a design is checked with, and a sentence that names its origin: what `[reference]` states,
-/// for the rest the mass of `[prior]` or 1 kg, near the centroid of the nodes, with the inertia `m L² I`. A `[reference]`
-/// that looks like values in another unit is left out.
+/// The body that a design is checked with, and a sentence that names its origin: what `[reference]` states, for the
+/// rest the mass of `[prior]` or 1 kg, near the centroid of the nodes, with the inertia `m L² I`. A `[reference]` that
+/// looks like values in another unit is left out.
 pub fn body_for_checks(file: &LayoutFile) -> (RigidBody<f64>, String) {
     let none = Reference { mass_kg: None, center_of_mass_m: None, inertia_kg_m2: None };
     let stated = file.reference.filter(|_| !file.is_reference_doubtful());

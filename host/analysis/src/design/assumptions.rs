@@ -1,4 +1,5 @@
-//! What a prediction assumes of an object that nobody has measured yet: its body and, in the suspension profile, how it hangs.
+//! What a prediction assumes of an object that nobody has measured yet: its body and, in the suspension profile, how it
+//! hangs.
 
 use massline_physics::Bench;
 use massline_physics::suspension::{RigidMode, Suspension, rigid_modes};
@@ -20,8 +21,8 @@ use massline_files::layout_file::LayoutFile;
 const COMPUTED: &str = "ideal";
 /// Damping ratio of an assumed suspension: that of elastic cords, 1 to 2 %.
 const DAMPING_RATIO: f64 = 0.015;
-/// Where the assumed modes lie in the band, from 0 at its lower to 1 at its upper end on a logarithmic scale, along x, y and z,
-/// then about the principal axes: 2 to 8 Hz in the default band.
+/// Where the assumed modes lie in the band, from 0 at its lower to 1 at its upper end on a logarithmic scale, along x,
+/// y and z, then about the principal axes: 2 to 8 Hz in the default band.
 const PLACES: [f64; 6] = [0.43, 0.50, 0.57, 0.65, 0.75, 0.86];
 
 /// The assumed object.
@@ -32,12 +33,12 @@ pub struct Assumptions {
     /// A sentence that names their origin.
     pub whose: String,
     /// In the suspension profile, how it hangs.
-    pub hanging: Option<Hanging>,
+    pub hanging: Option<HangingObject>,
 }
 
 /// The object as it hangs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Hanging {
+pub struct HangingObject {
     /// The bench that it hangs on.
     pub bench: Bench,
     /// Its six modes.
@@ -71,10 +72,11 @@ impl Assumptions {
         };
         let modes =
             rigid_modes(&bench.body, &bench.suspension, &bench.gravity).map_err(bench_error)?;
-        Ok(Self { body, whose, hanging: Some(Hanging { bench, modes }) })
+        Ok(Self { body, whose, hanging: Some(HangingObject { bench, modes }) })
     }
 
-    /// The noise of an accelerance of one hit that is assumed for the test of a layout where none is stated, relative to 1/m.
+    /// The noise of an accelerance of one hit that is assumed for the test of a layout where none is stated, relative
+    /// to 1/m.
     pub fn usual_noise(&self, layout: &HostLayout) -> f64 {
         match &self.hanging {
             None => DEFAULT_NOISE,
@@ -99,7 +101,7 @@ impl Assumptions {
     }
 }
 
-impl Hanging {
+impl HangingObject {
     /// How long the object rings in a record of a test with this layout, s.
     pub(super) fn record_s(&self, layout: &HostLayout) -> f64 {
         ringing_s(&self.bench.converter(layout.sensors.len()))
@@ -125,8 +127,8 @@ fn assumed_bench(
 fn about_suspension(test: &TestSettings<f64>) -> String {
     let hz = assumed_hz(test).map(|hz| format!("{hz:.1}"));
     format!(
-        "it is assumed to hang with modes along x, y and z at {}, {} and {} Hz and about its principal axes at {}, {} and \
-         {} Hz, {} % damped; --bench takes object and suspension of a bench",
+        "it is assumed to hang with modes along x, y and z at {}, {} and {} Hz and about its principal axes at {}, {} \
+         and {} Hz, {} % damped; --bench takes object and suspension of a bench",
         hz[0],
         hz[1],
         hz[2],

@@ -83,14 +83,14 @@ mod tests {
     #[test]
     fn nodes_say_what_they_allow() {
         let file = LayoutFile::parse(FILE, "l").unwrap();
-        let all = Candidates::of(&file);
-        assert!(all.sensors.iter().map(|s| s.node).eq([1, 3, 4]));
-        assert_eq!(all.sensors[0].uncertainty.gain, 0.5);
-        assert_eq!(all.sensors[1].uncertainty.gain, 0.01);
-        let names: Vec<String> = all.hits.iter().map(|h| h.dof.to_string()).collect();
+        let candidates = Candidates::of(&file);
+        assert!(candidates.sensors.iter().map(|s| s.node).eq([1, 3, 4]));
+        assert_eq!(candidates.sensors[0].uncertainty.gain, 0.5);
+        assert_eq!(candidates.sensors[1].uncertainty.gain, 0.01);
+        let names: Vec<String> = candidates.hits.iter().map(|h| h.dof.to_string()).collect();
         assert_eq!(names, ["1:+X", "1:-Y", "1:+Z", "2:+X", "2:+Y", "2:+Z", "3:-X", "3:+Z"]);
-        assert_eq!(all.hits[1].direction, [0.0, -1.0, 0.0]);
-        let more = all.beyond(&file.layout);
+        assert_eq!(candidates.hits[1].direction, [0.0, -1.0, 0.0]);
+        let more = candidates.beyond(&file.layout);
         assert!(more.sensors.iter().map(|s| s.node).eq([4]));
         let names: Vec<String> = more.hits.iter().map(|h| h.dof.to_string()).collect();
         assert_eq!(names, ["1:+X", "1:+Z", "2:+X", "2:+Y", "3:+Z"]);

@@ -49,8 +49,8 @@ impl LayoutCriterion {
         &self.plain().body
     }
 
-    /// True for variances of `theta` with which the methods answer. Those that use the modes refuse a property whose standard
-    /// deviation is too large for its scale.
+    /// True for variances of `theta` with which the methods answer. Those that use the modes refuse a property whose
+    /// standard deviation is too large for its scale.
     pub(super) fn is_determined(&self, variances: &SVector<f64, 10>, layout: &HostLayout) -> bool {
         let sigma = variances.map(f64::sqrt);
         let length = layout.characteristic_length();

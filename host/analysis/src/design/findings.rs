@@ -9,8 +9,8 @@ use massline_shared::layout::{HostLayout, Layout, TestProfile};
 
 use super::methods_of;
 
-/// A warning of a layout in the suspension profile that does not state gravity, which its sensors sense: the tilt of the object
-/// is as large in their readings as its motion.
+/// A warning of a layout in the suspension profile that does not state gravity, which its sensors sense: the tilt of
+/// the object is as large in their readings as its motion.
 pub fn gravity_to_be_stated<R: Real, C: Capacity>(layout: &Layout<R, C>) -> Option<Diagnostic> {
     let lacks = layout.test.profile == TestProfile::Suspension && layout.lacks_gravity();
     lacks.then(|| Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0))
@@ -21,7 +21,8 @@ pub fn gravity_to_be_stated<R: Real, C: Capacity>(layout: &Layout<R, C>) -> Opti
 pub struct LayoutFindings {
     /// Findings about the layout; an error where none of the methods can work.
     pub diagnostics: Diagnostics,
-    /// Rank and condition of the equations of mass lines; `None` in the suspension profile, whose methods do not solve them.
+    /// Rank and condition of the equations of mass lines; `None` in the suspension profile, whose methods do not solve
+    /// them.
     pub equations: Option<(usize, f64)>,
     /// The methods of the test's profile, each with the codes that rule it out.
     pub methods: Vec<(Method, Vec<Code>)>,
@@ -54,7 +55,8 @@ impl LayoutFindings {
         self.methods.iter().any(|(_, obstacles)| obstacles.is_empty())
     }
 
-    /// The same of a layout that admits methods but does not determine the ten properties with them: none of them applies.
+    /// The same of a layout that admits methods but does not determine the ten properties with them: none of them
+    /// applies.
     pub(super) fn without_answer(mut self) -> Self {
         for (_, obstacles) in &mut self.methods {
             if obstacles.is_empty() {
@@ -74,20 +76,20 @@ mod tests {
     #[test]
     fn the_suspension_profile_asks_for_gravity() {
         let text = include_str!("../../../examples/wheel.toml");
-        let found = |text: &str| {
+        let findings = |text: &str| {
             let file = LayoutFile::parse(text, "wheel.toml").unwrap();
             LayoutFindings::new(&file.layout, &body_for_checks(&file).0)
         };
-        assert!(found(text).diagnostics.is_empty());
+        assert!(findings(text).diagnostics.is_empty());
         let gravity = "gravity = [0.0, 0.0, -9.80665]\n";
         assert!(text.contains(gravity));
-        let without = found(&text.replacen(gravity, "", 1));
+        let without = findings(&text.replacen(gravity, "", 1));
         let warning = Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0);
         assert_eq!(without.diagnostics.as_slice(), [warning]);
         // It is no obstacle: the rig measures all the same.
         assert!(without.admits_any());
         // A mass line has a term for it.
         let of_lines = text.replacen(gravity, "", 1).replacen("profile = \"suspension\"", "", 1);
-        assert!(found(&of_lines).diagnostics.is_empty());
+        assert!(findings(&of_lines).diagnostics.is_empty());
     }
 }

@@ -1,8 +1,9 @@
 //! The masses that sensors and hammer can measure with a layout, before anything is hit.
 //!
-//! A rigid body of a given shape answers a force `F` with accelerations `F k/m` at its sensors; k is 1 at the centre of mass and
-//! grows with the distance from it. Below the lightest mass, the weakest hit that is accepted exceeds the range of a sensor.
-//! Above the heaviest, the noise of a hit as hard as the hammer's channel shows is a larger part of the answer than is of use.
+//! A rigid body of a given shape answers a force `F` with accelerations `F k/m` at its sensors; k is 1 at the centre of
+//! mass and grows with the distance from it. Below the lightest mass, the weakest hit that is accepted exceeds the
+//! range of a sensor. Above the heaviest, the noise of a hit as hard as the hammer's channel shows is a larger part of
+//! the answer than is of use.
 
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::body::RigidBody;
@@ -27,7 +28,8 @@ pub struct MassRange {
     pub lightest: f64,
     /// Below this mass some hits do, kg.
     pub lightest_everywhere: f64,
-    /// Above this mass the noise of one hit is too large, kg; `None` in the suspension profile, whose forecast has the noise.
+    /// Above this mass the noise of one hit is too large, kg; `None` in the suspension profile, whose forecast has the
+    /// noise.
     pub heaviest: Option<f64>,
     /// The weakest hit that is accepted, N.
     pub weakest_n: f64,

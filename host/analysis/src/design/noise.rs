@@ -1,22 +1,24 @@
 //! The noise that is assumed of an accelerance in the suspension profile, where none is stated.
 //!
-//! A response is transformed under the window `e^(−σt)` over the length T of its record. White noise of the one-sided density a
-//! leaves the variance `a² E/2` in every line, with the energy of the window `E = ∫ e^(−2σt) dt = (1 − e^(−2σT))/2σ`. An
-//! accelerance is the response over the impulse p of the hit, as far as the force lasts much less than a period:
+//! A response is transformed under the window `e^(−σt)` over the length T of its record. White noise of the one-sided
+//! density a leaves the variance `a² E/2` in every line, with the energy of the window
+//! `E = ∫ e^(−2σt) dt = (1 − e^(−2σT))/2σ`. An accelerance is the response over the impulse p of the hit, as far as the
+//! force lasts much less than a period:
 //!
 //! ```text
 //! σ_H = a √(E/2) / p
 //! ```
-//! The codes of the converter are unequally wide. What that adds moves with the signal: the more codes the motion passes over,
-//! the less the widths add to it, and under a window that ends sooner they add less, as the motion does. It has no formula. On
-//! the bench with 0.5 LSB of differential nonlinearity (three tests each, impulses of 0.26 to 1.05 N s on 17.3 kg, σ of 0.05 to
-//! 0.2 1/s) it grows with the 0.35th power of the speed p/m that the hit gives and with the fourth root of E.
+//! The codes of the converter are unequally wide. What that adds moves with the signal: the more codes the motion
+//! passes over, the less the widths add to it, and under a window that ends sooner they add less, as the motion does.
+//! It has no formula. On the bench with 0.5 LSB of differential nonlinearity (three tests each, impulses of 0.26 to
+//! 1.05 N s on 17.3 kg, σ of 0.05 to 0.2 1/s) it grows with the 0.35th power of the speed p/m that the hit gives and
+//! with the fourth root of E.
 
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::layout::TestSettings;
 
-/// One-sided density of the white noise of a channel, g/√Hz: 290 µg/√Hz (data sheet of the ADXL326); 2.5 % for what a low-pass
-/// of 500 Hz lets alias at 4 kS/s, and 4 % for the rounding to codes of 13 mg.
+/// One-sided density of the white noise of a channel, g/√Hz: 290 µg/√Hz (data sheet of the ADXL326); 2.5 % for what a
+/// low-pass of 500 Hz lets alias at 4 kS/s, and 4 % for the rounding to codes of 13 mg.
 const WHITE: f64 = 310e-6;
 /// Spectrum of what unequal codes add after a hit of [`SPEED`] under a window of the energy [`ENERGY`], m/s.
 const CODES: f64 = 0.0053;
@@ -25,8 +27,9 @@ const SPEED: f64 = 0.061;
 /// Energy of the default window of 0.1 1/s, s.
 const ENERGY: f64 = 5.0;
 
-/// Standard deviation of an accelerance of one hit, of a complex number, (m/s²)/N. The test's own settings count: the mean of
-/// its impulses and its window; `mass` is that of the object, kg, and `record_s` the length of a record from the hit on.
+/// Standard deviation of an accelerance of one hit, of a complex number, (m/s²)/N. The test's own settings count: the
+/// mean of its impulses and its window; `mass` is that of the object, kg, and `record_s` the length of a record from
+/// the hit on.
 pub(super) fn of_one_hit(test: &TestSettings<f64>, mass: f64, record_s: f64) -> f64 {
     let [least, most] = test.impulse_ns;
     let impulse = (least + most) / 2.0;
@@ -80,8 +83,8 @@ mod tests {
     #[test]
     fn what_the_codes_add_falls_more_slowly_than_white_noise() {
         let codes = |impulse: f64| {
-            let [all, white] = [17.3, 1e30].map(|mass| noise(impulse, 0.1, mass));
-            (all * all - white * white).sqrt()
+            let [combined, white] = [17.3, 1e30].map(|mass| noise(impulse, 0.1, mass));
+            (combined * combined - white * white).sqrt()
         };
         let ratio = codes(0.25) / codes(1.0);
         assert!((ratio / 4.0_f64.powf(0.65) - 1.0).abs() < 1e-6, "{ratio}");

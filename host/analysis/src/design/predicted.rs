@@ -10,7 +10,7 @@ use massline_files::layout_file::LayoutFile;
 
 /// The predicted uncertainty of a layout.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Predicted {
+pub struct PredictedUncertainty {
     /// Standard deviations of the ten properties, SI units.
     pub sigma: [f64; 10],
     /// Standard deviations in % of [m, L, L, L, m L² × 6].
@@ -25,7 +25,7 @@ pub struct DesignReport {
     /// Which methods are applicable, and what is to be said of the layout.
     pub findings: LayoutFindings,
     /// The predicted uncertainty; `None` when the layout does not determine the ten properties.
-    pub predicted: Option<Predicted>,
+    pub predicted: Option<PredictedUncertainty>,
     /// Contribution of each error source to the uncertainty; empty without a prediction.
     pub parts: Vec<Part<f64>>,
     /// The effect of one sensor or hit more or less; `None` without a prediction.
@@ -49,7 +49,7 @@ pub struct Advice {
     pub without_sensors: Vec<Option<f64>>,
 }
 
-impl Predicted {
+impl PredictedUncertainty {
     /// The prediction for a layout; `None` when it does not determine the ten properties.
     pub(super) fn of(criterion: &LayoutCriterion, layout: &HostLayout) -> Option<Self> {
         let mut memory = memory(layout);
@@ -79,8 +79,8 @@ impl DesignReport {
         Self::with(file, layout, criterion, assumed.whose.clone())
     }
 
-    /// The same of a test that was made: `measured` is its layout, of which `file` states the nodes, and the criterion is for the
-    /// body that was found.
+    /// The same of a test that was made: `measured` is its layout, of which `file` states the nodes, and the criterion
+    /// is for the body that was found.
     pub fn of_test(file: &LayoutFile, measured: &HostLayout, criterion: LayoutCriterion) -> Self {
         Self::with(file, measured, criterion, "the body that was found".into())
     }
@@ -93,7 +93,7 @@ impl DesignReport {
     ) -> Self {
         let findings = LayoutFindings::new(layout, criterion.body());
         let possible = findings.admits_any();
-        let predicted = if possible { Predicted::of(&criterion, layout) } else { None };
+        let predicted = if possible { PredictedUncertainty::of(&criterion, layout) } else { None };
         let parts = predicted.and_then(|_| parts(&criterion, layout, &mut memory(layout)));
         let candidates = Candidates::of(file).beyond(layout);
         Self {

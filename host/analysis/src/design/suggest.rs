@@ -1,18 +1,18 @@
 //! Chooses sensors and hits among the nodes of a layout file.
 
 use massline_shared::capacity::Unbounded;
-use massline_shared::design::{Choice, Counts, Found, Predict, Search, SearchError};
+use massline_shared::design::{BestChoice, Choice, Counts, Predict, Search, SearchError};
 use massline_shared::identify::maximum_likelihood::workspace;
 use massline_shared::layout::{Hit, HostLayout, Sensor, TestProfile, extent};
 
-use super::{Assumptions, Candidates, LayoutCriterion, LayoutFindings, Predicted};
+use super::{Assumptions, Candidates, LayoutCriterion, LayoutFindings, PredictedUncertainty};
 use crate::parallel::{Interrupted, pieces};
 use crate::{Error, Result};
 use massline_files::layout_file::LayoutFile;
 
 /// How many sensors or hits are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wanted {
+pub enum RequestedCount {
     /// Exactly those in the file.
     Keep,
     /// The best choice of this many candidates.
@@ -23,9 +23,9 @@ pub enum Wanted {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Sensors.
-    pub sensors: Wanted,
+    pub sensors: RequestedCount,
     /// Hit DOFs.
-    pub hits: Wanted,
+    pub hits: RequestedCount,
     /// Accepted hits at each DOF.
     pub hits_per_dof: u8,
     /// Noise of one accelerance of one hit, relative to 1/m.
@@ -42,10 +42,10 @@ pub struct Suggestion {
     /// The file's layout with the chosen sensors and hits.
     pub layout: HostLayout,
     /// Its predicted uncertainty.
-    pub predicted: Predicted,
+    pub predicted: PredictedUncertainty,
     /// The predicted uncertainty of the file's own layout in the same scale; `None` when it does not
     /// determine the ten properties.
-    pub before: Option<Predicted>,
+    pub before: Option<PredictedUncertainty>,
     /// Applicable methods and findings of the suggested layout; contains no errors.
     pub findings: LayoutFindings,
     /// The candidates of the search.
@@ -101,8 +101,8 @@ pub fn suggest(
         return Err(nothing());
     }
     Ok(Suggestion {
-        predicted: Predicted::of(&criterion, &layout).ok_or_else(nothing)?,
-        before: Predicted::of(&criterion, &file.layout),
+        predicted: PredictedUncertainty::of(&criterion, &layout).ok_or_else(nothing)?,
+        before: PredictedUncertainty::of(&criterion, &file.layout),
         layout,
         findings,
         candidates,
@@ -113,10 +113,10 @@ pub fn suggest(
 }
 
 /// The number wanted; with [`Wanted::Keep`] the present entries become the only candidates.
-fn narrow<T: Copy>(candidates: &mut Vec<T>, wanted: Wanted, present: &[T]) -> usize {
+fn narrow<T: Copy>(candidates: &mut Vec<T>, wanted: RequestedCount, present: &[T]) -> usize {
     match wanted {
-        Wanted::Best(count) => count,
-        Wanted::Keep => {
+        RequestedCount::Best(count) => count,
+        RequestedCount::Keep => {
             *candidates = present.to_vec();
             present.len()
         }
@@ -124,9 +124,9 @@ fn narrow<T: Copy>(candidates: &mut Vec<T>, wanted: Wanted, present: &[T]) -> us
 }
 
 fn enough(wanted: Counts, candidates: &Candidates) -> Result<()> {
-    let few = |what: &str, wanted: usize, there: usize, how: &str| {
+    let few = |kind: &str, wanted: usize, places: usize, how: &str| {
         let text = format!(
-            "{wanted} {what} are wanted and the nodes have places for {there}; add [[node]]s, {how}, \
+            "{wanted} {kind} are wanted and the nodes have places for {places}; add [[node]]s, {how}, \
              or want fewer"
         );
         Err(Error::input("too_few_candidates", text))
@@ -182,22 +182,22 @@ impl Job<'_> {
             Some(_) => first.clone().ok_or(SearchError::NothingFound),
         };
         let memory = || vec![0.0; workspace(search.wanted.sensors, search.wanted.hits)];
-        let found = pieces(starts.into(), is_interrupted, progress, memory, |memory, index| {
+        let results = pieces(starts.into(), is_interrupted, progress, memory, |memory, index| {
             let cost =
                 |choice: &Choice<Unbounded>| self.criterion.cost(&self.layout(choice), memory);
             start(index as u32).map(|start| search.improve(start, cost))
         });
-        if found.len() < starts as usize {
-            let text = format!("interrupted after {} of {starts} starts", found.len());
+        if results.len() < starts as usize {
+            let text = format!("interrupted after {} of {starts} starts", results.len());
             return Err(Error::interrupted(text));
         }
-        let mut best: Option<Found<f64, Unbounded>> = None;
-        for found in found {
-            let found = found.map_err(|e| Error::input("too_few_candidates", e.to_string()))?;
-            if let Some(found) = found
-                && best.as_ref().is_none_or(|best| found.cost < best.cost)
+        let mut best: Option<BestChoice<f64, Unbounded>> = None;
+        for result in results {
+            let result = result.map_err(|e| Error::input("too_few_candidates", e.to_string()))?;
+            if let Some(improved) = result
+                && best.as_ref().is_none_or(|best| improved.cost < best.cost)
             {
-                best = Some(found);
+                best = Some(improved);
             }
         }
         Ok(best.map(|best| self.layout(&ordered(best.choice))))

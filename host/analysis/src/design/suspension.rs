@@ -1,17 +1,17 @@
 //! The criterion of the suspension profile: the Cramér-Rao bound of the ten properties from six modes.
 //!
-//! A mode r with the mass-normalised shape φ shows in a response j under a hit k by its residue
-//! `y = (gⱼ φ)(φᵀ fₖ)`, with gⱼ the row of the response at the mode's frequency, gravity included. The six shapes are
-//! `Φ = L⁻ᵀ Q`, with `M = L Lᵀ` the mass matrix of the ten properties and Q orthogonal: fifteen angles say how the
-//! suspension mixes the motions, and nothing is assumed about it. Frequencies and damping, which all responses share, count as
-//! known. The unknowns are the ten properties, the fifteen angles and every uncertain quantity of the layout with its standard
+//! A mode r with the mass-normalised shape φ shows in a response j under a hit k by its residue `y = (gⱼ φ)(φᵀ fₖ)`,
+//! with gⱼ the row of the response at the mode's frequency, gravity included. The six shapes are `Φ = L⁻ᵀ Q`, with
+//! `M = L Lᵀ` the mass matrix of the ten properties and Q orthogonal: fifteen angles say how the suspension mixes the
+//! motions, and nothing is assumed about it. Frequencies and damping, which all responses share, count as known. The
+//! unknowns are the ten properties, the fifteen angles and every uncertain quantity of the layout with its standard
 //! deviation as prior.
 //!
-//! A mode that no hit moves is not found, and what is not found tells nothing, not even that it does not move: its residues are
-//! left out. Without two modes or more, the angle between them is open and nothing is determined.
+//! A mode that no hit moves is not found, and what is not found tells nothing, not even that it does not move: its
+//! residues are left out. Without two modes or more, the angle between them is open and nothing is determined.
 //!
-//! The noise of a residue is that of least squares on the windowed record: with white noise, whose line has the variance σ_H²
-//! under a window `e^(−σt)` of the length T,
+//! The noise of a residue is that of least squares on the windowed record: with white noise, whose line has the
+//! variance σ_H² under a window `e^(−σt)` of the length T,
 //!
 //! ```text
 //! var y = 4 σ_H² (ζω + σ)² / (E (ζω + 2σ) ω² n),   E = (1 − e^(−2σT)) / 2σ
@@ -49,9 +49,9 @@ pub struct SuspensionCriterion {
 }
 
 impl SuspensionCriterion {
-    /// The bound for the body of `plain`, with its noise and scale, that has these modes with what the layout attaches to it, in
-    /// tests with the settings of the layout and records of `record_s`. Q is the orthogonal matrix nearest to the shapes: those
-    /// that were measured are not quite orthogonal.
+    /// The bound for the body of `plain`, with its noise and scale, that has these modes with what the layout attaches
+    /// to it, in tests with the settings of the layout and records of `record_s`. Q is the orthogonal matrix nearest to
+    /// the shapes: those that were measured are not quite orthogonal.
     pub fn new(
         plain: Criterion<f64>,
         modes: &[RigidMode; 6],
@@ -78,8 +78,8 @@ impl SuspensionCriterion {
         &self.plain
     }
 
-    /// The residues over the standard deviation of their noise: mode by mode, response by response, hit by hit. `None` for a
-    /// body without inertia.
+    /// The residues over the standard deviation of their noise: mode by mode, response by response, hit by hit. `None`
+    /// for a body without inertia.
     fn residues<C: Capacity>(
         &self,
         layout: &Layout<f64, C>,
@@ -91,7 +91,7 @@ impl SuspensionCriterion {
         let forces: Vec<Vector6<f64>> =
             layout.hits.iter().map(|hit| hit.unit_force(&Vector3::zeros())).collect();
         let hits = f64::from(layout.test.hits_per_dof.max(1)).sqrt();
-        let mut all = Vec::with_capacity(18 * layout.sensors.len() * forces.len());
+        let mut residues = Vec::with_capacity(18 * layout.sensors.len() * forces.len());
         for ((omega, noise), shape) in self.modes.iter().zip(shapes.column_iter()) {
             let scale = hits / (noise * self.plain.noise);
             let excited: Vec<f64> = forces.iter().map(|force| shape.dot(force) * scale).collect();
@@ -99,14 +99,14 @@ impl SuspensionCriterion {
                 let row = layout.response_row_at(channel, Complex::new(0.0, *omega));
                 let seen: f64 =
                     row.iter().zip(shape.iter()).map(|(row, shape)| row.re * shape).sum();
-                all.extend(excited.iter().map(|excited| seen * excited));
+                residues.extend(excited.iter().map(|excited| seen * excited));
             }
         }
-        Some(all)
+        Some(residues)
     }
 
-    /// How the residues of the modes that show change, a column for each unknown: the ten properties over their scales, the angles, and the uncertain
-    /// quantities that the layout has, over their standard deviations.
+    /// How the residues of the modes that show change, a column for each unknown: the ten properties over their scales,
+    /// the angles, and the uncertain quantities that the layout has, over their standard deviations.
     fn slopes<C: Capacity>(&self, layout: &Layout<f64, C>) -> Option<Vec<Vec<f64>>> {
         let theta = self.plain.body.theta();
         let nominal = self.residues(layout, &theta, &self.mixing)?;
@@ -118,27 +118,27 @@ impl SuspensionCriterion {
             let seen = rows.filter(|(row, _)| shown[row / of_mode]);
             seen.map(|(_, (new, old))| (new - old) / step).collect()
         };
-        let mut all = Vec::new();
+        let mut slopes = Vec::new();
         for property in 0..10 {
             let mut changed = theta;
             changed[property] += STEP * self.plain.scale[property];
-            all.push(slope(self.residues(layout, &changed, &self.mixing)?, STEP));
+            slopes.push(slope(self.residues(layout, &changed, &self.mixing)?, STEP));
         }
         for second in 1..6 {
             for first in 0..second {
                 let mut turned = self.mixing;
                 turned.column_mut(first).axpy(STEP, &self.mixing.column(second), 1.0);
                 turned.column_mut(second).axpy(-STEP, &self.mixing.column(first), 1.0);
-                all.push(slope(self.residues(layout, &theta, &turned)?, STEP));
+                slopes.push(slope(self.residues(layout, &theta, &turned)?, STEP));
             }
         }
         for quantity in layout.uncertain_quantities() {
             let mut shifted = layout.clone();
             if !matches!(quantity, UncertainQuantity::Prior(_)) && shifted.shift(quantity) {
-                all.push(slope(self.residues(&shifted, &theta, &self.mixing)?, 1.0));
+                slopes.push(slope(self.residues(&shifted, &theta, &self.mixing)?, 1.0));
             }
         }
-        Some(all)
+        Some(slopes)
     }
 }
 
@@ -189,13 +189,13 @@ fn moving_mass<C: Capacity>(
 
 /// The nearest orthogonal matrix, by Newton's iteration; `None` where the shapes depend on each other.
 fn orthogonal(shapes: Matrix6<f64>) -> Option<Matrix6<f64>> {
-    let mut found = shapes;
+    let mut nearest = shapes;
     for _ in 0..ORTHOGONAL_STEPS {
-        found = (found + found.try_inverse()?.transpose()) * 0.5;
+        nearest = (nearest + nearest.try_inverse()?.transpose()) * 0.5;
     }
-    let left = found.tr_mul(&found) - Matrix6::identity();
+    let left = nearest.tr_mul(&nearest) - Matrix6::identity();
     // What is no number is not below the limit either.
-    (left.amax() < STEP).then_some(found)
+    (left.amax() < STEP).then_some(nearest)
 }
 
 /// L of `M = L Lᵀ`.
@@ -211,7 +211,7 @@ mod tests {
     use massline_shared::layout::uncertainty_keys;
 
     use super::*;
-    use crate::design::{Assumptions, LayoutCriterion, Predicted, forecast};
+    use crate::design::{Assumptions, LayoutCriterion, PredictedUncertainty, forecast};
     use massline_files::layout_file::LayoutFile;
 
     const WHEEL: &str = include_str!("../../../examples/wheel.toml");
@@ -234,15 +234,16 @@ mod tests {
         let criterion = criterion(&file, &assumed);
         let bound = criterion.variances(&file.layout, &mut []).unwrap().map(f64::sqrt);
         let hanging = assumed.hanging.as_ref().unwrap();
-        let found = forecast(&file.layout, hanging, &criterion, |_, _| ()).unwrap();
-        let (_, global) = found.answers.iter().find(|of| of.0 == Method::GlobalFit).unwrap();
+        let prediction = forecast(&file.layout, hanging, &criterion, |_, _| ()).unwrap();
+        let (_, global) =
+            prediction.answers.iter().find(|answer| answer.0 == Method::GlobalFit).unwrap();
         for (fit, bound) in global.sigma.iter().zip(bound.iter()) {
             let ratio = fit / bound;
-            // The fit also uses the lines between the modes, which say a little more: 0.89 to 1.00. Its noise is estimated
-            // from 9000 numbers.
+            // The fit also uses the lines between the modes, which say a little more: 0.89 to 1.00. Its noise is
+            // estimated from 9000 numbers.
             assert!((0.85..1.03).contains(&ratio), "{ratio}: {:?} {bound}", global.sigma);
         }
-        assert_eq!(found.modes.len(), 6);
+        assert_eq!(prediction.modes.len(), 6);
     }
 
     #[test]
@@ -279,10 +280,10 @@ mod tests {
     fn what_every_method_would_refuse_is_not_predicted() {
         let (mut file, assumed) = wheel(WHEEL);
         let criterion = criterion(&file, &assumed);
-        assert!(Predicted::of(&criterion, &file.layout).is_some());
+        assert!(PredictedUncertainty::of(&criterion, &file.layout).is_some());
         file.layout.apparatus.hammer_gain = 0.7;
         assert!(criterion.cost(&file.layout, &mut []).is_some());
-        assert!(Predicted::of(&criterion, &file.layout).is_none());
+        assert!(PredictedUncertainty::of(&criterion, &file.layout).is_none());
     }
 
     /// Of 400 times the noise, the modes that the hits move least do not rise above it.

@@ -6,7 +6,7 @@ use massline_shared::signal::EdgeTrigger;
 use super::{CutHit, MOST_HITS, Options};
 use crate::{Error, Result};
 use massline_files::recording::{
-    EVERY_RESPONSE, LeftOut, Rate, Recording, Segment, column, is_named_force, six_digits,
+    EVERY_RESPONSE, LeftOutColumn, Rate, Recording, Segment, column, is_named_force, six_digits,
 };
 use massline_files::units::{Quantity, force_unit, motion_unit};
 
@@ -64,19 +64,21 @@ fn left_out(recording: &mut Recording, options: &Options) -> Result<Vec<usize>> 
     for &place in &places {
         let Some(channel) = recording.channels.get(place) else { continue };
         let name = column(place, channel);
-        recording.left_out.push(LeftOut { name, reason: "--leave-out".into() });
+        recording.left_out.push(LeftOutColumn { name, reason: "--leave-out".into() });
     }
     Ok(places)
 }
 
 /// The error of a recording without a response; `others` are the channels that have units of something else.
-fn no_response(others: &[LeftOut]) -> Error {
+fn no_response(others: &[LeftOutColumn]) -> Error {
     if others.is_empty() {
         let message = "there is one channel; force and at least one response are needed";
         return Error::input("no_response", message);
     }
-    let names: Vec<String> =
-        others.iter().map(|LeftOut { name, reason }| format!("\"{name}\": {reason}")).collect();
+    let names: Vec<String> = others
+        .iter()
+        .map(|LeftOutColumn { name, reason }| format!("\"{name}\": {reason}"))
+        .collect();
     let message = format!(
         "no channel is an acceleration ({}); state the unit of one with --unit COLUMN=UNIT, or export accelerations",
         names.join(", ")
@@ -157,8 +159,8 @@ pub(super) fn check_rate(rate: &Rate, options: &Options) -> Result<()> {
     }
     let notes: String = rate.notes.iter().map(|note| format!("; {note}")).collect();
     let message = format!(
-        "the rate of {} Hz ({}) reaches {} Hz, and the band ends at {high} Hz: check the unit of the time (state it with \
-         --unit) or the rate (--rate-hz), or lower the HIGH of --band-hz{notes}",
+        "the rate of {} Hz ({}) reaches {} Hz, and the band ends at {high} Hz: check the unit of the time (state it \
+         with --unit) or the rate (--rate-hz), or lower the HIGH of --band-hz{notes}",
         six_digits(rate.hz),
         rate.origin(),
         six_digits(0.5 * rate.hz)
@@ -192,8 +194,8 @@ pub(super) fn hits(
             recording.segments.iter().filter_map(|segment| segment.0.get(force)).flatten();
         let largest = samples.fold(0.0_f64, |most, sample| most.max(*sample));
         let message = format!(
-            "no hit of {} N or more after {} s of quiet was found, and the largest force is {} N; check the unit of the \
-             force, lower --trigger-n or --pre-trigger-s, or say with --force which channel is the force",
+            "no hit of {} N or more after {} s of quiet was found, and the largest force is {} N; check the unit of \
+             the force, lower --trigger-n or --pre-trigger-s, or say with --force which channel is the force",
             options.test.trigger_n,
             options.pre_trigger_s,
             six_digits(largest)

@@ -1,6 +1,6 @@
 //! What was understood of a recording: printed before it is used.
 
-use massline_files::recording::{Channel, LeftOut, Rate, Recording, Scale, Source, column};
+use massline_files::recording::{Channel, LeftOutColumn, Rate, Recording, Scale, Source, column};
 
 /// What was understood of a recording.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,7 +16,7 @@ pub struct Understanding {
     /// Samples of all segments.
     pub samples: usize,
     /// The columns that are not used.
-    pub left_out: Vec<LeftOut>,
+    pub left_out: Vec<LeftOutColumn>,
 }
 
 impl Understanding {

@@ -53,15 +53,15 @@ fn search(
     for prior in &layout.priors {
         let Some(estimate) = without(&|other| other.property == prior.property) else { continue };
         let agrees = estimate.consistency.is_some_and(|c| !c.rejects_budget());
-        let Some((far, found)) = contradiction(prior, &estimate).filter(|_| agrees) else {
+        let Some((far, diagnostic)) = contradiction(prior, &estimate).filter(|_| agrees) else {
             continue;
         };
         if worst.is_none_or(|(most, _)| far > most) {
-            worst = Some((far, found));
+            worst = Some((far, diagnostic));
         }
     }
-    if let Some((_, found)) = worst {
-        return vec![found];
+    if let Some((_, diagnostic)) = worst {
+        return vec![diagnostic];
     }
     let Some(estimate) = without(&|_| true) else { return Vec::new() };
     contradicted(&layout.priors, &estimate)
@@ -69,20 +69,20 @@ fn search(
 
 /// The priors that an answer contradicts which does not use them.
 pub fn contradicted(priors: &[Prior<f64>], without: &Estimate<f64>) -> Vec<Diagnostic> {
-    let all = priors.iter().filter_map(|prior| contradiction(prior, without));
-    all.map(|(_, found)| found).collect()
+    let contradictions = priors.iter().filter_map(|prior| contradiction(prior, without));
+    contradictions.map(|(_, diagnostic)| diagnostic).collect()
 }
 
 /// The distance of a prior from an answer without it, in standard deviations, if it is significant.
 fn contradiction(prior: &Prior<f64>, without: &Estimate<f64>) -> Option<(f64, Diagnostic)> {
     let k = usize::from(prior.property);
-    let said = *without.theta().get(k)?;
+    let value = *without.theta().get(k)?;
     let sigma = *without.sigma()?.get(k)?;
-    let far = (said - prior.value).abs() / prior.sigma.hypot(sigma);
+    let far = (value - prior.value).abs() / prior.sigma.hypot(sigma);
     let code = Code::PriorInconsistentWithData;
-    let found =
-        Diagnostic::about(code, Severity::Warning, Subject::Property(prior.property), said as f32);
-    (far > REJECTION_Z).then_some((far, found))
+    let diagnostic =
+        Diagnostic::about(code, Severity::Warning, Subject::Property(prior.property), value as f32);
+    (far > REJECTION_Z).then_some((far, diagnostic))
 }
 
 #[cfg(test)]
@@ -97,7 +97,7 @@ mod tests {
     const FILE: &str = include_str!("../../../examples/three-bar-test-1.toml");
 
     /// The contradicting priors for exact data of the `[reference]` object and a layout with this `[prior]`.
-    fn found(prior: &str) -> Vec<Diagnostic> {
+    fn find_contradicted(prior: &str) -> Vec<Diagnostic> {
         let file = LayoutFile::parse(&format!("{FILE}\n[prior]\n{prior}"), "l").unwrap();
         let ten = file.reference.unwrap().complete().unwrap();
         let body = RigidBody::from_theta(&SVector::from(ten));
@@ -111,14 +111,14 @@ mod tests {
 
     #[test]
     fn a_prior_that_the_data_agree_with_is_not_named() {
-        assert_eq!(found("mass_kg = { value = 1.25, sigma = 0.01 }"), []);
+        assert_eq!(find_contradicted("mass_kg = { value = 1.25, sigma = 0.01 }"), []);
     }
 
     #[test]
     fn a_wrong_mass_is_named_with_the_value_of_the_data() {
-        let found = found("mass_kg = { value = 2.4, sigma = 0.0001 }");
-        assert_eq!(found.len(), 1);
-        let [d] = found[..] else { unreachable!() };
+        let diagnostics = find_contradicted("mass_kg = { value = 2.4, sigma = 0.0001 }");
+        assert_eq!(diagnostics.len(), 1);
+        let [d] = diagnostics[..] else { unreachable!() };
         assert_eq!((d.code, d.subject), (Code::PriorInconsistentWithData, Subject::Property(0)));
         // Exact data of an object of 1.23 kg, which show no hits that turn.
         assert!((d.value - 1.23).abs() < 1e-4, "{d:?}");
@@ -127,16 +127,21 @@ mod tests {
     #[test]
     fn of_two_priors_the_wrong_one_is_named() {
         let right = "mass_kg = { value = 1.23, sigma = 0.001 }";
-        let found = found(&format!("{right}\ncz_m = {{ value = 0.05, sigma = 0.001 }}"));
-        assert_eq!(found.iter().map(|d| d.subject).collect::<Vec<_>>(), [Subject::Property(3)]);
+        let diagnostics =
+            find_contradicted(&format!("{right}\ncz_m = {{ value = 0.05, sigma = 0.001 }}"));
+        assert_eq!(
+            diagnostics.iter().map(|d| d.subject).collect::<Vec<_>>(),
+            [Subject::Property(3)]
+        );
     }
 
     #[test]
     fn two_wrong_ones_are_both_named() {
         let wrong = "mass_kg = { value = 2.4, sigma = 0.001 }";
-        let found = found(&format!("{wrong}\ncz_m = {{ value = 0.1, sigma = 0.001 }}"));
+        let diagnostics =
+            find_contradicted(&format!("{wrong}\ncz_m = {{ value = 0.1, sigma = 0.001 }}"));
         assert_eq!(
-            found.iter().map(|d| d.subject).collect::<Vec<_>>(),
+            diagnostics.iter().map(|d| d.subject).collect::<Vec<_>>(),
             [0, 3].map(Subject::Property)
         );
     }

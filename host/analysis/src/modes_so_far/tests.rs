@@ -1,6 +1,6 @@
 //! The wheel with points in an order that hides modes: its lines are computed from its body and springs.
 
-use massline_physics::responses::{Besides, add_noise, frequency_responses};
+use massline_physics::responses::{ObjectExtras, add_noise, frequency_responses};
 use massline_physics::source::ScanSource;
 use massline_physics::{Bench, BenchSource};
 use massline_shared::signal::{SPECTRUM_BINS, resolution};
@@ -25,9 +25,9 @@ position_m = [0.0, 0.001, 0.03]
 /// The wheel's layout with these hits.
 fn layout(hits: &str) -> HostLayout {
     let text = include_str!("../../../examples/wheel.toml").to_owned() + MIDDLE;
-    let all = r#"["101:+X", "102:+Z", "103:+Z", "104:+Y", "105:+X"]"#;
-    assert!(text.contains(all));
-    LayoutFile::parse(&text.replace(all, hits), "wheel").unwrap().layout
+    let points = r#"["101:+X", "102:+Z", "103:+Z", "104:+Y", "105:+X"]"#;
+    assert!(text.contains(points));
+    LayoutFile::parse(&text.replace(points, hits), "wheel").unwrap().layout
 }
 
 /// Lines of these DOFs of the wheel, as a rig would store them, with this noise, (m/s²)/N.
@@ -36,15 +36,15 @@ fn lines(layout: &HostLayout, adc: &AdcProperties, noise: f64) -> Vec<DofLines> 
     let spacing: f64 = resolution(adc, layout.test.profile);
     let frequencies: Vec<f64> = (1..SPECTRUM_BINS).map(|bin| bin as f64 * spacing).collect();
     let decay = layout.test.exponential_decay;
-    let mut all =
-        frequency_responses(&bench, layout, &frequencies, decay, &Besides::default()).unwrap();
-    add_noise(&mut all, noise, 1, 0);
+    let mut accelerances =
+        frequency_responses(&bench, layout, &frequencies, decay, &ObjectExtras::default()).unwrap();
+    add_noise(&mut accelerances, noise, 1, 0);
     let (channels, hits) = (3 * layout.sensors.len(), layout.hits.len());
     let lines_of = |dof: usize| {
         let at = |channel: usize, bin: usize| match bin {
             // An accelerance vanishes at zero.
             0 => Complex::new(0.0, 0.0),
-            _ => all[((bin - 1) * channels + channel) * hits + dof],
+            _ => accelerances[((bin - 1) * channels + channel) * hits + dof],
         };
         let responses =
             (0..channels).flat_map(|channel| (0..SPECTRUM_BINS).map(move |bin| at(channel, bin)));
@@ -67,8 +67,8 @@ fn reports(hits: &str, noise: f64) -> Vec<ModesSoFar> {
 }
 
 /// How many points of how many were measured.
-fn counted(of: &ModesSoFar) -> (usize, usize) {
-    (of.dofs_measured, of.dofs)
+fn counted(report: &ModesSoFar) -> (usize, usize) {
+    (report.dofs_measured, report.dofs)
 }
 
 /// Noise of a good test, and so much that a mode has to be hit well to be seen.
@@ -139,8 +139,8 @@ fn a_skipped_point_is_neither_counted_nor_named_as_the_next() {
     let layout = layout(MIDDLE_FIRST);
     let source = BenchSource::new(&Bench::named("wheel").unwrap(), &layout, 1).unwrap();
     let mut monitor = ModesMonitor::new(layout.clone(), source.adc());
-    let mut all = lines(&layout, &source.adc(), MUCH).into_iter();
-    all.by_ref().take(3).for_each(|dof| monitor.add(dof));
+    let mut dofs = lines(&layout, &source.adc(), MUCH).into_iter();
+    dofs.by_ref().take(3).for_each(|dof| monitor.add(dof));
     let place = |report: &ModesSoFar| {
         report.next.as_ref().map(|next| (next.dof.clone(), next.points_before))
     };

@@ -53,8 +53,8 @@ impl SimulatedTest {
     /// True when the result carries a warning or an error, or a hit was rejected.
     pub fn warns(&self) -> bool {
         let of_answer = self.estimates.iter().take(1).flat_map(|estimate| &estimate.diagnostics);
-        let mut all = self.diagnostics.iter().chain(of_answer);
-        self.rejected > 0 || all.any(|found| found.severity >= Severity::Warning)
+        let mut diagnostics = self.diagnostics.iter().chain(of_answer);
+        self.rejected > 0 || diagnostics.any(|diagnostic| diagnostic.severity >= Severity::Warning)
     }
 }
 
@@ -133,10 +133,10 @@ pub fn measure(
     let precision = rig.precision().and_then(|known| known.precision);
     let result = rig.result();
     let no_line = |code| matches!(code, Code::BandTooNarrow | Code::DataNotFinite);
-    if let Some(found) = result.diagnostics.iter().find(|d| d.is_error() && no_line(d.code))
+    if let Some(diagnostic) = result.diagnostics.iter().find(|d| d.is_error() && no_line(d.code))
         && result.mass_lines.len() + unneeded < layout.hits.len()
     {
-        return Err(MeasureError::MassLine(*found));
+        return Err(MeasureError::MassLine(*diagnostic));
     }
     let solved = solve_lines(&rig, &lines);
     Ok(SimulatedTest {
@@ -157,13 +157,13 @@ pub fn measure(
 /// The lines of the DOF that the measurement has closed.
 fn take_lines(rig: &Measurement<'_, f64>, dof: usize) -> DofLines {
     let responses = rig.adc_in_use().responses();
-    let of = |response| (0..SPECTRUM_BINS).map(move |bin| rig.line(response, bin));
-    DofLines { dof, lines: (0..responses).flat_map(of).collect() }
+    let response_lines = |response| (0..SPECTRUM_BINS).map(move |bin| rig.line(response, bin));
+    DofLines { dof, lines: (0..responses).flat_map(response_lines).collect() }
 }
 
 /// Answers to lines.
 #[derive(Default)]
-struct Solved {
+struct LineAnswers {
     estimates: Vec<Estimate<f64>>,
     refusals: Vec<(Method, Diagnostics)>,
     combined: Option<Agreement<f64>>,
@@ -171,21 +171,21 @@ struct Solved {
 }
 
 /// What the methods of the suspension profile say of lines.
-fn solve_lines(rig: &Measurement<'_, f64>, lines: &[DofLines]) -> Solved {
+fn solve_lines(rig: &Measurement<'_, f64>, lines: &[DofLines]) -> LineAnswers {
     let layout = rig.layout().filter(|_| !lines.is_empty()).and_then(TestLayout::cast);
-    let Some(layout) = layout else { return Solved::default() };
+    let Some(layout) = layout else { return LineAnswers::default() };
     let wanted: Vec<Method> = Method::of_modes().chain([Method::GlobalFit]).collect();
     let measured = TestLines::new(&layout, rig.adc(), lines);
     match measured.solve(ringing_s(rig.adc()), &wanted, |_, _| ()) {
-        Ok(found) => Solved {
-            estimates: found.estimates,
-            refusals: found.not_applicable,
-            combined: found.comparison.agreement,
-            doubt: found.comparison.doubt,
+        Ok(solution) => LineAnswers {
+            estimates: solution.estimates,
+            refusals: solution.not_applicable,
+            combined: solution.comparison.agreement,
+            doubt: solution.comparison.doubt,
         },
         Err(reasons) => {
             let refusals = wanted.iter().map(|method| (*method, reasons.clone())).collect();
-            Solved { refusals, ..Solved::default() }
+            LineAnswers { refusals, ..LineAnswers::default() }
         }
     }
 }

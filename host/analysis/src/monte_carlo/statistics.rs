@@ -93,8 +93,8 @@ impl StoppingStatistics {
         self.reached += u64::from(reached);
         self.hits_saved += hits_saved;
         if let Some(holding) = holding {
-            let [all, hold] = if reached { &mut self.at_target } else { &mut self.missed };
-            (*all, *hold) = (*all + 10, *hold + holding);
+            let [intervals, hold] = if reached { &mut self.at_target } else { &mut self.missed };
+            (*intervals, *hold) = (*intervals + 10, *hold + holding);
         }
     }
 
@@ -114,8 +114,8 @@ impl StoppingStatistics {
     }
 }
 
-fn share([all, hold]: [u64; 2]) -> Option<f64> {
-    (all > 0).then(|| hold as f64 / all as f64)
+fn share([intervals, hold]: [u64; 2]) -> Option<f64> {
+    (intervals > 0).then(|| hold as f64 / intervals as f64)
 }
 
 impl PropertyStatistics {
@@ -189,9 +189,9 @@ impl MethodStatistics {
     }
 
     /// A number of all ten properties; `None` when one lacks it.
-    fn all(&self, of: fn(&PropertyStatistics) -> Option<f64>) -> Option<Vec<f64>> {
-        let all: Option<Vec<f64>> = self.properties.iter().map(of).collect();
-        all.filter(|all| !all.is_empty())
+    fn all(&self, number: fn(&PropertyStatistics) -> Option<f64>) -> Option<Vec<f64>> {
+        let numbers: Option<Vec<f64>> = self.properties.iter().map(number).collect();
+        numbers.filter(|numbers| !numbers.is_empty())
     }
 }
 

@@ -1,11 +1,11 @@
 //! Which of the fitted mistakes are suspected.
 //!
 //! A search begins only where the data contradict their budget, which chance does in one of a thousand healthy tests,
-//! so the number of mistakes does not raise the number of healthy tests that are suspected beyond that. Where the errors
-//! are larger than stated the search begins more often, and then it matters that many mistakes are tried and that some
-//! have a size that follows the noise. χ² therefore has to fall by what chance exceeds in one of a thousand such
-//! searches, in units of the errors that the mistake leaves (Student's distribution, as their size is not known; Wallace
-//! 1959).
+//! so the number of mistakes does not raise the number of healthy tests that are suspected beyond that. Where the
+//! errors are larger than stated the search begins more often, and then it matters that many mistakes are tried and
+//! that some have a size that follows the noise. χ² therefore has to fall by what chance exceeds in one of a thousand
+//! such searches, in units of the errors that the mistake leaves (Student's distribution, as their size is not known;
+//! Wallace 1959).
 
 use massline_shared::identify::Consistency;
 use massline_shared::identify::single_fault::{AxisMap, DECISIVE_CHI_SQUARED, SingleFault};
@@ -16,7 +16,7 @@ use super::{Mistake, SizedFault, Suspect};
 const FURTHER_UNKNOWN: f64 = 3.0;
 
 /// The mistakes that were fitted, and the numbers that say how far they can be trusted.
-pub(super) struct Fitted {
+pub(super) struct FittedMistakes {
     /// The mistakes with their fits.
     pub(super) suspects: Vec<Suspect>,
     /// Number of mistakes among which these were found.
@@ -27,18 +27,18 @@ pub(super) struct Fitted {
     pub(super) readings: usize,
 }
 
-impl Fitted {
+impl FittedMistakes {
     /// Sorts the mistakes, the best first: by χ² and ln(readings) for each unknown (Schwarz 1978), so that a size that
-    /// follows the noise is no advantage. A mistake without a size replaces the same with one, unless that is decisively
-    /// better.
+    /// follows the noise is no advantage. A mistake without a size replaces the same with one, unless that is
+    /// decisively better.
     pub(super) fn sort(&mut self) {
         let readings = self.readings;
         self.suspects.sort_by(|a, b| cost(a, readings).total_cmp(&cost(b, readings)));
         // A size that is hardly better than the usual one is that one.
-        let repeats = |sized: &Suspect, all: &[Suspect]| {
+        let repeats = |sized: &Suspect, suspects: &[Suspect]| {
             let limit = cost(sized, readings) + DECISIVE_CHI_SQUARED;
             let is_same = |other: &Suspect| contains(&sized.mistake, &other.mistake);
-            all.iter().any(|other| is_same(other) && cost(other, readings) < limit)
+            suspects.iter().any(|other| is_same(other) && cost(other, readings) < limit)
         };
         let is_repetition: Vec<bool> =
             self.suspects.iter().map(|suspect| repeats(suspect, &self.suspects)).collect();

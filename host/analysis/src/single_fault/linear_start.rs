@@ -1,8 +1,8 @@
 //! A start for mistakes with one hit that works however large they are: the linear equations of the inertia restraint
 //! method (theory, section 3) with the size of the mistake as a further unknown.
 //!
-//! The motion `x = G⁺ a` of a hit satisfies `M(phi) x = f`. A hit of gain g satisfies `M x − g f = 0`, and one that landed
-//! beside its node `M x − Σ δₖ [0; tₖ × d] = f`.
+//! The motion `x = G⁺ a` of a hit satisfies `M(phi) x = f`. A hit of gain g satisfies `M x − g f = 0`, and one that
+//! landed beside its node `M x − Σ δₖ [0; tₖ × d] = f`.
 
 use massline_shared::body::{RigidBody, regressor};
 use massline_shared::capacity::Unbounded;
@@ -15,8 +15,8 @@ use super::sized::{Size, SizedFault, across};
 /// Singular values below this part of the largest one are zero.
 const SINGULAR: f64 = 1e-9;
 
-/// Body, with everything attached to it, and size of a mistake with a hit; `None` for any other mistake, and when sensors or
-/// hits do not determine them.
+/// Body, with everything attached to it, and size of a mistake with a hit; `None` for any other mistake, and when
+/// sensors or hits do not determine them.
 pub(super) fn start(
     fault: SizedFault,
     layout: &HostLayout,

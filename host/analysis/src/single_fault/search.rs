@@ -12,7 +12,7 @@ use massline_shared::layout::{HostLayout, check_geometry};
 use nalgebra::SVector;
 use rayon::prelude::*;
 
-use super::judgement::{Fitted, unknowns};
+use super::judgement::{FittedMistakes, unknowns};
 use super::sized::{Size, SizedFault, SizedMistake, TestUnder, known_scale, used_nodes};
 use super::sized_fit::{self, SizedFit};
 use super::{Examination, Mistake, Outcome, Suspect};
@@ -33,7 +33,7 @@ enum Subject {
 }
 
 /// The answer without everything that a mistake about a subject can change.
-struct Without {
+struct AnswerWithoutSubject {
     subject: Subject,
     answer: Option<Estimate<f64>>,
 }
@@ -112,7 +112,8 @@ impl<'a> Search<'a> {
             })
     }
 
-    /// The factors on the stated errors with which they explain the data: a person who hits less well, or coarser sensors.
+    /// The factors on the stated errors with which they explain the data: a person who hits less well, or coarser
+    /// sensors.
     fn larger_errors(&self) -> Option<BudgetScales<f64>> {
         let (start, budget) = (Start::InertiaRestraint, ErrorBudget::Learned);
         let learned = solve(self.layout, self.lines, start, budget, &mut self.room())?;
@@ -142,7 +143,7 @@ impl<'a> Search<'a> {
     }
 
     /// The fit of a common gain, where prior knowledge of the object can reveal it.
-    fn common_gain(&self) -> Fitted {
+    fn common_gain(&self) -> FittedMistakes {
         let is_revealed = known_scale(self.layout).is_some();
         let suspects: Vec<_> = is_revealed
             .then(|| self.fit_sized(SizedFault::CommonGain, None, &mut self.room()))
@@ -150,17 +151,17 @@ impl<'a> Search<'a> {
             .flatten()
             .collect();
         let (tried, readings) = (suspects.len(), self.readings());
-        Fitted { suspects, tried, untried: Vec::new(), readings }
+        FittedMistakes { suspects, tried, untried: Vec::new(), readings }
     }
 
     /// Fits all mistakes, except about subjects that the other readings clear.
-    fn fit_all(&self, plain: Option<&Consistency<f64>>) -> Fitted {
+    fn fit_all(&self, plain: Option<&Consistency<f64>>) -> FittedMistakes {
         let sensors = (0..self.layout.sensors.len()).map(Subject::Sensor);
         let hits = self.lines.iter().map(|(index, _)| Subject::Hit(*index));
         let nodes = used_nodes(self.layout, self.lines).into_iter().map(Subject::Node);
         let subjects: Vec<_> = sensors.chain(hits).chain(nodes).collect();
         let without = self.in_parallel(&subjects, |subject, room| {
-            Some(Without { subject: *subject, answer: self.without(*subject, room) })
+            Some(AnswerWithoutSubject { subject: *subject, answer: self.without(*subject, room) })
         });
         let listed: Vec<_> = self.listed().collect();
         let sized = SizedFault::all(self.layout, self.lines);
@@ -181,7 +182,7 @@ impl<'a> Search<'a> {
             let answer = without.iter().find(|without| Some(without.subject) == subject);
             self.fit_sized(*fault, answer.and_then(|w| w.answer.as_ref()), room)
         }));
-        Fitted { suspects, tried, untried, readings: self.readings() }
+        FittedMistakes { suspects, tried, untried, readings: self.readings() }
     }
 
     /// True when the hits and sensors determine the ten properties with this mistake too.
@@ -264,8 +265,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The ten properties without a mistake, under the budget that the answer of the test has. The size of the mistake is
-    /// one more source of their uncertainty.
+    /// The ten properties without a mistake, under the budget that the answer of the test has. The size of the mistake
+    /// is one more source of their uncertainty.
     fn corrected(&self, suspect: &Suspect) -> Option<Estimate<f64>> {
         let budget =
             if self.layout.learn_budget { ErrorBudget::Learned } else { ErrorBudget::Stated };
@@ -329,7 +330,7 @@ fn is_body(body: &RigidBody<f64>) -> bool {
 
 /// True when the learned budget explains the data.
 fn agrees_when_learned(answer: &Estimate<f64>) -> bool {
-    let contradicts = |found: &Diagnostic| found.code == Code::DataInconsistentWithBudget;
+    let contradicts = |diagnostic: &Diagnostic| diagnostic.code == Code::DataInconsistentWithBudget;
     !answer.diagnostics.iter().any(contradicts)
 }
 

@@ -3,7 +3,7 @@
 //! A gain is taken out of the readings, anything else is put into the layout, so the fit under a mistake is that of a
 //! nominal test, however large the mistake is.
 
-use massline_shared::Estimated;
+use massline_shared::EstimatedValue;
 use massline_shared::body::RigidBody;
 use massline_shared::capacity::Unbounded;
 use massline_shared::identify::single_fault::DECISIVE_CHI_SQUARED;
@@ -34,8 +34,8 @@ pub enum SizedFault {
         /// The DOF.
         hit: usize,
     },
-    /// The gain of everything is wrong. Hammer and sensors cannot be distinguished, and only prior knowledge of the object
-    /// reveals the mistake.
+    /// The gain of everything is wrong. Hammer and sensors cannot be distinguished, and only prior knowledge of the
+    /// object reveals the mistake.
     CommonGain,
     /// A coordinate of a node is wrong, for everything on it.
     NodeCoordinate {
@@ -66,20 +66,20 @@ impl SizedFault {
     /// Every mistake of unknown size that could have been made in a test with these measured hits.
     pub(super) fn all(layout: &HostLayout, lines: &[DofMassLines<f64, Unbounded>]) -> Vec<Self> {
         let sensors = 0..layout.sensors.len();
-        let mut all: Vec<Self> = sensors
+        let mut faults: Vec<Self> = sensors
             .flat_map(|sensor| {
                 let channels = Axis::ALL.map(|axis| Self::ChannelGain { sensor, axis });
                 channels.into_iter().chain([Self::SensorGain { sensor }])
             })
             .collect();
-        all.extend(
+        faults.extend(
             lines.iter().flat_map(|&(hit, _)| [Self::HitGain { hit }, Self::HitDisplaced { hit }]),
         );
         for node in used_nodes(layout, lines) {
-            all.extend(Axis::ALL.map(|axis| Self::NodeCoordinate { node, axis }));
+            faults.extend(Axis::ALL.map(|axis| Self::NodeCoordinate { node, axis }));
         }
-        all.extend(known_scale(layout).map(|_| Self::CommonGain));
-        all
+        faults.extend(known_scale(layout).map(|_| Self::CommonGain));
+        faults
     }
 
     /// Number of unknowns.
@@ -97,8 +97,8 @@ impl SizedFault {
         if self.is_gain() { Vector2::new(1.0, 0.0) } else { Vector2::zeros() }
     }
 
-    /// True for a size that chance makes of no mistake: no fit that such a size improves says anything about the layout.
-    /// `covariance` is that of the steps that [`Self::slopes`] measures.
+    /// True for a size that chance makes of no mistake: no fit that such a size improves says anything about the
+    /// layout. `covariance` is that of the steps that [`Self::slopes`] measures.
     pub(super) fn is_nothing(self, size: &Size, covariance: &Matrix2<f64>) -> bool {
         let away = size - self.none();
         // The steps of a gain are relative to it.
@@ -165,8 +165,8 @@ impl SizedFault {
         Some((layout, lines))
     }
 
-    /// The change of the readings of a DOF per unit of each number, for a body with everything attached to it. That of a
-    /// gain is relative to the gain. `layout` is that of the test under the mistake.
+    /// The change of the readings of a DOF per unit of each number, for a body with everything attached to it. That of
+    /// a gain is relative to the gain. `layout` is that of the test under the mistake.
     pub(super) fn slopes(
         self,
         layout: &HostLayout,
@@ -221,18 +221,19 @@ impl SizedFault {
                 let across = across(&layout.hits.get(hit)?.direction);
                 let (moved, spread) = (across * numbers, across * spread);
                 FaultSize::Displacements(
-                    [0, 1, 2].map(|k| Estimated { value: moved[k], sigma: spread.row(k).norm() }),
+                    [0, 1, 2]
+                        .map(|k| EstimatedValue { value: moved[k], sigma: spread.row(k).norm() }),
                 )
             }
             Self::NodeCoordinate { .. } => {
-                FaultSize::Displacement(Estimated { value: numbers.x, sigma: first })
+                FaultSize::Displacement(EstimatedValue { value: numbers.x, sigma: first })
             }
             Self::ChannelGain { .. }
             | Self::SensorGain { .. }
             | Self::HitGain { .. }
             | Self::CommonGain => {
                 spread *= numbers.x.abs();
-                FaultSize::Gain(Estimated { value: numbers.x, sigma: spread[(0, 0)] })
+                FaultSize::Gain(EstimatedValue { value: numbers.x, sigma: spread[(0, 0)] })
             }
         };
         Some(SizedMistake { fault: self, size, numbers, spread })
@@ -283,8 +284,9 @@ fn scaled(
     lines: &MassLines<f64, Unbounded>,
     factors: &Responses<f64, Unbounded>,
 ) -> MassLines<f64, Unbounded> {
-    let times =
-        |of: &Responses<f64, Unbounded>| of.zip_map(factors, |value, factor| value * factor);
+    let times = |responses: &Responses<f64, Unbounded>| {
+        responses.zip_map(factors, |value, factor| value * factor)
+    };
     let pair = |i, j| lines.scatter[(i, j)] * factors[i] * factors[j];
     MassLines {
         accelerance: times(&lines.accelerance),

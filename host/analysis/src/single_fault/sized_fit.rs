@@ -20,8 +20,8 @@ const SHORT: f64 = 0.1;
 const MOST_STARTS: usize = 2;
 /// Displacements that a start is tried with where the readings give none, over the characteristic length.
 const STARTING_DISPLACEMENTS: [f64; 7] = [0.0, 0.5, -0.5, 1.2, -1.2, 2.5, -2.5];
-/// Gains that a start is tried with where the readings give none: a reversed sign, and readings in g instead of m/s² and
-/// the reverse.
+/// Gains that a start is tried with where the readings give none: a reversed sign, and readings in g instead of m/s²
+/// and the reverse.
 const STARTING_GAINS: [f64; 4] = [1.0, -1.0, 9.806_65, 1.0 / 9.806_65];
 
 /// A mistake that has been fitted.
@@ -104,8 +104,8 @@ fn starts(
             let length = layout.characteristic_length();
             let displaced = STARTING_DISPLACEMENTS.map(|over_length| over_length * length);
             // Also with the other sign.
-            let all = displaced.into_iter().chain([-2.0 * written]);
-            all.map(|displacement| Vector2::new(displacement, 0.0)).collect()
+            let displacements = displaced.into_iter().chain([-2.0 * written]);
+            displacements.map(|displacement| Vector2::new(displacement, 0.0)).collect()
         }
         SizedFault::HitDisplaced { .. } => vec![fault.none()],
         SizedFault::CommonGain => common_gain(layout, lines, room).into_iter().collect(),
@@ -113,8 +113,8 @@ fn starts(
     }
 }
 
-/// The gain of all readings by what is known of the object, beside what the readings alone say of it: masses and moments of
-/// inertia are inversely proportional to the gain.
+/// The gain of all readings by what is known of the object, beside what the readings alone say of it: masses and
+/// moments of inertia are inversely proportional to the gain.
 fn common_gain(
     layout: &HostLayout,
     lines: &[DofMassLines<f64, Unbounded>],

@@ -6,9 +6,9 @@ use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subjec
 use massline_shared::identify::Estimate;
 use massline_shared::identify::global_fit::{Damping, GlobalFitSolution};
 
-use super::alternatives::Unexplained;
+use super::alternatives::UnexplainedTest;
 use super::explained::{explains, is_pulled, left, share_left};
-use super::gravity::Tilted;
+use super::gravity::GravityTilt;
 use massline_result::Doubt;
 
 use super::{GlobalAnswer, HostFit};
@@ -16,8 +16,8 @@ use super::{GlobalAnswer, HostFit};
 /// What a global fit leaves, over the noise, from which its cause is looked for although it explains the readings.
 const SUSPICIOUS: f64 = 1.004;
 
-/// Part of the readings that a fit may leave besides their noise without doubt about the answers: noise that grows with the
-/// readings leaves so much of the largest ones, which the modes follow and the body does not.
+/// Part of the readings that a fit may leave besides their noise without doubt about the answers: noise that grows with
+/// the readings leaves so much of the largest ones, which the modes follow and the body does not.
 const SMALL_MISFIT: f64 = 0.02;
 /// Pull of the direction of gravity, in standard deviations of the budget, from which a tilt is looked for.
 const TILTED: f64 = 2.0;
@@ -30,7 +30,7 @@ pub(super) enum Adequacy {
     /// As well with a flexible mode above the band.
     Flexible,
     /// As well under another gravity than the layout's.
-    Tilted(Tilted),
+    Tilted(GravityTilt),
     /// Nearly as well: what is left besides noise is a small part of the readings, which this states.
     Roughly(Diagnostic),
     /// Less well, and this says why or how much.
@@ -41,7 +41,7 @@ pub(super) enum Adequacy {
 
 impl Adequacy {
     /// The judgement of readings under tilted gravity.
-    pub(super) fn under(self, tilted: Tilted) -> Self {
+    pub(super) fn under(self, tilted: GravityTilt) -> Self {
         match self {
             Self::Fits | Self::Flexible | Self::Tilted(_) | Self::Unknown => Self::Tilted(tilted),
             Self::Roughly(_) | Self::Misfit(_) => self,
@@ -83,93 +83,97 @@ impl Adequacy {
 }
 
 /// The judgement of a global fit.
-pub(super) struct Judged {
+pub(super) struct GlobalFitJudgement {
     pub(super) adequacy: Adequacy,
-    /// Another form of the fit that explains the readings, where the one that was judged does not: with structural damping, or
-    /// of fewer lines.
+    /// Another form of the fit that explains the readings, where the one that was judged does not: with structural
+    /// damping, or of fewer lines.
     pub(super) instead: Option<GlobalAnswer>,
 }
 
 /// Judges the global fit.
 ///
 /// # Errors
-/// `gravity_suspect`, `gravity_reversed` and `senses_gravity_suspect` when the fit is bad with the gravity of the layout, and good with another.
+/// `gravity_suspect`, `gravity_reversed` and `senses_gravity_suspect` when the fit is bad with the gravity of the
+/// layout, and good with another.
 pub(super) fn judge(
     fit: &HostFit<'_>,
     readings: &FrequencyResponses<'_, f64>,
     start: Option<&RigidBody<f64>>,
     global: &Result<GlobalAnswer, Diagnostics>,
-) -> Result<Judged, Diagnostics> {
-    let found = global.as_ref().map(|found| &found.solution);
-    let judged = |adequacy: Adequacy| Judged { adequacy, instead: None };
+) -> Result<GlobalFitJudgement, Diagnostics> {
+    let solution = global.as_ref().map(|answer| &answer.solution);
+    let judged = |adequacy: Adequacy| GlobalFitJudgement { adequacy, instead: None };
     let was_tried = |reasons: &&Diagnostics| reasons.iter().any(|d| d.code == Code::NotConverged);
-    let Some(start) = start.filter(|_| found.as_ref().err().is_none_or(was_tried)) else {
+    let Some(start) = start.filter(|_| solution.as_ref().err().is_none_or(was_tried)) else {
         return Ok(judged(Adequacy::Unknown));
     };
-    let explained = found.is_ok_and(|found| explains(found, fit));
-    let flexible = found.is_ok_and(|found| found.extra_terms > 0);
-    let fits = |of: &GlobalFitSolution<f64>| left(of, fit) < SUSPICIOUS && !is_tilted(of);
-    if explained && !flexible && found.is_ok_and(fits) {
+    let explained = solution.is_ok_and(|solution| explains(solution, fit));
+    let flexible = solution.is_ok_and(|solution| solution.extra_terms > 0);
+    let fits = |solution: &GlobalFitSolution<f64>| {
+        left(solution, fit) < SUSPICIOUS && !is_tilted(solution)
+    };
+    if explained && !flexible && solution.is_ok_and(fits) {
         return Ok(judged(Adequacy::Fits));
     }
     let viscous = Damping::Viscous;
-    let unexplained = Unexplained { layout: fit.layout(), fit, readings, start, damping: viscous };
+    let unexplained =
+        UnexplainedTest { layout: fit.layout(), fit, readings, start, damping: viscous };
     if (!explained || flexible)
         && let Some((better, tilted)) = unexplained.better()
     {
         let adequacy = tilted.map_or(Adequacy::Fits, Adequacy::Tilted);
-        return Ok(Judged { adequacy, instead: Some(better) });
+        return Ok(GlobalFitJudgement { adequacy, instead: Some(better) });
     }
     if !explained && let Some(reason) = unexplained.gravity() {
         return Err(Diagnostics::from_array([reason]));
     }
-    Ok(judged(unexplained.cause(found.ok(), explained)))
+    Ok(judged(unexplained.cause(solution.ok(), explained)))
 }
 
 /// True for a fit that pulls the direction of gravity.
-fn is_tilted(found: &GlobalFitSolution<f64>) -> bool {
-    found.gravity.is_some_and(|gravity| gravity.pull > TILTED)
+fn is_tilted(solution: &GlobalFitSolution<f64>) -> bool {
+    solution.gravity.is_some_and(|gravity| gravity.pull > TILTED)
 }
 
-impl Unexplained<'_, '_> {
+impl UnexplainedTest<'_, '_> {
     /// Another form of the fit that explains the readings, and the tilt of gravity where it shows in that form.
-    fn better(&self) -> Option<(GlobalAnswer, Option<Tilted>)> {
-        if let Some(found) = self.structural() {
+    fn better(&self) -> Option<(GlobalAnswer, Option<GravityTilt>)> {
+        if let Some(answer) = self.structural() {
             let structural = Self { damping: Damping::Structural, ..*self };
-            let tilted = is_tilted(&found.solution).then(|| structural.tilted()).flatten();
-            return Some((found, tilted));
+            let tilted = is_tilted(&answer.solution).then(|| structural.tilted()).flatten();
+            return Some((answer, tilted));
         }
-        let found = self.undisturbed()?;
-        let part = self.lines(&found.lines);
+        let answer = self.undisturbed()?;
+        let part = self.lines(&answer.lines);
         let responses = part.responses()?;
-        let undisturbed = Unexplained { readings: &responses, ..*self };
-        let tilted = is_tilted(&found.solution).then(|| undisturbed.tilted()).flatten();
-        Some((found, tilted))
+        let undisturbed = UnexplainedTest { readings: &responses, ..*self };
+        let tilted = is_tilted(&answer.solution).then(|| undisturbed.tilted()).flatten();
+        Some((answer, tilted))
     }
 
-    /// Why the readings want an explanation. A tilt, a hit and a flexible mode each take up some of what another has caused;
-    /// the cause leaves least.
-    fn cause(&self, found: Option<&GlobalFitSolution<f64>>, explained: bool) -> Adequacy {
-        let flexible = found.is_some_and(|found| found.extra_terms > 0);
-        let present = found.map_or(f64::INFINITY, |found| left(found, self.fit));
-        let pulled = found.and_then(|found| pulled_hit(&found.estimate));
+    /// Why the readings want an explanation. A tilt, a hit and a flexible mode each take up some of what another has
+    /// caused; the cause leaves least.
+    fn cause(&self, solution: Option<&GlobalFitSolution<f64>>, explained: bool) -> Adequacy {
+        let flexible = solution.is_some_and(|solution| solution.extra_terms > 0);
+        let present = solution.map_or(f64::INFINITY, |solution| left(solution, self.fit));
+        let pulled = solution.and_then(|solution| pulled_hit(&solution.estimate));
         let hit = match (explained, flexible) {
             // What extra terms explain may be a hit that nothing pulls, as under a budget without errors.
             (true, true) => self
                 .hit(pulled, false)
                 .filter(|(of_hit, _)| pulled.is_some() || self.is_much_less(*of_hit, present)),
             (true, false) => None,
-            (false, _) => self.hit(pulled, found.is_some()),
+            (false, _) => self.hit(pulled, solution.is_some()),
         };
         let least = hit.map_or(present, |(of_hit, _)| of_hit.min(present));
         if let Some(tilted) = self.tilted().filter(|tilted| tilted.left < least) {
             return Adequacy::Tilted(tilted);
         }
-        match (hit, found) {
+        match (hit, solution) {
             (Some((_, reason)), _) => Adequacy::Misfit(reason),
             (None, Some(_)) if explained && flexible => Adequacy::Flexible,
             (None, Some(_)) if explained => Adequacy::Fits,
-            (None, Some(found)) => self.misfit(found),
+            (None, Some(solution)) => self.misfit(solution),
             (None, None) => {
                 Adequacy::Misfit(Diagnostic::whole(Code::NotConverged, Severity::Error, 0.0))
             }
@@ -177,13 +181,13 @@ impl Unexplained<'_, '_> {
     }
 
     /// How much a fit misses the readings for which there is no cause.
-    fn misfit(&self, found: &GlobalFitSolution<f64>) -> Adequacy {
-        let share = share_left(found, self.fit, self.readings);
-        if share < SMALL_MISFIT && found.extra_terms == 0 && !is_pulled(found) {
+    fn misfit(&self, solution: &GlobalFitSolution<f64>) -> Adequacy {
+        let share = share_left(solution, self.fit, self.readings);
+        if share < SMALL_MISFIT && solution.extra_terms == 0 && !is_pulled(solution) {
             let code = Code::ModelFitsRoughly;
             return Adequacy::Roughly(Diagnostic::whole(code, Severity::Warning, share as f32));
         }
-        let (code, left) = (Code::ModelDoesNotFit, left(found, self.fit) as f32);
+        let (code, left) = (Code::ModelDoesNotFit, left(solution, self.fit) as f32);
         Adequacy::Misfit(Diagnostic::whole(code, Severity::Error, left))
     }
 }
@@ -198,12 +202,12 @@ fn pulled_hit(estimate: &Estimate<f64>) -> Option<usize> {
 
 /// Refuses a global fit of readings that no body explains: its extra terms have taken up what is wrong elsewhere.
 pub(super) fn refuse_misfit(global: &mut Result<GlobalAnswer, Diagnostics>, adequacy: Adequacy) {
-    let (Ok(found), Adequacy::Misfit(reason)) = (&*global, adequacy) else { return };
-    if found.solution.extra_terms == 0 && reason.code == Code::ModelDoesNotFit {
+    let (Ok(answer), Adequacy::Misfit(reason)) = (&*global, adequacy) else { return };
+    if answer.solution.extra_terms == 0 && reason.code == Code::ModelDoesNotFit {
         return;
     }
     let mut reasons = Diagnostics::from_array([reason]);
-    reasons.extend(found.solution.estimate.diagnostics.iter().copied());
+    reasons.extend(answer.solution.estimate.diagnostics.iter().copied());
     *global = Err(reasons);
 }
 

@@ -1,5 +1,5 @@
-//! Other explanations of readings that a body on viscously damped springs does not explain: each is tried, and the one that
-//! explains them is what is wrong.
+//! Other explanations of readings that a body on viscously damped springs does not explain: each is tried, and the one
+//! that explains them is what is wrong.
 
 use massline_shared::FrequencyResponses;
 use massline_shared::body::RigidBody;
@@ -16,15 +16,15 @@ use super::{GlobalAnswer, HostFit};
 
 /// Most hits that are left out one by one.
 const MOST_LEFT_OUT: usize = 6;
-/// Decrease of χ² from which other readings are explained better: what a fit leaves over the noise scatters by 0.2 % between
-/// tests, which is 35 of 8730 readings.
+/// Decrease of χ² from which other readings are explained better: what a fit leaves over the noise scatters by 0.2 %
+/// between tests, which is 35 of 8730 readings.
 const OF_OTHER_READINGS: f64 = 70.0;
 /// Least part of the lines that has to be left without the disturbed ones.
 const LEAST_LEFT: f64 = 0.75;
 
 /// A test whose readings want an explanation.
 #[derive(Clone, Copy)]
-pub(super) struct Unexplained<'a, 'f> {
+pub(super) struct UnexplainedTest<'a, 'f> {
     pub(super) layout: &'a HostLayout,
     pub(super) fit: &'a HostFit<'f>,
     pub(super) readings: &'a FrequencyResponses<'a, f64>,
@@ -34,19 +34,19 @@ pub(super) struct Unexplained<'a, 'f> {
     pub(super) damping: Damping,
 }
 
-impl Unexplained<'_, '_> {
+impl UnexplainedTest<'_, '_> {
     /// The global fit with structural damping, where that explains the readings.
     pub(super) fn structural(&self) -> Option<GlobalAnswer> {
         let settings =
             GlobalFitSettings { damping: Damping::Structural, ..GlobalFitSettings::default() };
-        let found =
+        let answer =
             GlobalAnswer::of_shown_directions(self.layout, self.readings, self.start, &settings)
                 .ok()?;
-        self.is_whole(&found.solution).then_some(found)
+        self.is_whole(&answer.solution).then_some(answer)
     }
 
-    /// The global fit without the lines that hum or the like disturbs, where the others are explained, with a warning that
-    /// states the frequency.
+    /// The global fit without the lines that hum or the like disturbs, where the others are explained, with a warning
+    /// that states the frequency.
     pub(super) fn undisturbed(&self) -> Option<GlobalAnswer> {
         let frequencies = self.readings.frequencies();
         let disturbed = self.fit.disturbed_lines();
@@ -59,17 +59,17 @@ impl Unexplained<'_, '_> {
         let part = self.lines(&kept);
         let settings = GlobalFitSettings::default();
         let responses = part.responses()?;
-        let mut found =
+        let mut answer =
             GlobalAnswer::of_shown_directions(self.layout, &responses, self.start, &settings)
                 .ok()?;
-        if !self.is_whole(&found.solution) {
+        if !self.is_whole(&answer.solution) {
             return None;
         }
-        found.lines = kept;
+        answer.lines = kept;
         let warning = Diagnostic::whole(Code::LinesDisturbed, Severity::Warning, first as f32);
         // There is room for sixteen diagnostics.
-        let _ = found.solution.estimate.diagnostics.push(warning);
-        Some(found)
+        let _ = answer.solution.estimate.diagnostics.push(warning);
+        Some(answer)
     }
 
     /// The readings at these lines.
@@ -77,8 +77,8 @@ impl Unexplained<'_, '_> {
         Part::of(self.readings, lines, &all(self.readings.hits()))
     }
 
-    /// The finding about a hit without which the others are explained, and what the global fit then leaves over their own noise.
-    /// `pulled` is the one that the global fit pulls most.
+    /// The finding about a hit without which the others are explained, and what the global fit then leaves over their
+    /// own noise. `pulled` is the one that the global fit pulls most.
     pub(super) fn hit(
         &self,
         pulled: Option<usize>,
@@ -100,8 +100,9 @@ impl Unexplained<'_, '_> {
             let part = Part::of(self.readings, &lines, &kept);
             let readings = part.responses()?;
             let fit = HostFit::new(&layout, &readings, &mut Reduction::new()).ok()?;
-            let found = self.solved(&layout, &readings, 1)?;
-            (found.extra_terms == 0 && explains(&found, &fit)).then(|| (left(&found, &fit), hit))
+            let solution = self.solved(&layout, &readings, 1)?;
+            (solution.extra_terms == 0 && explains(&solution, &fit))
+                .then(|| (left(&solution, &fit), hit))
         };
         let (left, hit) =
             tried.into_iter().filter_map(without).min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -115,8 +116,8 @@ impl Unexplained<'_, '_> {
     }
 
     /// True for a fit that explains the readings without extra terms.
-    pub(super) fn is_whole(&self, found: &GlobalFitSolution<f64>) -> bool {
-        found.extra_terms == 0 && explains(found, self.fit)
+    pub(super) fn is_whole(&self, solution: &GlobalFitSolution<f64>) -> bool {
+        solution.extra_terms == 0 && explains(solution, self.fit)
     }
 
     /// The global fit under another layout, or of other readings.

@@ -5,7 +5,7 @@ use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::{Estimate, METHODS, Method};
 use nalgebra::SVector;
 
-use super::{Asked, MassLineAnswers, Survey};
+use super::{MassLineAnswers, Survey, SurveyedAnswer};
 
 /// What all methods say together.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,21 +29,21 @@ impl Comparison {
         doubt: Option<Doubt>,
     ) -> Self {
         let mut thetas = [None; METHODS];
-        let mut all = Self { doubt, ..Self::default() };
+        let mut comparison = Self { doubt, ..Self::default() };
         for (place, estimate) in answers {
-            all.methods[place] = Some(estimate.method);
-            all.sigmas[place] = survey.sigma(place);
+            comparison.methods[place] = Some(estimate.method);
+            comparison.sigmas[place] = survey.sigma(place);
             thetas[place] = doubt.is_none().then(|| estimate.theta());
         }
-        all.agreement = survey.agreement(&thetas);
-        all
+        comparison.agreement = survey.agreement(&thetas);
+        comparison
     }
 }
 
 /// How the answers to mass lines alone agree. `progress` is told how many of all changes are done.
 pub fn compare(answers: &MassLineAnswers<'_>, progress: impl FnMut(u32, u32) + Send) -> Comparison {
-    let asked: Vec<Asked<'_>> =
-        answers.estimates.iter().map(|e| Asked::MassLines(e.method, answers)).collect();
+    let asked: Vec<SurveyedAnswer<'_>> =
+        answers.estimates.iter().map(|e| SurveyedAnswer::MassLines(e.method, answers)).collect();
     let survey = if asked.len() < 2 {
         Survey::none()
     } else {

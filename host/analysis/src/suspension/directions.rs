@@ -1,6 +1,6 @@
-//! The scatter of the directions of hits that the readings of the suspension band show (theory, section 12): three scales of
-//! the error budget, learned from the pulls of the global fit and their covariance as maximum likelihood learns them from
-//! mass lines without repeat hits. The global fit takes that of the directions.
+//! The scatter of the directions of hits that the readings of the suspension band show (theory, section 12): three
+//! scales of the error budget, learned from the pulls of the global fit and their covariance as maximum likelihood
+//! learns them from mass lines without repeat hits. The global fit takes that of the directions.
 
 use massline_shared::Progress;
 use massline_shared::identify::global_fit::nuisances;
@@ -10,8 +10,8 @@ use massline_shared::identify::maximum_likelihood::without_repeats::{
 use massline_shared::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES, HostLayout, SENSOR_QUANTITIES};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-/// Learned over stated standard deviation of the directions, from pulls and their covariance under the stated budget; `None`
-/// where the covariance has no inverse.
+/// Learned over stated standard deviation of the directions, from pulls and their covariance under the stated budget;
+/// `None` where the covariance has no inverse.
 pub(super) fn direction_scale(
     layout: &HostLayout,
     pulls: &[f64],

@@ -6,39 +6,39 @@ use massline_shared::identify::global_fit::GlobalFitSolution;
 
 use super::HostFit;
 
-/// What the global fit leaves, over the noise that the fit of the modes leaves, from which the body does not fit: that fit
-/// assumes nothing of the body. Extra terms of a flexible mode at twice the end of the band leave 1.01.
+/// What the global fit leaves, over the noise that the fit of the modes leaves, from which the body does not fit: that
+/// fit assumes nothing of the body. Extra terms of a flexible mode at twice the end of the band leave 1.01.
 const MISFIT: f64 = 1.05;
-/// Root mean square of the pulls of a sensor or hit, in its standard deviations, from which the body does not fit; of the
-/// length of a force alone, seven of its own.
+/// Root mean square of the pulls of a sensor or hit, in its standard deviations, from which the body does not fit; of
+/// the length of a force alone, seven of its own.
 const TOO_FAR: f32 = 4.0;
 
 /// What a global fit leaves, over the noise.
-pub(super) fn left(found: &GlobalFitSolution<f64>, fit: &HostFit<'_>) -> f64 {
+pub(super) fn left(solution: &GlobalFitSolution<f64>, fit: &HostFit<'_>) -> f64 {
     // That of the real part, and that of a complex number.
-    found.noise * std::f64::consts::SQRT_2 / fit.noise()
+    solution.noise * std::f64::consts::SQRT_2 / fit.noise()
 }
 
 /// True for a fit that leaves hardly more than noise, without errors far beyond those stated.
-pub(super) fn explains(found: &GlobalFitSolution<f64>, fit: &HostFit<'_>) -> bool {
-    left(found, fit) <= MISFIT && !is_pulled(found)
+pub(super) fn explains(solution: &GlobalFitSolution<f64>, fit: &HostFit<'_>) -> bool {
+    left(solution, fit) <= MISFIT && !is_pulled(solution)
 }
 
 /// True for a fit with an error far beyond those stated.
-pub(super) fn is_pulled(found: &GlobalFitSolution<f64>) -> bool {
+pub(super) fn is_pulled(solution: &GlobalFitSolution<f64>) -> bool {
     let pulled = |d: &Diagnostic| {
         matches!(d.code, Code::LargeSensorPull | Code::LargeHitPull) && d.value > TOO_FAR
     };
-    found.estimate.diagnostics.iter().any(pulled)
+    solution.estimate.diagnostics.iter().any(pulled)
 }
 
 /// Root mean square of what a global fit leaves besides noise, over that of the readings.
 pub(super) fn share_left(
-    found: &GlobalFitSolution<f64>,
+    solution: &GlobalFitSolution<f64>,
     fit: &HostFit<'_>,
     readings: &FrequencyResponses<'_, f64>,
 ) -> f64 {
-    let besides = (2.0 * found.noise.powi(2) - fit.noise().powi(2)).max(0.0);
+    let besides = (2.0 * solution.noise.powi(2) - fit.noise().powi(2)).max(0.0);
     let (lines, channels, hits) =
         (readings.frequencies().len(), readings.channels(), readings.hits());
     let places =

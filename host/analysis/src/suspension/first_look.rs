@@ -23,7 +23,8 @@ pub struct FirstLook {
 /// Looks for suspension modes in readings whose records are taken to be this long, s.
 ///
 /// # Errors
-/// Those of [`SuspensionFit::new`](massline_shared::identify::suspension::SuspensionFit::new), and `record_too_short_for_damping`.
+/// Those of [`SuspensionFit::new`](massline_shared::identify::suspension::SuspensionFit::new), and
+/// `record_too_short_for_damping`.
 pub fn find_modes(
     layout: &HostLayout,
     readings: &FrequencyResponses<'_, f64>,
@@ -35,8 +36,8 @@ pub fn find_modes(
     if let Some(error) = truncated.filter(Diagnostic::is_error) {
         return Err(Diagnostics::from_array([error]));
     }
-    let found = fit.modes().modes.iter();
-    let modes: Vec<_> = found.map(|mode| (mode.frequency_hz, mode.damping_ratio)).collect();
+    let fitted_modes = fit.modes().modes.iter();
+    let modes: Vec<_> = fitted_modes.map(|mode| (mode.frequency_hz, mode.damping_ratio)).collect();
     let findings = mode_findings(fit.modes(), &memory.responses());
     let poor = |place: usize| {
         let subject = Subject::mode(place);

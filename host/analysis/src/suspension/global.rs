@@ -19,9 +19,9 @@ use super::noise::UnevenNoise;
 
 /// Rounds of fitting with the noise of every line: the second one sees it without what the first has explained.
 const ROUNDS: usize = 2;
-/// Deviate of an extra term from which it stands in uneven noise. What follows the modes is alike in all lines about a mode, and
-/// not only in neighbours: in 40 simulated campaigns of a rigid wheel the deviates were 1.4 ± 1.3, so that chance exceeds
-/// this once in 300 tests.
+/// Deviate of an extra term from which it stands in uneven noise. What follows the modes is alike in all lines about a
+/// mode, and not only in neighbours: in 40 simulated campaigns of a rigid wheel the deviates were 1.4 ± 1.3, so that
+/// chance exceeds this once in 300 tests.
 const STANDING: f64 = 5.0;
 
 /// The answer of the global fit, and how it depends on data and layout.
@@ -43,8 +43,8 @@ pub struct GlobalAnswer {
 }
 
 impl GlobalAnswer {
-    /// As [`Self::of_uneven_noise`], where the layout permits to learn from the data: the mean loss of directions that scatter
-    /// is then that of the directions that the readings show, and not of those that the layout states.
+    /// As [`Self::of_uneven_noise`], where the layout permits to learn from the data: the mean loss of directions that
+    /// scatter is then that of the directions that the readings show, and not of those that the layout states.
     ///
     /// # Errors
     /// Those of [`solve_with_sensitivities`].
@@ -77,8 +77,8 @@ impl GlobalAnswer {
         Ok(Self { solution, noise: stated.noise, ..again })
     }
 
-    /// As [`Self::of`], with the noise of every line as the readings show it. Whether a flexible mode is there is decided with
-    /// that noise: in white noise, what follows the modes looks like one.
+    /// As [`Self::of`], with the noise of every line as the readings show it. Whether a flexible mode is there is
+    /// decided with that noise: in white noise, what follows the modes looks like one.
     ///
     /// # Errors
     /// Those of [`solve_with_sensitivities`].
@@ -89,22 +89,23 @@ impl GlobalAnswer {
         settings: &GlobalFitSettings,
     ) -> Result<Self, Diagnostics> {
         let rigid = GlobalFitSettings { most_extra_terms: 0, ..*settings };
-        let mut found = Self::of(layout, readings, start, &rigid);
+        let mut answer = Self::of(layout, readings, start, &rigid);
         for _round in 0..ROUNDS {
-            let noise = found.as_ref().ok().and_then(|found| found.uneven(readings));
+            let noise = answer.as_ref().ok().and_then(|answer| answer.uneven(readings));
             let Some(noise) = noise else {
                 return Self::of(layout, readings, start, settings);
             };
             let weighted = readings.windowed(readings.decay, noise.correlation);
             let weighted = weighted.weighted(&noise.precision);
-            found = Self::of(layout, &weighted, start, settings);
-            if let Some(fewer) = found.as_ref().ok().and_then(|found| found.fewer_extra_terms()) {
+            answer = Self::of(layout, &weighted, start, settings);
+            if let Some(fewer) = answer.as_ref().ok().and_then(|answer| answer.fewer_extra_terms())
+            {
                 let settings = GlobalFitSettings { most_extra_terms: fewer, ..*settings };
-                found = Self::of(layout, &weighted, start, &settings);
+                answer = Self::of(layout, &weighted, start, &settings);
             }
-            found = found.map(|found| Self { noise: Some(noise), ..found });
+            answer = answer.map(|answer| Self { noise: Some(noise), ..answer });
         }
-        found
+        answer
     }
 
     /// How many extra terms stand in uneven noise, where those of the fit do not.

@@ -6,7 +6,7 @@ use massline_shared::identify::global_fit::GlobalFitSolution;
 use massline_shared::layout::HostLayout;
 use nalgebra::Vector3;
 
-use super::alternatives::Unexplained;
+use super::alternatives::UnexplainedTest;
 use super::explained::{explains, left};
 
 /// Standard deviation of the direction of gravity, rad, with which the readings decide about it.
@@ -24,7 +24,7 @@ const BEYOND_BUDGET: f64 = 3.0;
 
 /// Gravity as the readings have it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Tilted {
+pub(super) struct GravityTilt {
     /// The vector, m/s².
     pub(super) gravity: [f64; 3],
     /// Its angle to that of the layout, rad.
@@ -36,15 +36,15 @@ pub(super) struct Tilted {
 }
 
 /// A direction of gravity that does not change when the readings are fitted once more.
-struct Settled {
-    found: GlobalFitSolution<f64>,
+struct SettledGravity {
+    solution: GlobalFitSolution<f64>,
     /// m/s².
     gravity: Vector3<f64>,
     /// Standard deviation of its direction about each axis across it, rad.
     sigma: f64,
 }
 
-impl Tilted {
+impl GravityTilt {
     /// What is said of it.
     pub(super) fn warning(&self) -> Diagnostic {
         let degrees = self.angle.to_degrees() as f32;
@@ -59,13 +59,13 @@ impl Tilted {
     }
 }
 
-impl Unexplained<'_, '_> {
-    /// The finding about gravity with which the readings are explained; `None` where gravity as stated explains them from the
-    /// same start.
+impl UnexplainedTest<'_, '_> {
+    /// The finding about gravity with which the readings are explained; `None` where gravity as stated explains them
+    /// from the same start.
     pub(super) fn gravity(&self) -> Option<Diagnostic> {
         let noise_under = |layout: &HostLayout| {
-            let found = self.solved(layout, self.readings, 0)?;
-            explains(&found, self.fit).then_some(found.noise)
+            let solution = self.solved(layout, self.readings, 0)?;
+            explains(&solution, self.fit).then_some(solution.noise)
         };
         if noise_under(self.layout).is_some() {
             return None;
@@ -101,28 +101,29 @@ impl Unexplained<'_, '_> {
         explaining.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, finding)| finding)
     }
 
-    /// Gravity with the direction that the readings give it, where they are explained with it and without extra terms, and
-    /// where that is further from the layout's than noise and the budget make likely.
-    pub(super) fn tilted(&self) -> Option<Tilted> {
+    /// Gravity with the direction that the readings give it, where they are explained with it and without extra terms,
+    /// and where that is further from the layout's than noise and the budget make likely.
+    pub(super) fn tilted(&self) -> Option<GravityTilt> {
         let stated = Vector3::from(self.layout.gravity?);
-        let Settled { found, gravity, sigma } = self.settled(&stated)?;
+        let SettledGravity { solution, gravity, sigma } = self.settled(&stated)?;
         let angle = gravity.angle(&stated);
         let of_hanging = sigma.hypot(self.layout.apparatus.gravity_direction);
-        let is_tilted = self.is_whole(&found)
+        let is_tilted = self.is_whole(&solution)
             && angle > SIGNIFICANT * sigma
             && angle > BEYOND_BUDGET * of_hanging;
-        let (gravity, left) = (gravity.into(), left(&found, self.fit));
-        is_tilted.then_some(Tilted { gravity, angle, sigma, left })
+        let (gravity, left) = (gravity.into(), left(&solution, self.fit));
+        is_tilted.then_some(GravityTilt { gravity, angle, sigma, left })
     }
 
     /// The direction of gravity that the readings give; `None` when it does not settle near the stated one.
-    fn settled(&self, stated: &Vector3<f64>) -> Option<Settled> {
+    fn settled(&self, stated: &Vector3<f64>) -> Option<SettledGravity> {
         let mut layout = self.layout.clone();
         layout.apparatus.gravity_direction = ANY_DIRECTION;
         let mut start = *self.start;
         for _fit in 0..MOST_FITS {
-            let found = Unexplained { start: &start, ..*self }.solved(&layout, self.readings, 0)?;
-            let fitted = found.gravity?;
+            let solution =
+                UnexplainedTest { start: &start, ..*self }.solved(&layout, self.readings, 0)?;
+            let fitted = solution.gravity?;
             let gravity = Vector3::from(fitted.components.map(|component| component.value));
             let gravity = gravity.normalize() * stated.norm();
             if gravity.angle(stated) > LARGEST_TILT {
@@ -132,10 +133,10 @@ impl Unexplained<'_, '_> {
                 let sigmas = Vector3::from(fitted.components.map(|component| component.sigma));
                 // Of two rotations.
                 let sigma = sigmas.norm() / (stated.norm() * 2_f64.sqrt());
-                return Some(Settled { found, gravity, sigma });
+                return Some(SettledGravity { solution, gravity, sigma });
             }
             layout.gravity = Some(gravity.into());
-            start = found.estimate.body;
+            start = solution.estimate.body;
         }
         None
     }

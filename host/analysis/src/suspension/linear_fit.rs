@@ -1,6 +1,6 @@
-//! How the answer by maximum likelihood follows small changes of readings and layout, to first order: one product for each of
-//! the hundreds of changes, in place of a fit to each. It minimises the same sum of squares as the fit does about its answer
-//! (theory, section 4).
+//! How the answer by maximum likelihood follows small changes of readings and layout, to first order: one product for
+//! each of the hundreds of changes, in place of a fit to each. It minimises the same sum of squares as the fit does
+//! about its answer (theory, section 4).
 
 use massline_shared::body::{RigidBody, scale};
 use massline_shared::capacity::Unbounded;
@@ -8,7 +8,8 @@ use massline_shared::identify::DofMassLines;
 use massline_shared::layout::{HIT_QUANTITIES, HostLayout, UncertainQuantity};
 use nalgebra::{DMatrix, DVector, SVector};
 
-/// Change of a property for its derivative, relative to its scale: the square of it and the rounding over it are about equal.
+/// Change of a property for its derivative, relative to its scale: the square of it and the rounding over it are about
+/// equal.
 const STEP: f64 = 1e-5;
 /// Least standard deviation of a reading, relative to the largest of its DOF: exact readings have no weight otherwise.
 const LEAST_NOISE: f64 = 1e-6;
@@ -24,8 +25,8 @@ pub(super) struct LinearFit {
 }
 
 impl LinearFit {
-    /// About an answer to these lines under a layout with the error budget that the answer has learned. `None` where the
-    /// layout does not determine the ten properties there.
+    /// About an answer to these lines under a layout with the error budget that the answer has learned. `None` where
+    /// the layout does not determine the ten properties there.
     pub(super) fn about(
         answer: &RigidBody<f64>,
         layout: &HostLayout,
@@ -121,21 +122,22 @@ fn left(
     let attached = layout.attached.iter().map(|body| SVector::from(body.phi));
     let whole = RigidBody::from_phi(&(object.phi() + attached.sum::<SVector<f64, 10>>()))?;
     let channels = 3 * layout.sensors.len();
-    let mut all = Vec::with_capacity(channels * lines.len() + layout.priors.len());
+    let mut residuals = Vec::with_capacity(channels * lines.len() + layout.priors.len());
     for (hit, of_dof) in lines {
         let left = &of_dof.accelerance - &layout.accelerance(&whole, *hit)?;
-        all.extend(left.iter().take(channels));
+        residuals.extend(left.iter().take(channels));
     }
     let theta = object.theta();
-    all.extend(layout.priors.iter().map(|prior| prior.value - theta[usize::from(prior.property)]));
-    Some(DVector::from_vec(all))
+    residuals
+        .extend(layout.priors.iter().map(|prior| prior.value - theta[usize::from(prior.property)]));
+    Some(DVector::from_vec(residuals))
 }
 
 #[cfg(test)]
 mod tests {
     use massline_shared::identify::MassLines;
     use massline_shared::identify::maximum_likelihood::{ErrorBudget, Start, solve, workspace};
-    use massline_shared::layout::{Attached, Prior};
+    use massline_shared::layout::{AttachedBody, Prior};
     use massline_shared::responses::Responses;
 
     use super::*;
@@ -145,7 +147,7 @@ mod tests {
         let text = include_str!("../../../examples/three-bar-test-1.toml");
         let mut layout = LayoutFile::parse(text, "three-bar-test-1.toml").unwrap().layout;
         let of_five_grams = [0.005, 0.0005, 0.0, 0.0, 1e-6, 1e-6, 1e-6, 0.0, 0.0, 0.0];
-        layout.attached.push(Attached { phi: of_five_grams, relative_sigma: 0.1 }).unwrap();
+        layout.attached.push(AttachedBody { phi: of_five_grams, relative_sigma: 0.1 }).unwrap();
         layout.priors.push(Prior { property: 0, value: 1.23, sigma: 0.01 }).unwrap();
         layout
     }
@@ -190,8 +192,8 @@ mod tests {
         }
         let [linear, refitted] = variances.map(|variance| variance.map(f64::sqrt));
         let ratio = linear.component_div(&refitted);
-        // What is left is of second order, and the largest errors are 5 % of something. The agreement knows a variance from
-        // 200 draws, so a standard deviation to 5 %.
+        // What is left is of second order, and the largest errors are 5 % of something. The agreement knows a variance
+        // from 200 draws, so a standard deviation to 5 %.
         assert!(ratio.iter().all(|ratio| (ratio - 1.0).abs() < 0.05), "{ratio}");
     }
 

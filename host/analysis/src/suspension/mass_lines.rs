@@ -49,8 +49,8 @@ impl<'a> MassLineAnswers<'a> {
         let layout = perturbation.layout;
         match method {
             Method::InertiaRestraint => {
-                let found = inertia_restraint::solve(layout, &lines, self.settings).ok()?;
-                Some(found.theta())
+                let answer = inertia_restraint::solve(layout, &lines, self.settings).ok()?;
+                Some(answer.theta())
             }
             Method::MaximumLikelihood => self.fit.as_ref()?.theta(layout, &lines),
             _ => None,
@@ -58,15 +58,15 @@ impl<'a> MassLineAnswers<'a> {
     }
 
     fn noisy(&self, draw: Option<u32>) -> Vec<DofMassLines<f64, Unbounded>> {
-        let mut all = self.lines.to_vec();
-        let Some(draw) = draw else { return all };
-        for (hit, lines) in &mut all {
+        let mut dofs = self.lines.to_vec();
+        let Some(draw) = draw else { return dofs };
+        for (hit, lines) in &mut dofs {
             let values = lines.accelerance.iter_mut().zip(&lines.noise).enumerate();
             for (channel, (value, sigma)) in values {
                 let place = FIRST_PLACE + 3 * HOST_SENSORS * *hit + channel;
                 *value += sigma * f64::from(random_signs(draw, place)[0]);
             }
         }
-        all
+        dofs
     }
 }

@@ -41,7 +41,7 @@ impl ModeChoice {
 }
 
 /// Answers, and reasons where there is none.
-pub struct Answered {
+pub struct ModalAnswers {
     /// The answers.
     pub answers: Vec<(Variant, Answer<f64>)>,
     /// The methods without an answer.
@@ -50,7 +50,7 @@ pub struct Answered {
     pub warned: Option<(Method, Diagnostic)>,
 }
 
-impl Answered {
+impl ModalAnswers {
     /// Drops what these methods do not say.
     pub(super) fn keep(&mut self, wanted: &[Method]) {
         self.answers.retain(|(variant, _)| wanted.contains(&variant.method));
@@ -58,40 +58,40 @@ impl Answered {
     }
 }
 
-/// Asks every variant. Of the two forms of the direct method, the one that fits clearly worse is refused unless it is asked
-/// for by name.
+/// Asks every variant. Of the two forms of the direct method, the one that fits clearly worse is refused unless it is
+/// asked for by name.
 pub fn answered(
     fit: &HostFit<'_>,
     variants: &[Variant],
     named: bool,
     memory: &mut Reduction<f64>,
-) -> Answered {
-    let mut all = Answered { answers: Vec::new(), not_applicable: Vec::new(), warned: None };
+) -> ModalAnswers {
+    let mut modal = ModalAnswers { answers: Vec::new(), not_applicable: Vec::new(), warned: None };
     for variant in variants {
         match answer(fit, fit.layout(), variant, memory, fit.modes()) {
-            Ok(answer) => all.answers.push((*variant, answer)),
-            Err(reasons) => all.not_applicable.push((variant.method, reasons)),
+            Ok(answer) => modal.answers.push((*variant, answer)),
+            Err(reasons) => modal.not_applicable.push((variant.method, reasons)),
         }
     }
-    refuse_other_damping(&mut all, named);
-    all
+    refuse_other_damping(&mut modal, named);
+    modal
 }
 
-fn refuse_other_damping(all: &mut Answered, named: bool) {
+fn refuse_other_damping(modal: &mut ModalAnswers, named: bool) {
     let misfit = |method: Method| {
-        let found = all.answers.iter().find(|(variant, _)| variant.method == method);
-        found.and_then(|(_, answer)| answer.misfit)
+        let answer = modal.answers.iter().find(|(variant, _)| variant.method == method);
+        answer.and_then(|(_, answer)| answer.misfit)
     };
     let pair = misfit(Method::Dppim).zip(misfit(Method::DppimStructural));
     let Some((viscous, structural)) = pair else { return };
     let Some((worse, code, times)) = worse_form(viscous, structural) else { return };
     if named {
-        all.warned = Some((worse, Diagnostic::whole(code, Severity::Warning, times as f32)));
+        modal.warned = Some((worse, Diagnostic::whole(code, Severity::Warning, times as f32)));
         return;
     }
-    all.answers.retain(|(variant, _)| variant.method != worse);
+    modal.answers.retain(|(variant, _)| variant.method != worse);
     let reason = Diagnostic::whole(code, Severity::Error, times as f32);
-    all.not_applicable.push((worse, Diagnostics::from_array([reason])));
+    modal.not_applicable.push((worse, Diagnostics::from_array([reason])));
 }
 
 /// The answer of a variant to these motions and modes.
@@ -102,8 +102,8 @@ pub(super) fn answer(
     memory: &Reduction<f64>,
     modes: &Modes<f64>,
 ) -> Result<Answer<f64>, Diagnostics> {
-    let found = variant.choice.of(modes, memory);
+    let chosen = variant.choice.of(modes, memory);
     let none = Diagnostic::whole(Code::SuspensionModesMissing, Severity::Error, 0.0);
-    let modes = found.ok_or_else(|| Diagnostics::from_array([none]))?;
+    let modes = chosen.ok_or_else(|| Diagnostics::from_array([none]))?;
     fit.answer(variant.method, layout, memory, &modes)
 }

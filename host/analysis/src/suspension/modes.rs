@@ -97,7 +97,7 @@ impl SuspensionModes {
 fn orders(fit: &HostFit<'_>) -> Vec<OrderRow> {
     let fits = fit.orders().fits();
     let used = fit.orders().sufficient().map_or(0, |order| order.poles.len());
-    let of = |(place, order): (usize, &massline_shared::modes::Order<f64>)| {
+    let order_row = |(place, order): (usize, &massline_shared::modes::Order<f64>)| {
         let poles = order.poles.iter().enumerate().map(|(k, pole)| PoleRow {
             frequency_hz: pole.norm() / std::f64::consts::TAU,
             damping_ratio: -pole.re / pole.norm(),
@@ -105,5 +105,5 @@ fn orders(fit: &HostFit<'_>) -> Vec<OrderRow> {
         });
         OrderRow { used: order.poles.len() == used, poles: poles.collect() }
     };
-    fits.iter().enumerate().map(of).collect()
+    fits.iter().enumerate().map(order_row).collect()
 }

@@ -1,19 +1,20 @@
 //! Whether the noise of the readings is the same at all lines, and what it is where it is not.
 //!
-//! What a converter adds that does not average, because its codes are unequally wide, follows the signal: it is there where
-//! the readings are, about the modes, and what it adds at one line it adds at the next. So does motion that was left over from
-//! before a hit. Taken as white noise, the lines about the modes would count for more than they are worth: the intervals would
-//! be too narrow, and what follows the modes would look like a flexible mode.
+//! What a converter adds that does not average, because its codes are unequally wide, follows the signal: it is there
+//! where the readings are, about the modes, and what it adds at one line it adds at the next. So does motion that was
+//! left over from before a hit. Taken as white noise, the lines about the modes would count for more than they are
+//! worth: the intervals would be too narrow, and what follows the modes would look like a flexible mode.
 
 use massline_shared::FrequencyResponses;
 use nalgebra::Complex;
 
-/// Standard normal deviate of the scatter of the lines' variances from which the noise is uneven: chance gives it once in
-/// 30 000 tests.
+/// Standard normal deviate of the scatter of the lines' variances from which the noise is uneven: chance gives it once
+/// in 30 000 tests.
 const UNEVEN: f64 = 4.0;
 /// Smallest variance of a line, relative to the mean.
 const LEAST: f64 = 0.01;
-/// Most lines over which noise is taken to be correlated: a mode with its damping and the window of the records is narrower.
+/// Most lines over which noise is taken to be correlated: a mode with its damping and the window of the records is
+/// narrower.
 const REACH: usize = 6;
 
 /// Noise that is not the same at all lines.
@@ -26,7 +27,8 @@ pub(super) struct UnevenNoise {
 }
 
 impl UnevenNoise {
-    /// The noise of readings of which a fit leaves this, in their order; `None` where chance explains the scatter of the lines.
+    /// The noise of readings of which a fit leaves this, in their order; `None` where chance explains the scatter of
+    /// the lines.
     pub(super) fn of(
         left: &[Complex<f64>],
         readings: &FrequencyResponses<'_, f64>,
@@ -53,8 +55,8 @@ impl UnevenNoise {
     }
 }
 
-/// Root of one plus twice the sum of the correlation coefficients of a line with the following ones, up to the first that is
-/// not positive.
+/// Root of one plus twice the sum of the correlation coefficients of a line with the following ones, up to the first
+/// that is not positive.
 fn correlation(lines: &[&[Complex<f64>]], precision: &[f64]) -> f64 {
     let product = |lag: usize| {
         let pairs = (lag..lines.len()).map(|place| {
@@ -108,8 +110,8 @@ mod tests {
         }
     }
 
-    /// What the noise of residuals is taken for, whose lines have these standard deviations; every second line repeats a
-    /// part of the one before.
+    /// What the noise of residuals is taken for, whose lines have these standard deviations; every second line repeats
+    /// a part of the one before.
     fn noise(of_line: impl Fn(usize) -> f64, repeated: f64) -> Option<UnevenNoise> {
         let frequencies: Vec<f64> = (0..LINES).map(|line| line as f64 / 10.0).collect();
         let mut random = Random(3);
@@ -134,23 +136,23 @@ mod tests {
     #[test]
     fn lines_about_a_mode_have_the_precision_of_their_noise() {
         let of_line = |line: usize| if (40..60).contains(&line) { 3e-3 } else { 1e-3 };
-        let found = noise(of_line, 0.0).expect("uneven noise");
+        let uneven = noise(of_line, 0.0).expect("uneven noise");
         // Means of 360 numbers on one side of each, and chance in the largest of twenty.
-        let ratio = found.precision[20] / found.precision[50];
+        let ratio = uneven.precision[20] / uneven.precision[50];
         assert!((ratio / 3.0 - 1.0).abs() < 0.2, "{ratio}");
-        let mean = found.precision.iter().map(|p| p.powi(-2)).sum::<f64>() / LINES as f64;
+        let mean = uneven.precision.iter().map(|p| p.powi(-2)).sum::<f64>() / LINES as f64;
         assert!((mean - 1.0).abs() < 1e-12, "{mean}");
         // 119 products of 45 readings scatter by 1 %.
-        assert!((found.correlation - 1.0).abs() < 0.05, "{}", found.correlation);
+        assert!((uneven.correlation - 1.0).abs() < 0.05, "{}", uneven.correlation);
     }
 
     #[test]
     fn what_neighbouring_lines_share_counts_as_correlation() {
         let of_line = |line: usize| if (40..60).contains(&line) { 3e-3 } else { 1e-3 };
-        let found = noise(of_line, 1.0).expect("uneven noise");
+        let uneven = noise(of_line, 1.0).expect("uneven noise");
         // Every second pair shares one half of the variance of two, so that the coefficients of all pairs add up to
         // a half of √½ before the lines' precision, which is smoothed over three, changes that by a fifth.
         let expected = (1.0 + 2.0 * 0.5 * 0.5_f64.sqrt()).sqrt();
-        assert!((found.correlation / expected - 1.0).abs() < 0.1, "{}", found.correlation);
+        assert!((uneven.correlation / expected - 1.0).abs() < 0.1, "{}", uneven.correlation);
     }
 }

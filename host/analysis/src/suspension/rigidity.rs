@@ -12,8 +12,8 @@ const NOTICEABLE: f64 = 0.1;
 /// Part from which there is no answer.
 const TOO_MUCH: f64 = 0.3;
 
-/// A finding about readings that fit no motion of a rigid body at the lines about the modes; an error when one sensor with
-/// turned, swapped or reversed axes explains it, or when too much does not fit.
+/// A finding about readings that fit no motion of a rigid body at the lines about the modes; an error when one sensor
+/// with turned, swapped or reversed axes explains it, or when too much does not fit.
 pub(super) fn not_rigid(
     fit: &HostFit<'_>,
     readings: &FrequencyResponses<'_, f64>,
@@ -90,12 +90,12 @@ impl Readings {
 /// The 47 ways to turn, swap or reverse three axes: the axis that each reads instead, and its sign.
 fn signed_permutations() -> impl Iterator<Item = [(usize, f64); 3]> {
     let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
-    let all = orders.into_iter().flat_map(|order| {
+    let permutations = orders.into_iter().flat_map(|order| {
         (0..8_u8).map(move |signs| {
             std::array::from_fn(|k| (order[k], if signs >> k & 1 == 0 { 1.0 } else { -1.0 }))
         })
     });
-    all.skip(1)
+    permutations.skip(1)
 }
 
 fn with_axes(sensor: &Sensor<f64>, axes: [(usize, f64); 3]) -> Sensor<f64> {

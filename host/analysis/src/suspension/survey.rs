@@ -9,13 +9,13 @@ use massline_shared::layout::HostLayout;
 use massline_shared::modes::{Modes, Reduction};
 use nalgebra::{SVector, Vector3};
 
-use super::methods::{Answered, Variant, answer};
+use super::methods::{ModalAnswers, Variant, answer};
 use super::{GlobalAnswer, HostFit, MassLineAnswers};
 use crate::parallel::each;
 
 /// A method that small changes of data and layout are put through.
 #[derive(Clone, Copy)]
-pub enum Asked<'a> {
+pub enum SurveyedAnswer<'a> {
     /// One that uses the suspension modes.
     Modal(Variant),
     /// The global fit.
@@ -31,30 +31,32 @@ pub struct Survey {
 }
 
 /// What a small change makes of modes and answers.
-struct Changed {
+struct ChangeEffect {
     modes: Option<Modes<f64>>,
     thetas: Answers<f64, METHODS>,
     /// The change is a draw of noise.
     is_noise: bool,
 }
 
-impl Changed {
+impl ChangeEffect {
     fn by(
         change: &Perturbation<'_, f64, Unbounded>,
         fit: Option<&HostFit<'_>>,
-        asked: &[Asked<'_>],
+        asked: &[SurveyedAnswer<'_>],
         memory: &mut Reduction<f64>,
     ) -> Self {
         let modes = fit.and_then(|fit| fit.changed(change, memory));
         let mut thetas = [None; METHODS];
         for (to, asked) in thetas.iter_mut().zip(asked) {
             *to = match asked {
-                Asked::Modal(variant) => fit.zip(modes.as_ref()).and_then(|(fit, modes)| {
-                    let found = answer(fit, change.layout, variant, memory, modes);
-                    found.ok().map(|answer| answer.body.theta())
-                }),
-                Asked::Global(global) => fit.map(|fit| global.perturbed(fit, change)),
-                Asked::MassLines(method, answers) => answers.perturbed(*method, change),
+                SurveyedAnswer::Modal(variant) => {
+                    fit.zip(modes.as_ref()).and_then(|(fit, modes)| {
+                        let result = answer(fit, change.layout, variant, memory, modes);
+                        result.ok().map(|answer| answer.body.theta())
+                    })
+                }
+                SurveyedAnswer::Global(global) => fit.map(|fit| global.perturbed(fit, change)),
+                SurveyedAnswer::MassLines(method, answers) => answers.perturbed(*method, change),
             };
         }
         Self { modes, thetas, is_noise: change.draw.is_some() }
@@ -70,50 +72,50 @@ impl Survey {
         }
     }
 
-    /// Puts the changes through these methods, at most [`METHODS`] of them. Without a modal fit, only those that use mass
-    /// lines answer.
+    /// Puts the changes through these methods, at most [`METHODS`] of them. Without a modal fit, only those that use
+    /// mass lines answer.
     pub fn of(
         layout: &HostLayout,
         fit: Option<&HostFit<'_>>,
-        asked: &[Asked<'_>],
+        asked: &[SurveyedAnswer<'_>],
         progress: impl FnMut(u32, u32) + Send,
     ) -> Self {
         let memory = || Box::new(Reduction::new());
-        let made = each(changes(layout), progress, memory, |memory, change| {
-            ask(layout, change, |perturbation| Changed::by(perturbation, fit, asked, memory))
+        let effects = each(changes(layout), progress, memory, |memory, change| {
+            ask(layout, change, |perturbation| ChangeEffect::by(perturbation, fit, asked, memory))
         });
         let reference = fit.map_or_else(Vector3::zeros, HostFit::reference);
         let mut deviations = ModeDeviations::new(reference);
-        for Changed { modes, is_noise, .. } in made.iter().flatten() {
+        for ChangeEffect { modes, is_noise, .. } in effects.iter().flatten() {
             if let Some(modes) = modes {
                 deviations.add(&modes.modes, *is_noise);
             }
         }
-        let thetas = made.into_iter().map(|changed| Some(changed?.thetas));
+        let thetas = effects.into_iter().map(|effect| Some(effect?.thetas));
         Self { propagation: Propagation::of(thetas), deviations }
     }
 
-    /// The answers with their covariances, and their places here from `first` on. Any that the changes leave nothing of are
-    /// no longer applicable.
+    /// The answers with their covariances, and their places here from `first` on. Any that the changes leave nothing of
+    /// are no longer applicable.
     pub fn estimates(
         &self,
-        modal: &mut Answered,
+        modal: &mut ModalAnswers,
         first: usize,
         length: f64,
     ) -> Vec<(usize, Estimate<f64>)> {
-        let mut found = Vec::new();
+        let mut estimates = Vec::new();
         for (place, (variant, answer)) in (first..).zip(&modal.answers) {
             match self.estimate(place, variant, answer, length) {
                 Ok(mut estimate) => {
                     let warning = modal.warned.filter(|(method, _)| *method == variant.method);
                     // There is room for sixteen diagnostics; this is the second at most.
                     estimate.diagnostics.extend(warning.map(|(_, warning)| warning));
-                    found.push((place, estimate));
+                    estimates.push((place, estimate));
                 }
                 Err(reasons) => modal.not_applicable.push((variant.method, reasons)),
             }
         }
-        found
+        estimates
     }
 
     /// The answer with the covariance of the method at this place.

@@ -35,22 +35,25 @@ impl TestLines {
     /// The lines within the band of the layout. A DOF whose lines are not those of all responses is left out.
     pub fn new(layout: &HostLayout, adc: &AdcProperties, dofs: &[DofLines]) -> Self {
         let channels = 3 * layout.sensors.len();
-        let whole = |of: &&DofLines| {
-            of.dof < layout.hits.len() && of.lines.len() == channels * SPECTRUM_BINS
+        let whole = |dof_lines: &&DofLines| {
+            dof_lines.dof < layout.hits.len() && dof_lines.lines.len() == channels * SPECTRUM_BINS
         };
         let measured: Vec<&DofLines> = dofs.iter().filter(whole).collect();
         let spacing = resolution::<f64>(adc, layout.test.profile);
         let bins = bins_of_band(layout.test.expected_band(), spacing);
         let bins = *bins.start()..bins.end().saturating_add(1).min(SPECTRUM_BINS);
-        let at =
-            |bin: usize, channel: usize, of: &DofLines| of.lines[channel * SPECTRUM_BINS + bin];
+        let at = |bin: usize, channel: usize, dof_lines: &DofLines| {
+            dof_lines.lines[channel * SPECTRUM_BINS + bin]
+        };
         let accelerance = bins
             .clone()
             .flat_map(|bin| (0..channels).map(move |channel| (bin, channel)))
-            .flat_map(|(bin, channel)| measured.iter().map(move |of| at(bin, channel, of)))
+            .flat_map(|(bin, channel)| {
+                measured.iter().map(move |dof_lines| at(bin, channel, dof_lines))
+            })
             .collect();
         let mut with = layout.clone();
-        with.hits = measured.iter().map(|of| layout.hits[of.dof]).collect();
+        with.hits = measured.iter().map(|dof_lines| layout.hits[dof_lines.dof]).collect();
         let frequencies = bins.map(|bin| bin as f64 * spacing).collect();
         Self { layout: with, frequencies, accelerance, spacing }
     }
@@ -66,15 +69,18 @@ impl TestLines {
     /// `frf_missing` when nothing was measured.
     pub fn responses(&self) -> Result<FrequencyResponses<'_, f64>, Diagnostics> {
         let (channels, hits) = (3 * self.layout.sensors.len(), self.layout.hits.len());
-        let all = FrequencyResponses::new(&self.frequencies, &self.accelerance, channels, hits);
+        let responses =
+            FrequencyResponses::new(&self.frequencies, &self.accelerance, channels, hits);
         let missing = Diagnostic::whole(Code::FrfMissing, Severity::Error, 0.0);
-        let all = all.filter(|_| hits > 0).ok_or_else(|| Diagnostics::from_array([missing]))?;
+        let responses =
+            responses.filter(|_| hits > 0).ok_or_else(|| Diagnostics::from_array([missing]))?;
         let decay = self.layout.test.exponential_decay;
         // The window makes bins of this distance dependent as if the record were as long as their distance permits.
-        Ok(all.windowed(decay, window_correlation(decay, self.spacing.recip())))
+        Ok(responses.windowed(decay, window_correlation(decay, self.spacing.recip())))
     }
 
-    /// The answers of these methods, and what all of them say together; `record_s` is how long the object rings in a record, s.
+    /// The answers of these methods, and what all of them say together; `record_s` is how long the object rings in a
+    /// record, s.
     ///
     /// # Errors
     /// Why there is no answer.

@@ -56,7 +56,7 @@ fn same_flash<IO: DfuIo>(io: &IO, plan: &Plan) -> Result<()> {
     let board = plan.board;
     let wanted: Vec<u32> =
         board.flash.each_sector().map(|sector| sector.end - sector.start).collect();
-    let found = match io.protocol() {
+    let memory = match io.protocol() {
         dfu_core::DfuProtocol::Dfuse { address, memory_layout } => {
             let sectors = memory_layout.as_ref();
             if *address == board.flash.origin && sectors == wanted {
@@ -70,7 +70,7 @@ fn same_flash<IO: DfuIo>(io: &IO, plan: &Plan) -> Result<()> {
     Err(Error::device(
         "wrong_chip",
         format!(
-            "the device in DFU mode has {found}; a {} has {} KiB in {} sectors at 0x{:08x}",
+            "the device in DFU mode has {memory}; a {} has {} KiB in {} sectors at 0x{:08x}",
             board.chip,
             board.flash.bytes() / 1024,
             wanted.len(),

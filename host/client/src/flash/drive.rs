@@ -74,8 +74,8 @@ impl<'b> Kind<'b> {
         }
     }
 
-    /// True for a drive of this kind that belongs to this board: an ST-LINK is named after its board. On Windows the path has
-    /// no name, so that the user must say which ST-LINK is meant.
+    /// True for a drive of this kind that belongs to this board: an ST-LINK is named after its board. On Windows the
+    /// path has no name, so that the user must say which ST-LINK is meant.
     fn is_of_board(self, drive: &Path) -> bool {
         let label = drive.file_name().map(|name| name.to_string_lossy());
         let named = match self {
@@ -86,7 +86,7 @@ impl<'b> Kind<'b> {
     }
 
     fn missing(self) -> Error {
-        let (what, steps, label) = match self {
+        let (description, steps, label) = match self {
             Self::Uf2(Uf2 { steps, label, model, .. }) => {
                 (format!("of the boot loader of an {model}"), steps, label.clone())
             }
@@ -97,7 +97,7 @@ impl<'b> Kind<'b> {
         Error::device(
             "no_drive",
             format!(
-                "no drive {what}: {steps}. The cable must carry data. {}",
+                "no drive {description}: {steps}. The cable must carry data. {}",
                 if cfg!(windows) {
                     "If Explorer shows the drive, give its letter: --drive E:\\".to_owned()
                 } else {
@@ -129,8 +129,8 @@ pub fn find(kind: Kind<'_>, named: Option<&Path>) -> Result<PathBuf> {
         let message = format!("{} is not the drive of {wanted}", drive.display());
         return Err(Error::input("wrong_drive", message));
     }
-    let mut found: Vec<_> = mounted().into_iter().filter(|d| kind.is_of_board(d)).collect();
-    match (found.pop(), found.pop()) {
+    let mut drives: Vec<_> = mounted().into_iter().filter(|d| kind.is_of_board(d)).collect();
+    match (drives.pop(), drives.pop()) {
         (Some(drive), None) => Ok(drive),
         (Some(one), Some(other)) => Err(Error::device(
             "several_drives",
@@ -254,9 +254,9 @@ mod tests {
     use super::super::image::{Image, Segment};
     use super::*;
 
-    struct Quiet;
+    struct QuietObserver;
 
-    impl ProgressObserver for Quiet {
+    impl ProgressObserver for QuietObserver {
         fn at(&mut self, _: Step, _: u64, _: u64) -> Result<()> {
             Ok(())
         }
@@ -309,7 +309,7 @@ mod tests {
         let kind = Kind::of(plan.board).unwrap();
         let rom = board(drive.clone(), kind, 20_000usize.div_ceil(256) * 512);
         assert_eq!(find(kind, Some(&drive)), Ok(drive.clone()));
-        assert_eq!(flash(kind, &drive, &plan, &mut Quiet), Ok(DriveOutcome::Started));
+        assert_eq!(flash(kind, &drive, &plan, &mut QuietObserver), Ok(DriveOutcome::Started));
         let (bytes, _) = uf2_decode::convert_from_uf2(&rom.join().unwrap()).unwrap();
         assert_eq!(bytes[..20_000], plan.image.segments[0].bytes[..]);
     }
@@ -320,7 +320,7 @@ mod tests {
         let plan = plan("nucleo-g474re");
         let kind = Kind::of(plan.board).unwrap();
         let link = board(drive.clone(), kind, 20_000);
-        let error = flash(kind, &drive, &plan, &mut Quiet).unwrap_err();
+        let error = flash(kind, &drive, &plan, &mut QuietObserver).unwrap_err();
         assert_eq!(error.to_string(), "the ST-LINK says: SWD ERROR");
         assert_eq!(link.join().unwrap(), plan.image.segments[0].bytes);
     }

@@ -176,10 +176,10 @@ fn fill_last_word(segment: &mut Segment) {
     segment.bytes.resize(segment.bytes.len().next_multiple_of(4), 0xFF);
 }
 
-fn malformed(what: &str) -> Error {
-    Error::input("image_malformed", what.to_owned())
+fn malformed(reason: &str) -> Error {
+    Error::input("image_malformed", reason.to_owned())
 }
 
-fn another(what: String) -> Error {
-    Error::input("image_for_another_board", what)
+fn another(reason: String) -> Error {
+    Error::input("image_for_another_board", reason)
 }

@@ -60,8 +60,8 @@ fn overlap(board: &Board, start: u32, end: u64) -> Error {
         "image_overlaps_store",
         format!(
             "the image holds 0x{start:08x} to 0x{end:08x} and would overwrite what the rig has stored at \
-             0x{:08x} to 0x{:08x} (layouts, calibration, results); leave --image out, and the firmware is built with the memory \
-             map of {}",
+             0x{:08x} to 0x{:08x} (layouts, calibration, results); leave --image out, and the firmware is built with \
+             the memory map of {}",
             board.store.start, board.store.end, board.name
         ),
     )

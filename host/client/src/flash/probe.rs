@@ -69,14 +69,14 @@ fn progress<'w>(plan: &Plan, watch: &'w mut dyn ProgressObserver) -> FlashProgre
             _ => return,
         };
         done += size;
-        let (step, of) = match operation {
+        let (step, total) = match operation {
             ProgressOperation::Erase => (Step::Erase, totals.0),
             ProgressOperation::Program => (Step::Write, totals.1),
             ProgressOperation::Verify => (Step::Verify, totals.1),
             _ => return,
         };
         // The library cannot be stopped part-way.
-        let _ = watch.at(step, done.min(of), of);
+        let _ = watch.at(step, done.min(total), total);
     })
 }
 

@@ -65,8 +65,8 @@ impl DfuDevice {
 fn only(devices: impl Iterator<Item = DeviceInfo>, loader: &Dfu) -> Result<DeviceInfo> {
     let UsbId { vendor, product } = loader.usb;
     let mine = |d: &DeviceInfo| (d.vendor_id(), d.product_id()) == (vendor, product);
-    let mut found: Vec<_> = devices.filter(mine).collect();
-    match (found.pop(), found.len()) {
+    let mut candidates: Vec<_> = devices.filter(mine).collect();
+    match (candidates.pop(), candidates.len()) {
         (Some(device), 0) => Ok(device),
         (Some(_), others) => Err(Error::device(
             "several_dfu_devices",

@@ -91,8 +91,8 @@ pub(super) fn contents(archive: &Archive) -> Result<(), String> {
             hits.len()
         ));
     }
-    let found = LayoutReport::new(&layout.resolved, None).diagnostics;
-    let has = |code: Code| found.iter().any(|found| found.code == code);
+    let diagnostics = LayoutReport::new(&layout.resolved, None).diagnostics;
+    let has = |code: Code| diagnostics.iter().any(|diagnostic| diagnostic.code == code);
     if has(Code::LayoutNotFinite) {
         return Err("layout.resolved: a standard deviation, prior or target is negative".into());
     }
@@ -105,7 +105,7 @@ pub(super) fn contents(archive: &Archive) -> Result<(), String> {
     sources::check(layout)?;
     for (place, dof) in result.dofs.iter().enumerate() {
         belongs(dof, &layout.resolved)
-            .map_err(|what| format!("result.dofs[{place}] ({}): {what}", dof.dof))?;
+            .map_err(|reason| format!("result.dofs[{place}] ({}): {reason}", dof.dof))?;
         if result.dofs[..place].iter().any(|other| other.index == dof.index) {
             return Err(format!("result.dofs[{place}] ({}): it is there twice", dof.dof));
         }
@@ -119,28 +119,29 @@ pub(super) fn contents(archive: &Archive) -> Result<(), String> {
             ));
         }
     }
-    for (place, of) in lines.iter().enumerate() {
-        of.check(&result.lines, layout.resolved.sensors.len())
-            .map_err(|what| format!("lines[{place}] ({}): {what}", of.dof))?;
+    for (place, dof_lines) in lines.iter().enumerate() {
+        dof_lines
+            .check(&result.lines, layout.resolved.sensors.len())
+            .map_err(|reason| format!("lines[{place}] ({}): {reason}", dof_lines.dof))?;
     }
     if !is_usable(&archive.rig.sampler.adc) {
         return Err("rig.sampler.adc: no converter has these properties".into());
     }
-    for (place, of) in spectra.iter().enumerate() {
-        of.check().map_err(|what| format!("spectra[{place}]: {what}"))?;
+    for (place, dof_spectra) in spectra.iter().enumerate() {
+        dof_spectra.check().map_err(|reason| format!("spectra[{place}]: {reason}"))?;
     }
     if let Some(answers) = archive.answers() {
-        answers.check().map_err(|of| format!("answers.{of}"))?;
+        answers.check().map_err(|reason| format!("answers.{reason}"))?;
     }
     Ok(())
 }
 
 /// True for a layout whose points could be those of an object.
 fn is_of_an_object(layout: &ArchivedLayout) -> bool {
-    let sensors = layout.resolved.sensors.iter().map(|of| of.position);
-    let hits = layout.resolved.hits.iter().map(|of| of.position);
-    let nodes = layout.nodes.iter().map(|of| of.position_m);
-    sensors.chain(hits).chain(nodes).flatten().all(|of| of.abs() <= FARTHEST)
+    let sensors = layout.resolved.sensors.iter().map(|sensor| sensor.position);
+    let hits = layout.resolved.hits.iter().map(|hit| hit.position);
+    let nodes = layout.nodes.iter().map(|node| node.position_m);
+    sensors.chain(hits).chain(nodes).flatten().all(|coordinate| coordinate.abs() <= FARTHEST)
 }
 
 /// True for properties that codes can be converted with.
@@ -171,8 +172,8 @@ fn not_json(error: &serde_json::Error, file: &str) -> Error {
         return Error::input(
             "archive_cut_short",
             format!(
-                "{file}: this archive is cut short: it ends in the middle of a value; copy it again, or fetch the result \
-                 once more with `massline results get`"
+                "{file}: this archive is cut short: it ends in the middle of a value; copy it again, or fetch the \
+                 result once more with `massline results get`"
             ),
         );
     }
@@ -183,16 +184,16 @@ fn not_json(error: &serde_json::Error, file: &str) -> Error {
 /// The error for an archive that is not as it was written.
 pub(super) fn edited(file: &str) -> Error {
     let message = format!(
-        "{file}: this archive was edited, or rewritten by another program: its contents do not have its checksum. Use the \
-         archive as it was written; to read this one as it is, delete its key \"checksum\""
+        "{file}: this archive was edited, or rewritten by another program: its contents do not have its checksum. Use \
+         the archive as it was written; to read this one as it is, delete its key \"checksum\""
     );
     Error::input("archive_edited", message)
 }
 
 /// The error for an archive with contents that this program cannot have written.
-pub(super) fn malformed(file: &str, what: String) -> Error {
+pub(super) fn malformed(file: &str, reason: String) -> Error {
     let message = format!(
-        "{file}: this archive is damaged: {what}; was it edited, or written by a development version? `massline \
+        "{file}: this archive is damaged: {reason}; was it edited, or written by a development version? `massline \
          results get` writes it anew while the rig has the result"
     );
     Error::input("archive_malformed", message)

@@ -1,5 +1,5 @@
-//! The checksum of an archive: CRC-32 of its bytes, without white space between its values and without the checksum itself,
-//! which is its last key. Whoever edits an archive on purpose deletes it.
+//! The checksum of an archive: CRC-32 of its bytes, without white space between its values and without the checksum
+//! itself, which is its last key. Whoever edits an archive on purpose deletes it.
 
 use massline_protocol::crc32_of_chunks;
 

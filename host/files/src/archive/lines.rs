@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 use crate::limited::at_most_of;
 use crate::uff::{Frf, NodeDirection};
 
-/// The frequency responses that a rig has stored of one DOF in the suspension profile, corrected for low-passes, delays and
-/// cross-axis sensitivities. Line `k` is at `k` times the resolution of this profile, and at the decay rate of the layout's
-/// exponential window.
+/// The frequency responses that a rig has stored of one DOF in the suspension profile, corrected for low-passes, delays
+/// and cross-axis sensitivities. Line `k` is at `k` times the resolution of this profile, and at the decay rate of the
+/// layout's exponential window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArchivedLines {
     /// The DOF, `node:±axis`.
@@ -25,11 +25,11 @@ impl ArchivedLines {
     /// Each response line by line from 0 Hz on, (m/s²)/N.
     pub fn accelerance(&self) -> impl Iterator<Item = Vec<Complex<f64>>> {
         let number = |&[re, im]: &[f32; 2]| Complex::new(f64::from(re), f64::from(im));
-        self.responses.iter().map(move |of| of.iter().map(number).collect())
+        self.responses.iter().map(move |response| response.iter().map(number).collect())
     }
 
-    /// The frequency responses along the axes of the sensors at these nodes, with lines of this distance, Hz. The line at
-    /// zero is left out.
+    /// The frequency responses along the axes of the sensors at these nodes, with lines of this distance, Hz. The line
+    /// at zero is left out.
     pub(super) fn frfs(&self, nodes: &[u16], spacing: f64) -> Vec<Frf> {
         let Ok(dof) = self.dof.parse::<Dof>() else { return Vec::new() };
         let frequency_hz: Vec<f64> = (1..SPECTRUM_BINS).map(|line| line as f64 * spacing).collect();
@@ -53,7 +53,7 @@ impl ArchivedLines {
             return Err("the result has no such DOF");
         }
         let is_complete = self.responses.len() == 3 * sensors
-            && self.responses.iter().all(|of| of.len() == SPECTRUM_BINS);
+            && self.responses.iter().all(|response| response.len() == SPECTRUM_BINS);
         if is_complete { Ok(()) } else { Err("it does not have the lines of all responses") }
     }
 }

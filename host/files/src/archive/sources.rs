@@ -1,13 +1,13 @@
-//! An archive states its points three times: as `layout.nodes`, in `layout.resolved`, and as the text `layout.toml`. They must
-//! agree, because an export reads one and a solution another.
+//! An archive states its points three times: as `layout.nodes`, in `layout.resolved`, and as the text `layout.toml`.
+//! They must agree, because an export reads one and a solution another.
 
 use massline_shared::layout::HostLayout;
 
 use super::{ArchivedLayout, ArchivedNode};
 use crate::layout_file::LayoutFile;
 
-/// By how much two statements of a coordinate or direction may differ: a rig rounds to single precision. Relative to the
-/// larger of the number and one.
+/// By how much two statements of a coordinate or direction may differ: a rig rounds to single precision. Relative to
+/// the larger of the number and one.
 const ROUNDING: f64 = 1e-6;
 
 /// The first two statements that contradict each other, in words.

@@ -31,8 +31,8 @@ pub struct ArchivedSpectra {
     /// G_FF bin by bin.
     #[serde(deserialize_with = "at_most::<BINS, _, _>")]
     pub force_auto: Vec<f32>,
-    /// G_XF of each response bin by bin: real and imaginary part. Corrected for low-passes and delays, not for cross-axis
-    /// sensitivities.
+    /// G_XF of each response bin by bin: real and imaginary part. Corrected for low-passes and delays, not for
+    /// cross-axis sensitivities.
     #[serde(deserialize_with = "at_most_of::<RESPONSES, BINS, _, _>")]
     pub cross: Vec<Vec<[f32; 2]>>,
     /// G_XX of each response bin by bin.
@@ -49,8 +49,8 @@ impl ArchivedSpectra {
         let bins = self.force_auto.len();
         let is_complete = self.cross.len() == RESPONSES
             && self.response_auto.len() == RESPONSES
-            && self.cross.iter().all(|of| of.len() == bins)
-            && self.response_auto.iter().all(|of| of.len() == bins);
+            && self.cross.iter().all(|spectrum| spectrum.len() == bins)
+            && self.response_auto.iter().all(|spectrum| spectrum.len() == bins);
         if !is_complete {
             return Err("its lists have different lengths");
         }
@@ -63,8 +63,8 @@ impl ArchivedSpectra {
         Ok(())
     }
 
-    /// Coherence of a response bin by bin, γ² = |G_XF|²/(G_FF G_XX), without the bin at zero; zero in a bin without power.
-    /// Cross-axis sensitivities are not undone.
+    /// Coherence of a response bin by bin, γ² = |G_XF|²/(G_FF G_XX), without the bin at zero; zero in a bin without
+    /// power. Cross-axis sensitivities are not undone.
     pub fn coherence(&self, response: usize) -> Vec<f64> {
         let (Some(cross), Some(auto)) =
             (self.cross.get(response), self.response_auto.get(response))
@@ -85,7 +85,10 @@ impl ArchivedSpectra {
             let cross = Complex::new(f64::from(re), f64::from(im));
             if force > 0.0 { cross.unscale(force.into()) } else { Complex::ZERO }
         };
-        self.cross.iter().map(|of| of.iter().zip(&self.force_auto).map(ratio).collect()).collect()
+        self.cross
+            .iter()
+            .map(|spectrum| spectrum.iter().zip(&self.force_auto).map(ratio).collect())
+            .collect()
     }
 
     /// The frequency responses along the axes of the sensors at these nodes. The first bin, at zero, is left out.
@@ -94,9 +97,9 @@ impl ArchivedSpectra {
         let mut h1 = self.h1();
         let bins = h1.iter().map(Vec::len).min().unwrap_or(0);
         for bin in 0..bins {
-            let mut of_bin: Vec<Complex<f64>> = h1.iter().map(|of| of[bin]).collect();
+            let mut of_bin: Vec<Complex<f64>> = h1.iter().map(|response| response[bin]).collect();
             calibration.undo_cross_axis(&mut of_bin);
-            h1.iter_mut().zip(of_bin).for_each(|(of, corrected)| of[bin] = corrected);
+            h1.iter_mut().zip(of_bin).for_each(|(response, corrected)| response[bin] = corrected);
         }
         let frequency_hz: Vec<f64> = (1..bins).map(|bin| bin as f64 * self.resolution_hz).collect();
         let reference = NodeDirection::from(dof);

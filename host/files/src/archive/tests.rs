@@ -96,9 +96,9 @@ fn what_is_written_reads_back_to_the_last_digit() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.massline");
     let archive = archive();
-    archive.write(&path, Existing::Kept).unwrap();
+    archive.write(&path, ExistingFile::Kept).unwrap();
     assert_eq!(Archive::read(&path).unwrap(), archive);
-    assert_eq!(archive.write(&path, Existing::Kept).unwrap_err().code(), "file_exists");
+    assert_eq!(archive.write(&path, ExistingFile::Kept).unwrap_err().code(), "file_exists");
 }
 
 /// Nobody has followed the campaign.
@@ -119,9 +119,9 @@ fn a_cut_archive_a_newer_one_and_other_files_are_named() {
         assert_eq!(code(&bytes[..length]), "archive_cut_short", "{length} bytes");
     }
     let changed = |key: &str, value: Value| {
-        let mut all: Value = serde_json::from_slice(&bytes).unwrap();
-        all[key] = value;
-        serde_json::to_vec(&all).unwrap()
+        let mut document: Value = serde_json::from_slice(&bytes).unwrap();
+        document[key] = value;
+        serde_json::to_vec(&document).unwrap()
     };
     assert_eq!(code(&changed("schema_version", json!(2))), "archive_too_new");
     assert_eq!(code(&changed("schema_version", json!(0))), "archive_malformed");
@@ -137,7 +137,7 @@ fn a_number_that_json_cannot_hold_is_not_written() {
     let path = folder.path().join("a.massline");
     let mut archive = archive();
     archive.result.dofs[0].noise[0] = f32::NAN;
-    let error = archive.write(&path, Existing::Kept).unwrap_err();
+    let error = archive.write(&path, ExistingFile::Kept).unwrap_err();
     assert_eq!(error.code(), "archive_not_faithful");
     assert!(!path.exists());
 }
@@ -145,7 +145,7 @@ fn a_number_that_json_cannot_hold_is_not_written() {
 #[test]
 fn contents_that_no_test_gives_are_named() {
     let text = String::from_utf8(serde_json::to_vec(&archive()).unwrap()).unwrap();
-    let said = |from: &str, to: &str| {
+    let message = |from: &str, to: &str| {
         assert!(text.contains(from), "{from} is in {text}");
         let changed = text.replacen(from, to, 1);
         let error = Archive::parse(changed.as_bytes(), "a.massline").unwrap_err();
@@ -153,25 +153,25 @@ fn contents_that_no_test_gives_are_named() {
         error.to_string()
     };
     // In single precision this is infinite.
-    let infinite = said("\"noise\":[1e-7", "\"noise\":[1e39");
+    let infinite = message("\"noise\":[1e-7", "\"noise\":[1e39");
     assert!(infinite.contains("number out of range"), "{infinite}");
-    let nan = said("\"noise\":[1e-7", "\"noise\":[null");
+    let nan = message("\"noise\":[1e-7", "\"noise\":[null");
     assert!(nan.contains("invalid type: null, expected a number"), "{nan}");
-    let other_hit = said("\"index\":0", "\"index\":1");
+    let other_hit = message("\"index\":0", "\"index\":1");
     assert!(other_hit.contains("result.dofs[0] (1:+Y): the layout has another hit"), "{other_hit}");
-    let negative = said("\"gain\":0.0", "\"gain\":-0.0");
+    let negative = message("\"gain\":0.0", "\"gain\":-0.0");
     assert!(negative.contains("layout.resolved: a standard deviation"), "{negative}");
-    let no_hits = said("\"hits\":5", "\"hits\":0");
+    let no_hits = message("\"hits\":5", "\"hits\":0");
     assert!(no_hits.contains("result.dofs[0] (1:+Y): it has no hits"), "{no_hits}");
-    let uneven = said(
+    let uneven = message(
         "\"spectra\":[",
         "\"spectra\":[{\"dof\":\"1:+Y\",\"hits\":1,\"resolution_hz\":2.0,\"decay_per_s\":0.0,\"force_auto\":[1.0],\
          \"cross\":[],\"response_auto\":[]}",
     );
     assert!(uneven.contains("spectra[0]: its lists have different lengths"), "{uneven}");
-    let bits = said("\"bits\":12", "\"bits\":40");
+    let bits = message("\"bits\":12", "\"bits\":40");
     assert!(bits.contains("rig.sampler.adc"), "{bits}");
-    let zero = said("\"sensitivity_v_per_n\":", "\"sensitivity_v_per_n\":0.0,\"was\":");
+    let zero = message("\"sensitivity_v_per_n\":", "\"sensitivity_v_per_n\":0.0,\"was\":");
     assert!(zero.contains("was"), "{zero}");
 }
 
@@ -180,8 +180,8 @@ fn the_place_of_a_wrong_answer_is_named() {
     let text = String::from_utf8(serde_json::to_vec(&archive()).unwrap()).unwrap();
     let changed = text.replace("\"verdict\":null", "\"verdict\":\"fine\"");
     assert_ne!(changed, text);
-    let said = Archive::parse(changed.as_bytes(), "a.massline").unwrap_err().to_string();
-    assert!(said.contains("answers.verdict: unknown variant `fine`"), "{said}");
+    let message = Archive::parse(changed.as_bytes(), "a.massline").unwrap_err().to_string();
+    assert!(message.contains("answers.verdict: unknown variant `fine`"), "{message}");
     // Brackets of any depth are refused, not followed.
     let deep = format!("\"results\":{}{}", "[".repeat(100_000), "]".repeat(100_000));
     let changed = text.replace("\"results\":[]", &deep);
@@ -192,7 +192,7 @@ fn the_place_of_a_wrong_answer_is_named() {
 #[test]
 fn points_that_contradict_each_other_are_named() {
     let archive = serde_json::to_value(archive()).unwrap();
-    let said = |change: &dyn Fn(&mut Value)| {
+    let message = |change: &dyn Fn(&mut Value)| {
         let mut changed = archive.clone();
         change(&mut changed["layout"]);
         let bytes = serde_json::to_vec(&changed).unwrap();
@@ -200,30 +200,30 @@ fn points_that_contradict_each_other_are_named() {
         assert_eq!(error.code(), "archive_malformed", "{error}");
         error.to_string()
     };
-    let node = said(&|layout| layout["nodes"][0]["position_m"][1] = json!(0.25));
+    let node = message(&|layout| layout["nodes"][0]["position_m"][1] = json!(0.25));
     assert!(node.contains("layout.resolved.sensors[0].position is"), "{node}");
     assert!(node.contains("layout.nodes (node 1) says [0.0, 0.25, 0.0]"), "{node}");
-    let sensor = said(&|layout| layout["resolved"]["sensors"][1]["position"][0] = json!(0.3));
+    let sensor = message(&|layout| layout["resolved"]["sensors"][1]["position"][0] = json!(0.3));
     assert!(sensor.contains("layout.resolved.sensors[1].position is [0.3, "), "{sensor}");
-    let hit = said(&|layout| layout["resolved"]["hits"][0]["position"][2] = json!(0.001));
+    let hit = message(&|layout| layout["resolved"]["hits"][0]["position"][2] = json!(0.001));
     assert!(hit.contains("layout.resolved.hits[0].position is [0.0, 0.0, 0.001]"), "{hit}");
-    let lost = said(&|layout| drop(layout["nodes"].as_array_mut().unwrap().remove(0)));
+    let lost = message(&|layout| drop(layout["nodes"].as_array_mut().unwrap().remove(0)));
     assert!(lost.contains("is at node 1, which layout.nodes does not have"), "{lost}");
     let direction =
-        said(&|layout| layout["resolved"]["hits"][0]["direction"] = json!([0.0, -1.0, 0.0]));
+        message(&|layout| layout["resolved"]["hits"][0]["direction"] = json!([0.0, -1.0, 0.0]));
     assert!(direction.contains("layout.resolved.hits[0].direction is"), "{direction}");
-    let axes = said(&|layout| {
+    let axes = message(&|layout| {
         layout["resolved"]["sensors"][0]["axes"] =
             json!([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
     });
     assert!(axes.contains("layout.resolved.sensors[0].axes is"), "{axes}");
-    let text = said(&|layout| {
+    let text = message(&|layout| {
         let toml = layout["toml"].as_str().unwrap();
         assert!(toml.contains("0.20785"), "{toml}");
         layout["toml"] = json!(toml.replace("0.20785", "0.21785"));
     });
     assert!(text.contains("layout.toml says [0.21785"), "{text}");
-    let many = said(&|layout| {
+    let many = message(&|layout| {
         let sensors = layout["resolved"]["sensors"].as_array_mut().unwrap();
         *sensors = vec![sensors[0].clone(); HOST_SENSORS + 1];
     });

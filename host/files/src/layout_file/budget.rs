@@ -52,8 +52,8 @@ impl TableKeys for BudgetKeys {
     type Value = BudgetValue;
     const WRITTEN: &'static str = "a table [uncertainty]";
     const NAME: &'static str = "uncertainty";
-    const MEANING: &'static str = "The error budget: one standard deviation of each error source. What is not stated is \
-                                   the default; `gain`, `cross_axis` and `hammer_gain` then follow the \
+    const MEANING: &'static str = "The error budget: one standard deviation of each error source. What is not stated \
+                                   is the default; `gain`, `cross_axis` and `hammer_gain` then follow the \
                                    calibration, if there is one.";
 
     fn names() -> &'static [&'static str] {
@@ -170,7 +170,7 @@ impl Uncertainty {
         raw: &KeyedTable<BudgetKeys>,
         source: &Source<'_>,
     ) -> Result<Self, LayoutFileError> {
-        let mut all = Self {
+        let mut uncertainty = Self {
             sensor: SensorUncertainty::default(),
             hit: HitUncertainty::default(),
             apparatus: ApparatusUncertainty::default(),
@@ -179,17 +179,17 @@ impl Uncertainty {
             learn: true,
         };
         let is_stated = |name| raw.sigma(name).is_some();
-        all.calibrated =
+        uncertainty.calibrated =
             CalibratedGains { gain: !is_stated("gain"), cross_axis: !is_stated("cross_axis") };
-        all.calibrated_hammer = !is_stated("hammer_gain");
-        all.learn = raw.learn().unwrap_or(all.learn);
-        let sensor = all.sensor.values_mut().zip(SensorUncertainty::<f64>::KEYS);
-        let hit = all.hit.values_mut().zip(HitUncertainty::<f64>::KEYS);
-        let apparatus = all.apparatus.values_mut().zip(ApparatusUncertainty::<f64>::KEYS);
+        uncertainty.calibrated_hammer = !is_stated("hammer_gain");
+        uncertainty.learn = raw.learn().unwrap_or(uncertainty.learn);
+        let sensor = uncertainty.sensor.values_mut().zip(SensorUncertainty::<f64>::KEYS);
+        let hit = uncertainty.hit.values_mut().zip(HitUncertainty::<f64>::KEYS);
+        let apparatus = uncertainty.apparatus.values_mut().zip(ApparatusUncertainty::<f64>::KEYS);
         for (to, key) in sensor.chain(hit).chain(apparatus) {
             replace_stated(to, raw.sigma(key.name), "uncertainty", key, source)?;
         }
-        Ok(all)
+        Ok(uncertainty)
     }
 
     /// Every key with its standard deviation.

@@ -237,7 +237,8 @@ pub enum Fault {
     },
     /// The band of the suspension modes cannot be found from the data.
     #[error(
-        "the band of the suspension profile is not found from the data; give [lowest, highest] in Hz, or leave it out for 0.5 to 12.4 Hz"
+        "the band of the suspension profile is not found from the data; give [lowest, highest] in Hz, or leave it out \
+         for 0.5 to 12.4 Hz"
     )]
     BandOfSuspension,
     /// A control character, which a terminal would obey.

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::LazyLock;
 
 use massline_shared::body::RigidBody;
-use massline_shared::layout::{Attached, MAX_ATTACHED, Prior, Sensor};
+use massline_shared::layout::{AttachedBody, MAX_ATTACHED, Prior, Sensor};
 use nalgebra::{Matrix3, Vector3};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
@@ -170,42 +170,45 @@ pub(super) fn attached<'a>(
     raw: &[RawAttached],
     sensors: impl Iterator<Item = (&'a Sensor<f64>, (f64, f64))>,
     source: &Source<'_>,
-) -> Result<heapless::Vec<Attached<f64>, MAX_ATTACHED>, LayoutFileError> {
-    let mut all = heapless::Vec::new();
+) -> Result<heapless::Vec<AttachedBody<f64>, MAX_ATTACHED>, LayoutFileError> {
+    let mut bodies = heapless::Vec::new();
     if let Some(instruments) = together(sensors) {
         // Cannot fail: the list is empty so far.
-        let _ = all.push(instruments);
+        let _ = bodies.push(instruments);
     }
     for body in raw {
         let span = body.mass_kg.span();
-        all.push(attached_body(body, source)?).map_err(|_| {
+        bodies.push(attached_body(body, source)?).map_err(|_| {
             let most = MAX_ATTACHED - 1;
             let fault = Fault::TooMany { what: "attached bodies", count: raw.len(), most };
             source.fault(span, "attached", fault)
         })?;
     }
-    Ok(all)
+    Ok(bodies)
 }
 
 /// Combines point masses to one body. Masses weighed on one scale have a common error, so their standard
 /// deviations add up.
 fn together<'a>(
     sensors: impl Iterator<Item = (&'a Sensor<f64>, (f64, f64))>,
-) -> Option<Attached<f64>> {
-    let mut sum = Attached { phi: [0.0; 10], relative_sigma: 0.0 };
+) -> Option<AttachedBody<f64>> {
+    let mut sum = AttachedBody { phi: [0.0; 10], relative_sigma: 0.0 };
     let mut sigma = 0.0;
     for (sensor, (mass, relative_sigma)) in sensors {
-        let point = Attached::point(mass, relative_sigma, sensor.position);
+        let point = AttachedBody::point(mass, relative_sigma, sensor.position);
         for (to, from) in sum.phi.iter_mut().zip(point.phi) {
             *to += from;
         }
         sigma += mass * relative_sigma;
     }
     let mass = sum.phi[0];
-    (mass > 0.0).then(|| Attached { relative_sigma: sigma / mass, ..sum })
+    (mass > 0.0).then(|| AttachedBody { relative_sigma: sigma / mass, ..sum })
 }
 
-fn attached_body(raw: &RawAttached, source: &Source<'_>) -> Result<Attached<f64>, LayoutFileError> {
+fn attached_body(
+    raw: &RawAttached,
+    source: &Source<'_>,
+) -> Result<AttachedBody<f64>, LayoutFileError> {
     check_known(&raw.mass_kg, "attached.mass_kg", true, source)?;
     let center = &raw.center_of_mass_m;
     source.finite(center.span(), "attached.center_of_mass_m", center.get_ref())?;
@@ -220,5 +223,5 @@ fn attached_body(raw: &RawAttached, source: &Source<'_>) -> Result<Attached<f64>
     }
     let RawKnown { value: mass, sigma } = *raw.mass_kg.get_ref();
     let body = RigidBody { mass, center_of_mass: Vector3::from(*center.get_ref()), inertia };
-    Ok(Attached { phi: body.phi().into(), relative_sigma: sigma / mass })
+    Ok(AttachedBody { phi: body.phi().into(), relative_sigma: sigma / mass })
 }

@@ -25,8 +25,8 @@ impl TableKeys for PolicyKeys {
     type Value = HitTreatment;
     const WRITTEN: &'static str = "a table [policy]";
     const NAME: &'static str = "policy";
-    const MEANING: &'static str = "How hits with a fault are treated: keep the hit, keep it with a warning, or reject it \
-                                   so that it must be repeated.";
+    const MEANING: &'static str = "How hits with a fault are treated: keep the hit, keep it with a warning, or reject \
+                                   it so that it must be repeated.";
 
     fn names() -> &'static [&'static str] {
         static NAMES: LazyLock<Vec<&str>> =

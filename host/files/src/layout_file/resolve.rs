@@ -116,7 +116,9 @@ fn text(
     let Some(raw) = raw else { return Ok(String::new()) };
     let text = raw.get_ref();
     match text.chars().find(|c| c.is_control()) {
-        Some(found) => Err(source.fault(raw.span(), key, Fault::ControlCharacter { found })),
+        Some(character) => {
+            Err(source.fault(raw.span(), key, Fault::ControlCharacter { found: character }))
+        }
         None => Ok(text.clone()),
     }
 }

@@ -132,8 +132,8 @@ pub fn size_suspicions(
     let distance = center.map(|center| (center - mean(positions)).norm());
     if let Some(distance) = distance.filter(|distance| *distance > FARTHEST * extent) {
         suspicions.push(format!(
-            "{name} describes a body whose centre of mass lies {distance:.3} m from nodes that are {extent:.3} m apart: \
-             check that positions and centre are in metres (1 mm is 0.001 m)"
+            "{name} describes a body whose centre of mass lies {distance:.3} m from nodes that are {extent:.3} m \
+             apart: check that positions and centre are in metres (1 mm is 0.001 m)"
         ));
     }
     suspicions

@@ -16,7 +16,8 @@ const FRAME: &str = include_str!("template.toml");
 /// The lines of the frame behind which keys of tables stand.
 const TEST: &str = "\n[test]\n";
 const POLICY: &str = "\n[policy]\n";
-const BUDGET: &str = "\nlearn = true                      # correct this budget from the data; false uses it as it is\n";
+const BUDGET: &str = "\nlearn = true                      # correct this budget from the data; false uses it as it \
+     is\n";
 const TARGET: &str = "\n# [target]\n";
 /// Where comments begin, and where their lines end.
 const COLUMN: usize = 34;

@@ -66,8 +66,8 @@ impl KeyedTable<TestKeys> {
         }
     }
 
-    /// Puts these settings under another profile: those that were meant for the former have its own defaults. Returns their
-    /// keys.
+    /// Puts these settings under another profile: those that were meant for the former have its own defaults. Returns
+    /// their keys.
     pub(super) fn change_profile(&mut self, profile: TestProfile) -> Vec<&'static str> {
         if self.profile().unwrap_or_default() == profile {
             return Vec::new();
@@ -165,8 +165,8 @@ impl TableKeys for TargetKeys {
     type Value = Spanned<f64>;
     const WRITTEN: &'static str = "a table [target]";
     const NAME: &'static str = "target";
-    const MEANING: &'static str = "The precision that is wanted: half widths of the 95 % intervals. `massline measure` asks \
-                                   whether to finish as soon as all of them are reached.";
+    const MEANING: &'static str = "The precision that is wanted: half widths of the 95 % intervals. `massline measure` \
+                                   asks whether to finish as soon as all of them are reached.";
 
     fn names() -> &'static [&'static str] {
         static NAMES: LazyLock<Vec<&str>> =
@@ -257,8 +257,8 @@ fn set_range(
     Ok(())
 }
 
-/// Largest decay of the exponential window in the suspension profile, 1/s: 2 1/s add 11 % of the critical damping to a mode of
-/// 3 Hz, beside which the 0.5 to 3 % of its springs can no longer be told.
+/// Largest decay of the exponential window in the suspension profile, 1/s: 2 1/s add 11 % of the critical damping to a
+/// mode of 3 Hz, beside which the 0.5 to 3 % of its springs can no longer be told.
 const FASTEST_DECAY: f64 = 2.0;
 /// Smallest half width of the force window in the suspension profile, s: a soft mallet pushes for 15 to 25 ms.
 const NARROWEST_WINDOW: f64 = 0.015;
@@ -266,12 +266,13 @@ const NARROWEST_WINDOW: f64 = 0.015;
 /// Refuses windows in the suspension profile that leave nothing of its modes, such as those of the other profile.
 fn go_with_modes(raw: &KeyedTable<TestKeys>, source: &Source<'_>) -> Result<(), LayoutFileError> {
     if let Some(decay) = raw.number(Setting::ExponentialDecay) {
-        let wanted = "2 1/s at most in the suspension profile, or the window hides the modes; without the line it is 0.1 1/s";
+        let wanted = "2 1/s at most in the suspension profile, or the window hides the modes; without the line it is \
+             0.1 1/s";
         source.within(decay, "test.exponential_decay_per_s", |v| v <= FASTEST_DECAY, wanted)?;
     }
     if let Some(window) = raw.number(Setting::ForceWindow) {
-        let wanted = "0.015 s at least in the suspension profile, or the window cuts the push of a soft mallet; without the line \
-                      it is 0.05 s";
+        let wanted = "0.015 s at least in the suspension profile, or the window cuts the push of a soft mallet; \
+                      without the line it is 0.05 s";
         source.within(window, "test.force_window_s", |v| v >= NARROWEST_WINDOW, wanted)?;
     }
     Ok(())

@@ -379,9 +379,9 @@ fn a_value_of_a_wrong_type_is_answered_without_names_of_the_program() {
     let sensor = ["axes", "attached_mass_kg", "uncertainty", "calibration"]
         .map(|key| format!("sensors = [{{ node = 1, {key} = true }}]"));
     for text in top.iter().chain(&alone).chain(&inner).chain(&sensor) {
-        let said = parse(text).unwrap_err().to_string();
+        let error = parse(text).unwrap_err().to_string();
         for word in ["struct", "enum", "Raw", "variant", "tuple"] {
-            assert!(!said.contains(word), "{text}\n{said}");
+            assert!(!error.contains(word), "{text}\n{error}");
         }
     }
 }
@@ -467,7 +467,10 @@ fn a_reference_that_is_no_body_is_a_suspicion_and_one_that_is_not_symmetric_is_r
     let text = GOOD.split("inertia_kg_m2").next().unwrap().to_owned()
         + &format!("inertia_kg_m2 = [{row}, {row}, {row}]\n");
     let suspicions = parse(&text).unwrap().suspicions();
-    assert!(suspicions.iter().any(|of| of.starts_with("[reference]: no body")), "{suspicions:?}");
+    assert!(
+        suspicions.iter().any(|suspicion| suspicion.starts_with("[reference]: no body")),
+        "{suspicions:?}"
+    );
     let text = with("[0.0042529759241209525, 0.006", "[0.0, 0.006");
     assert!(message(&text, 32).contains("not symmetric"));
 }
@@ -517,9 +520,9 @@ fn a_long_title_is_cut_for_the_rig_alone() {
 
 #[test]
 fn statements_for_the_report_are_text_in_one_line() {
-    let with = |what: &str| parse(&format!("{GOOD}\n[report]\n{what}"));
-    let said = with("support = \"two cords\"").unwrap().statements;
-    assert_eq!((said.support.as_str(), said.hammer.as_str()), ("two cords", ""));
+    let with = |entry: &str| parse(&format!("{GOOD}\n[report]\n{entry}"));
+    let statements = with("support = \"two cords\"").unwrap().statements;
+    assert_eq!((statements.support.as_str(), statements.hammer.as_str()), ("two cords", ""));
     let error = with("operator = \"a\\nb\"").unwrap_err().to_string();
     assert!(error.contains("report.operator"), "{error}");
     assert!(with("hamer = \"100 g\"").unwrap_err().to_string().contains("hamer"));

@@ -25,7 +25,8 @@ pub(super) fn take_row(row: &Row, faults: &mut [Option<RecordingError>]) {
             continue;
         };
         let text = format!(
-            "by the row \"{label}\" this column begins {} s {} the first one; export channels that were sampled together",
+            "by the row \"{label}\" this column begins {} s {} the first one; export \
+             channels that were sampled together",
             six_digits(later.abs()),
             if later > 0.0 { "after" } else { "before" }
         );

@@ -1,5 +1,5 @@
-//! Times of a clock, row by row: over midnight, by their dates and zones, with the fractions of their seconds in a column
-//! beside them; and whether the clock was set meanwhile.
+//! Times of a clock, row by row: over midnight, by their dates and zones, with the fractions of their seconds in a
+//! column beside them; and whether the clock was set meanwhile.
 
 use super::stamp::Stamp;
 use super::steps::Times;
@@ -61,16 +61,16 @@ pub(super) fn refuse_set_clock(
             continue;
         };
         let fault = format!(
-            "the clock \"{name}\" {fault} after this row; if it was set, as for summer time, export times in UTC or with \
-             their zones, else export the samples in the order of their time"
+            "the clock \"{name}\" {fault} after this row; if it was set, as for summer time, export times in UTC or \
+             with their zones, else export the samples in the order of their time"
         );
         return Err(RecordingError::Header { line: line(row), fault });
     }
     Ok(())
 }
 
-/// The times of a clock that states whole seconds with those of a column beside it, in units of `unit` seconds, which has
-/// their fractions: it begins again wherever the clock goes on.
+/// The times of a clock that states whole seconds with those of a column beside it, in units of `unit` seconds, which
+/// has their fractions: it begins again wherever the clock goes on.
 pub(super) fn with_fractions(clock: &Times, fractions: &Times, unit: f64) -> Option<Times> {
     let is_fraction = |value: &f64| (0.0..1.0).contains(&(value * unit));
     let is_whole = clock.digits.iter().all(|digit| *digit == 1.0);

@@ -9,7 +9,7 @@ use super::header;
 use super::number::Decimal;
 use super::steps::Times;
 use super::time::{TimeUnit, may_be_time};
-use super::{Channel, LeftOut, Recording, RecordingError, Segment, Source, declared, losses};
+use super::{Channel, LeftOutColumn, Recording, RecordingError, Segment, Source, declared, losses};
 use crate::encoding::Text;
 use crate::units::is_unstated;
 use column::Column;
@@ -152,14 +152,14 @@ impl Table {
                     broken_time = broken_time.or(fault);
                 }
                 let name = super::column(place, &channel);
-                recording.left_out.push(LeftOut { name, reason: column.not_whole() });
+                recording.left_out.push(LeftOutColumn { name, reason: column.not_whole() });
                 continue;
             }
             if let Some(reason) = column.no_channel(rows) {
                 if !channel.name.is_empty() || column.text.is_some() {
                     recording
                         .left_out
-                        .push(LeftOut { name: super::column(place, &channel), reason });
+                        .push(LeftOutColumn { name: super::column(place, &channel), reason });
                 }
                 continue;
             }
@@ -225,7 +225,7 @@ fn join_fractions(
     columns: &mut Vec<Column>,
     channels: &mut Vec<Channel>,
     rows: usize,
-) -> Option<LeftOut> {
+) -> Option<LeftOutColumn> {
     let unit = |place: usize| match TimeUnit::of(channels.get(place)?) {
         TimeUnit::Known { seconds, .. } => Some(seconds),
         _ => None,
@@ -248,7 +248,7 @@ fn join_fractions(
     let name_of_clock = super::column(clock, channels.get(clock)?);
     columns.remove(place);
     let name = super::column(place, &channels.remove(place));
-    Some(LeftOut {
+    Some(LeftOutColumn {
         name,
         reason: format!("it has the fractions of the seconds of {name_of_clock}"),
     })

@@ -36,8 +36,8 @@ impl Date {
         let number = |group: &str| group.parse::<i64>().ok();
         let both = |day: Option<i64>| Self([day; 2]);
         let date = match groups[..] {
-            [all] if all.len() == 8 => {
-                let part = |from: usize, to: usize| number(all.get(from..to)?);
+            [compact] if compact.len() == 8 => {
+                let part = |from: usize, to: usize| number(compact.get(from..to)?);
                 both(day_of(part(0, 4)?, part(4, 6)?, part(6, 8)?))
             }
             [year, of_year, day] if year.len() == 4 && is_number(year) => {

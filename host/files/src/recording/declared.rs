@@ -96,8 +96,8 @@ fn of_line(text: &str, line: usize) -> Option<DeclaredRate> {
         false => ((value * unit_size(unit, Measure::Time).ok()?).recip(), rounded),
     };
     // A comma before three digits may separate thousands.
-    let is_clear =
-        decimal == Decimal::Point || number.split(',').nth(1).is_some_and(|of| of.len() != 3);
+    let is_clear = decimal == Decimal::Point
+        || number.split(',').nth(1).is_some_and(|decimals| decimals.len() != 3);
     let entry = format!("line {line} (\"{}\")", text.chars().take(60).collect::<String>());
     is_clear.then_some(DeclaredRate { hz, uncertainty, entry, states_unit: !is_unstated })
 }
@@ -107,8 +107,8 @@ fn after<'t>(text: &'t str, word: &str) -> Option<&'t str> {
     let mut rest = text;
     for expected in word.chars() {
         let mut characters = rest.chars();
-        let found = characters.next()?;
-        if !found.to_lowercase().eq(expected.to_lowercase()) {
+        let character = characters.next()?;
+        if !character.to_lowercase().eq(expected.to_lowercase()) {
             return None;
         }
         rest = characters.as_str();
@@ -125,7 +125,7 @@ fn hertz(unit: &str) -> Option<f64> {
         let prefix = names.iter().find_map(|name| lower.strip_suffix(name))?;
         [("", 1.0), ("k", 1e3), ("m", 1e6)]
             .iter()
-            .find(|(of, _)| *of == prefix)
+            .find(|(letter, _)| *letter == prefix)
             .map(|(_, size)| *size)
     };
     unit_size(unit, Measure::Frequency).ok().or_else(of_samples)
@@ -151,9 +151,9 @@ mod tests {
             ("Fréquence d'échantillonnage : 5000 Hz", 5000.0, true),
             ("Sample rate 5120 5120", 5120.0, false),
         ] {
-            let found = of_line(text, 1).unwrap_or_else(|| panic!("{text}"));
-            assert!((found.hz / hz - 1.0).abs() < 1e-12, "{text}: {}", found.hz);
-            assert_eq!(found.states_unit, states_unit, "{text}");
+            let declared = of_line(text, 1).unwrap_or_else(|| panic!("{text}"));
+            assert!((declared.hz / hz - 1.0).abs() < 1e-12, "{text}: {}", declared.hz);
+            assert_eq!(declared.states_unit, states_unit, "{text}");
         }
         for text in [
             "Sample rates vary",

@@ -291,7 +291,7 @@ fn separated(text: &str, delimiter: u8) -> impl Iterator<Item = Result<Row, Reco
         .has_headers(false)
         .flexible(true)
         .trim(csv::Trim::All)
-        .from_reader(Limited { bytes: text.as_bytes(), left: left.clone() });
+        .from_reader(LimitedReader { bytes: text.as_bytes(), left: left.clone() });
     let mut record = csv::StringRecord::new();
     std::iter::from_fn(move || {
         loop {
@@ -316,12 +316,12 @@ fn separated(text: &str, delimiter: u8) -> impl Iterator<Item = Result<Row, Reco
 }
 
 /// Bytes of which a part is read at a time: a line that does not end, or a quote, would fill the memory.
-struct Limited<'t> {
+struct LimitedReader<'t> {
     bytes: &'t [u8],
     left: Rc<Cell<usize>>,
 }
 
-impl Read for Limited<'_> {
+impl Read for LimitedReader<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if self.left.get() == 0 && !self.bytes.is_empty() {
             return Err(io::ErrorKind::FileTooLarge.into());

@@ -14,7 +14,8 @@ pub enum RecordingError {
     Empty,
     /// Nothing but a time.
     #[error(
-        "the file has a time column and no column of readings, which are plain numbers; export force and responses with it"
+        "the file has a time column and no column of readings, which are plain numbers; export force and responses \
+         with it"
     )]
     NoReadings,
     /// The format is not one of those that are known.
@@ -58,8 +59,8 @@ pub enum RecordingError {
     },
     /// A time of day that is not understood.
     #[error(
-        "line {line}, column {column}: \"{text}\" is not a time that is read; export times such as 12:00:01.25, with a date \
-         such as 2026-01-02 before them and a zone such as Z or +01:00 behind them"
+        "line {line}, column {column}: \"{text}\" is not a time that is read; export times such as 12:00:01.25, with a \
+         date such as 2026-01-02 before them and a zone such as Z or +01:00 behind them"
     )]
     NotATime {
         /// The line, from 1.

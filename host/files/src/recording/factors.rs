@@ -64,8 +64,8 @@ pub(super) fn of(channel: &Channel) -> Option<String> {
     channel.multiplier.clone().or_else(in_name)
 }
 
-/// The factor in a name: a decimal number, a power of ten or a number with an exponent behind a sign of multiplication or
-/// division. `Acc x 2` is a direction and a number.
+/// The factor in a name: a decimal number, a power of ten or a number with an exponent behind a sign of multiplication
+/// or division. `Acc x 2` is a direction and a number.
 fn in_name(name: &str) -> Option<&str> {
     let signs = name.char_indices().filter(|(_, c)| "xX×*÷/".contains(*c));
     signs.into_iter().find_map(|(at, sign)| {

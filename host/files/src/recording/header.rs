@@ -113,8 +113,8 @@ fn may_be_names(fields: &[String]) -> bool {
     !is_statement && !fields.iter().any(is_reading)
 }
 
-/// A channel with the unit that a row of units states for it, if it states one. Where its name states another one, both are
-/// kept.
+/// A channel with the unit that a row of units states for it, if it states one. Where its name states another one, both
+/// are kept.
 pub(super) fn with_unit(named: Channel, label: &str, text: &Text<'_>) -> Channel {
     if is_unit_word(label) || is_unstated(label) {
         return named;

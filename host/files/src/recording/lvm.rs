@@ -8,7 +8,7 @@ use super::number::last_digit;
 use super::steps::{Steps, Times};
 use super::time::{TimeColumn, time_column};
 use super::{
-    Channel, LeftOut, MOST_LINE_BYTES, Recording, RecordingError, Segment, Source, called,
+    Channel, LeftOutColumn, MOST_LINE_BYTES, Recording, RecordingError, Segment, Source, called,
 };
 use crate::encoding::Text;
 use crate::units::is_unstated;
@@ -107,7 +107,7 @@ pub(super) fn read(text: &Text<'_>) -> Result<Recording, RecordingError> {
     for (place, _) in empty.iter().enumerate().rev().filter(|(_, is_empty)| **is_empty) {
         let channel = recording.remove(place);
         let name = super::column(place, &channel);
-        recording.left_out.push(LeftOut { name, reason: "it has no samples".into() });
+        recording.left_out.push(LeftOutColumn { name, reason: "it has no samples".into() });
     }
     Ok(recording)
 }
@@ -156,7 +156,7 @@ fn segments(
             samples
                 .0
                 .iter()
-                .map(|all| all.get(range.clone()).unwrap_or_default().to_vec())
+                .map(|values| values.get(range.clone()).unwrap_or_default().to_vec())
                 .collect(),
         )
     };
@@ -207,7 +207,8 @@ fn mark_other_times(channels: &mut [Channel], header: &SegmentHeader, rows: &Row
         let x =
             |k: usize| rows.x_of(k).and_then(|x| x.values.get(row).copied()).unwrap_or_default();
         let fault = format!(
-            "the X value of {} is {} here and that of {first} {}; export channels that were sampled together, without gaps",
+            "the X value of {} is {} here and that of {first} {}; export channels that were sampled together, without \
+             gaps",
             called(k, channel),
             x(k),
             x(reference)
@@ -285,8 +286,8 @@ fn names(
     Ok((0..header.channels).map(named).collect())
 }
 
-/// Reads a row of units beneath the names, where there is one: whatever stands there in place of numbers. The unit of the X
-/// values, where it is stated.
+/// Reads a row of units beneath the names, where there is one: whatever stands there in place of numbers. The unit of
+/// the X values, where it is stated.
 fn row_of_units(
     lines: &mut LinesOf<'_>,
     format: &Format,

@@ -182,8 +182,8 @@ impl Rate {
     }
 }
 
-/// The rate of a time column, or that of a header where it `may_be_used`, agrees and is known better by far; the column's
-/// when they contradict each other.
+/// The rate of a time column, or that of a header where it `may_be_used`, agrees and is known better by far; the
+/// column's when they contradict each other.
 fn finer(column: (Rate, f64), declared: (Rate, f64), may_be_used: bool) -> (Rate, f64) {
     let (hz, other) = (column.0.hz, declared.0.hz);
     if (hz / other - 1.0).abs() <= EQUAL_RATES + column.1 + declared.1 {
@@ -207,13 +207,13 @@ impl TimeColumn {
             Steps::Lost { gaps, samples, row, after } => {
                 Some(lost(gaps, samples, &self.places.name(row), after))
             }
-            Steps::Uneven(found) if !found.may_be_even => Some(self.uneven(&found)),
+            Steps::Uneven(unevenness) if !unevenness.may_be_even => Some(self.uneven(&unevenness)),
             _ => None,
         }
     }
 
-    fn uneven(&self, found: &Unevenness) -> Error {
-        let message = found.sentence(&self.called(), |place| self.places.name(place));
+    fn uneven(&self, unevenness: &Unevenness) -> Error {
+        let message = unevenness.sentence(&self.called(), |place| self.places.name(place));
         Error::input("time_uneven", message)
     }
 
@@ -231,7 +231,7 @@ impl TimeColumn {
                 return Err(Error::input("time_too_coarse", message));
             }
             Steps::Even { step, uncertainty, rounded_to } => (step, uncertainty, rounded_to),
-            Steps::Uneven(found) => return Err(self.uneven(&found)),
+            Steps::Uneven(unevenness) => return Err(self.uneven(&unevenness)),
             Steps::Lost { gaps, samples, row, after } => {
                 return Err(lost(gaps, samples, &self.places.name(row), after));
             }

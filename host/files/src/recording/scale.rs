@@ -1,8 +1,10 @@
-//! The units of channels: read from the file, stated by the user, or reached by a sensitivity; and the conversion to N and
-//! m/s².
+//! The units of channels: read from the file, stated by the user, or reached by a sensitivity; and the conversion to N
+//! and m/s².
 
 use super::sensitivity::{Sensitivity, is_electrical};
-use super::{Channel, LeftOut, Recording, RecordingError, factors, is_named_force, six_digits};
+use super::{
+    Channel, LeftOutColumn, Recording, RecordingError, factors, is_named_force, six_digits,
+};
 use crate::units::{
     Measure, Quantity, UnitFault, force_unit, is_unscaled, is_unstated, motion_unit, unit_size,
 };
@@ -121,7 +123,7 @@ pub struct Scale {
 
 /// The statements about one channel.
 #[derive(Clone, Default)]
-struct Stated<'s> {
+struct ChannelStatements<'s> {
     unit: Option<&'s str>,
     sensitivity: Option<Sensitivity>,
     reversed: bool,
@@ -147,8 +149,8 @@ pub(super) fn is_unit(label: &str) -> bool {
 }
 
 impl Recording {
-    /// The force and the channels among `candidates` that may be responses. One whose unit is that of something else, and
-    /// about which the user states nothing, is left out by name.
+    /// The force and the channels among `candidates` that may be responses. One whose unit is that of something else,
+    /// and about which the user states nothing, is left out by name.
     ///
     /// # Errors
     /// When a statement names a column that does not exist.
@@ -177,15 +179,15 @@ impl Recording {
                 used.push(k);
             } else {
                 let reason = format!("\"{unit}\" is no unit of force or acceleration");
-                self.left_out.push(LeftOut { name: column(k, channel), reason });
+                self.left_out.push(LeftOutColumn { name: column(k, channel), reason });
             }
         }
         Ok(used)
     }
 
     /// The statements about each channel.
-    fn stated<'s>(&self, statements: &'s Statements) -> Result<Vec<Stated<'s>>> {
-        let mut stated = vec![Stated::default(); self.channels.len()];
+    fn stated<'s>(&self, statements: &'s Statements) -> Result<Vec<ChannelStatements<'s>>> {
+        let mut stated = vec![ChannelStatements::default(); self.channels.len()];
         for StatedUnit { column, unit } in &statements.units {
             if column != EVERY_RESPONSE && !self.is_time_column(column) {
                 stated[self.named(column)?].unit = Some(unit);
@@ -200,12 +202,13 @@ impl Recording {
         Ok(stated)
     }
 
-    /// How the channels of `order`, of which the first is the force, become N and m/s²; with a note for each unit of the
-    /// file that is not used.
+    /// How the channels of `order`, of which the first is the force, become N and m/s²; with a note for each unit of
+    /// the file that is not used.
     ///
     /// # Errors
-    /// When a channel has no unit or one that is not that of a force or an acceleration, when a signal has no sensitivity
-    /// or one that does not fit, when its samples cannot be used, or a statement names a column that does not exist.
+    /// When a channel has no unit or one that is not that of a force or an acceleration, when a signal has no
+    /// sensitivity or one that does not fit, when its samples cannot be used, or a statement names a column that does
+    /// not exist.
     pub fn scales(
         &self,
         order: &[usize],
@@ -324,7 +327,8 @@ impl Recording {
     }
 }
 
-/// The last word of a name such as `Acc_g` or `Force: kN`, where it is a unit of force or acceleration: the name may state it.
+/// The last word of a name such as `Acc_g` or `Force: kN`, where it is a unit of force or acceleration: the name may
+/// state it.
 fn unit_in_name(name: &str) -> Option<String> {
     let last = name.trim_end_matches(['}', ')', ']', ' ']);
     // Brackets hold a unit or none.
@@ -339,7 +343,7 @@ fn unit_in_name(name: &str) -> Option<String> {
 fn scale(
     k: usize,
     channel: &Channel,
-    stated: &Stated<'_>,
+    stated: &ChannelStatements<'_>,
     is_force: bool,
     notes: &mut Vec<String>,
 ) -> Result<Scale> {
@@ -349,8 +353,8 @@ fn scale(
     let unit = stated.unit.unwrap_or(of_file);
     if let (None, Some(factor)) = (stated.unit, factors::of(channel)) {
         let message = format!(
-            "{name}: {factor}, and not whether the numbers are multiplied already; state the unit of the numbers in the file \
-             with --unit \"{column}=UNIT\", or export the recording without factors"
+            "{name}: {factor}, and not whether the numbers are multiplied already; state the unit of the numbers in \
+             the file with --unit \"{column}=UNIT\", or export the recording without factors"
         );
         return Err(Error::input("recording_unit_contradicted", message));
     }

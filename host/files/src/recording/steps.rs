@@ -95,7 +95,7 @@ impl Times {
 
     /// The rows of this range.
     pub fn part(&self, rows: Range<usize>) -> Self {
-        let part = |all: &[f64]| all.get(rows.clone()).unwrap_or_default().to_vec();
+        let part = |values: &[f64]| values.get(rows.clone()).unwrap_or_default().to_vec();
         Self { values: part(&self.values), digits: part(&self.digits) }
     }
 
@@ -130,8 +130,8 @@ impl Times {
     }
 
     /// The first row at which other times are more than half a step from these times `ratio`, or from a straight line
-    /// through them where the ratio is not known. Times that begin further apart than the recording is long have another
-    /// origin.
+    /// through them where the ratio is not known. Times that begin further apart than the recording is long have
+    /// another origin.
     pub fn departs(&self, other: &Self, ratio: Option<f64>) -> Option<usize> {
         let (own, others) = (&self.values, &other.values);
         let rows = own.len().min(others.len());
@@ -195,9 +195,11 @@ impl Times {
         self.lost(&digits).unwrap_or_else(|| Steps::Uneven(Unevenness::of(&self.values, &digits)))
     }
 
-    /// Times whose last digit is longer than a step: several rows have the same stamp, and equally many between any two.
+    /// Times whose last digit is longer than a step: several rows have the same stamp, and equally many between any
+    /// two.
     fn stamped(&self, step: f64, digit: f64) -> Steps {
-        // The rows at which another stamp begins. Between the first and the last of them, all rows of a stamp are there.
+        // The rows at which another stamp begins. Between the first and the last of them, all rows of a stamp are
+        // there.
         let begins: Vec<usize> =
             (1..self.values.len()).filter(|&k| self.values[k - 1] != self.values[k]).collect();
         // A line through few stamps leans on the parts of stamps at its ends.
@@ -286,8 +288,8 @@ impl Times {
         if is_blocks && !gaps.is_empty() && parts.iter().all(even) { parts } else { Vec::new() }
     }
 
-    /// The last digit of a time, as far as it tells how finely the times were written. A program that omits zeros at the
-    /// end writes 0.1 between 0.0998 and 0.1002.
+    /// The last digit of a time, as far as it tells how finely the times were written. A program that omits zeros at
+    /// the end writes 0.1 between 0.0998 and 0.1002.
     fn digit(&self, k: usize) -> f64 {
         let written = |k: usize| self.digits.get(k).copied();
         let beside = [k.checked_sub(1).and_then(written), written(k + 1)];
@@ -398,9 +400,9 @@ mod tests {
         let sizes = [(4_294_900_000.0, 195.0, 32), (65_000.0, 1.0, 16), (0.0, 90.0, 16)];
         for (from, step, bits) in sizes {
             let times = counter(from, step, 2_f64.powi(bits)).unwrapped();
-            let Steps::Even { step: found, .. } = times.steps() else { panic!("{from}") };
+            let Steps::Even { step: measured, .. } = times.steps() else { panic!("{from}") };
             // A line through 2000 numbers of ten digits.
-            assert!((found / step - 1.0).abs() < 1e-9, "{found}");
+            assert!((measured / step - 1.0).abs() < 1e-9, "{measured}");
             assert_eq!(times.values[1999], from + 1999.0 * step);
         }
         // A time that begins again elsewhere, and one with decimals.

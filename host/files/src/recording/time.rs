@@ -198,16 +198,16 @@ pub(super) fn time_column(
         && !times.values.windows(2).any(|pair| pair[0] < pair[1])
     {
         let fault = format!(
-            "the time column \"{}\" goes from {first} to {last} and never rises; export the samples in the order of their \
-             time",
+            "the time column \"{}\" goes from {first} to {last} and never rises; export the samples in the order of \
+             their time",
             channel.name
         );
         return Err(RecordingError::Header { line: line(0), fault });
     }
     if let Some(factor) = factors::of(channel) {
         let fault = format!(
-            "the time column \"{}\": {factor}, and not whether its numbers are multiplied already; export the time without \
-             a factor",
+            "the time column \"{}\": {factor}, and not whether its numbers are multiplied already; export the time \
+             without a factor",
             channel.name
         );
         return Err(RecordingError::Header { line: line(0), fault });
@@ -230,8 +230,8 @@ pub(super) fn time_column(
             (run.start.saturating_sub(1), run.start)
         };
         let fault = format!(
-            "the time column \"{}\" goes from {} to {} in the next row; export the samples in the order of their time, and \
-             no row of factors or ranges among them",
+            "the time column \"{}\" goes from {} to {} in the next row; export the samples in the order of their time, \
+             and no row of factors or ranges among them",
             channel.name,
             at(before),
             at(after)
@@ -247,8 +247,8 @@ pub(super) fn time_column(
                 steps = Some(Steps::Lost { row: line(start + row), gaps, samples, after });
                 break;
             }
-            (_, Steps::Uneven(found)) => {
-                steps = Some(Steps::Uneven(found.at(|row| line(start + row))));
+            (_, Steps::Uneven(unevenness)) => {
+                steps = Some(Steps::Uneven(unevenness.at(|row| line(start + row))));
                 break;
             }
             (
@@ -279,8 +279,8 @@ pub(super) fn time_column(
     Ok((column, runs))
 }
 
-/// Why a further column with the name or the values of a time or a count is left out; `time` is the time of the recording,
-/// where it has one.
+/// Why a further column with the name or the values of a time or a count is left out; `time` is the time of the
+/// recording, where it has one.
 ///
 /// # Errors
 /// When it is a time that does not run as the time of the recording does, row by row.

@@ -1,6 +1,6 @@
-//! Time records of a universal file: dataset 58 with function type 1. Records that repeat the DOFs, quantities and units
-//! of those before them in the same order are further segments; other records of a DOF that occurs again are channels of
-//! their own.
+//! Time records of a universal file: dataset 58 with function type 1. Records that repeat the DOFs, quantities and
+//! units of those before them in the same order are further segments; other records of a DOF that occurs again are
+//! channels of their own.
 
 use std::collections::HashSet;
 
@@ -34,15 +34,20 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
     for group in records.chunks(per_segment) {
         let length = group.first().map_or(0, |f| f.ordinate.len());
         if let Some(other) = group.iter().find(|f| f.ordinate.len() != length) {
-            let found = other.ordinate.len();
-            return Err(RecordingError::Ragged { line: other.line, found, wanted: length });
+            let samples = other.ordinate.len();
+            return Err(RecordingError::Ragged {
+                line: other.line,
+                found: samples,
+                wanted: length,
+            });
         }
         for record in group {
-            if let Some((wanted, found)) = rate_of_first.zip(rate(record)?)
-                && differs(found, rate_of_first)
+            if let Some((wanted, hz)) = rate_of_first.zip(rate(record)?)
+                && differs(hz, rate_of_first)
             {
                 let fault = format!(
-                    "this record was sampled at {found} Hz and the first one at {wanted} Hz; export all records at one rate"
+                    "this record was sampled at {hz} Hz and the first one at {wanted} Hz; export all records at one \
+                     rate"
                 );
                 return Err(RecordingError::Header { line: record.line, fault });
             }
@@ -76,8 +81,8 @@ fn contradiction(record: &Function, channel: &Channel) -> Option<String> {
         ("", Some(factor)) => format!("{} {name}", six_digits(factor)),
         (unit, _) => unit.to_owned(),
     };
-    let found = record.time_contradiction()?;
-    Some(found.sentence(&unit, &format!("values of {}", channel.name), six_digits))
+    let contradiction = record.time_contradiction()?;
+    Some(contradiction.sentence(&unit, &format!("values of {}", channel.name), six_digits))
 }
 
 /// The abscissa of a record that states each time and is not even, from which no rate is taken.
@@ -90,7 +95,7 @@ fn uneven(record: &Function) -> Option<TimeColumn> {
         Steps::Lost { gaps, samples, row, after } => {
             Steps::Lost { gaps, samples, row: row + 1, after }
         }
-        Steps::Uneven(found) => Steps::Uneven(found.at(|row| row + 1)),
+        Steps::Uneven(unevenness) => Steps::Uneven(unevenness.at(|row| row + 1)),
     };
     let name = format!("abscissa of {}", record.time_channel().name);
     let unit = TimeUnit::Known { label: "s".into(), seconds: 1.0 };

@@ -22,7 +22,7 @@ pub struct Unevenness {
 impl Unevenness {
     /// What is uneven about times whose last digits are `digits`.
     pub(super) fn of(times: &[f64], digits: &[f64]) -> Self {
-        let mut found = Self {
+        let mut unevenness = Self {
             shortest: (f64::INFINITY, 0),
             longest: (f64::NEG_INFINITY, 0),
             repeats: (0, 0),
@@ -30,18 +30,18 @@ impl Unevenness {
         };
         for (row, pair) in times.windows(2).enumerate() {
             let step = pair[1] - pair[0];
-            if step < found.shortest.0 {
-                found.shortest = (step, row);
+            if step < unevenness.shortest.0 {
+                unevenness.shortest = (step, row);
             }
-            if step > found.longest.0 {
-                found.longest = (step, row);
+            if step > unevenness.longest.0 {
+                unevenness.longest = (step, row);
             }
             if step == 0.0 {
-                let first = if found.repeats.0 == 0 { row + 1 } else { found.repeats.1 };
-                found.repeats = (found.repeats.0 + 1, first);
+                let first = if unevenness.repeats.0 == 0 { row + 1 } else { unevenness.repeats.1 };
+                unevenness.repeats = (unevenness.repeats.0 + 1, first);
             }
         }
-        found
+        unevenness
     }
 
     /// The same with the places of its rows, which are from 0.
@@ -119,12 +119,12 @@ mod tests {
     use super::*;
 
     fn uneven(values: Vec<f64>) -> Unevenness {
-        let Steps::Uneven(found) = Times::exact(values).steps() else { panic!("it is even") };
-        found
+        let Steps::Uneven(unevenness) = Times::exact(values).steps() else { panic!("it is even") };
+        unevenness
     }
 
-    fn sentence(found: Unevenness) -> String {
-        found.at(|row| row + 2).sentence("Time", |line| format!("line {line}"))
+    fn sentence(unevenness: Unevenness) -> String {
+        unevenness.at(|row| row + 2).sentence("Time", |line| format!("line {line}"))
     }
 
     #[test]

@@ -30,10 +30,10 @@ pub(super) enum NpyError {
     #[error("the array is in Fortran order; save numpy.ascontiguousarray(array)")]
     Order,
     #[error(
-        "the tape is truncated: its header states {wanted} bytes of scans, {found} are there; copy \
+        "the tape is truncated: its header states {wanted} bytes of scans, {available} are there; copy \
          it again"
     )]
-    Truncated { wanted: u64, found: u64 },
+    Truncated { wanted: u64, available: u64 },
     #[error("the tape has no scans; record it again")]
     Empty,
     #[error("the scans cannot be read: {0}; copy the tape again")]
@@ -53,8 +53,8 @@ impl From<NpyError> for Error {
     }
 }
 
-/// The scans of an array file, and whether its recording was cut short, so that the header does not state how many there
-/// are.
+/// The scans of an array file, and whether its recording was cut short, so that the header does not state how many
+/// there are.
 pub(super) fn scans(
     mut file: impl Read + Seek + Send + 'static,
 ) -> Result<(Scans, bool), NpyError> {
@@ -64,12 +64,12 @@ pub(super) fn scans(
     let (header, rest) = open(&head)?;
     let offset = (head.len() - rest.len()) as u64;
     let length = file.seek(SeekFrom::End(0)).map_err(unreadable)?;
-    let found = length.saturating_sub(offset);
+    let available = length.saturating_sub(offset);
     match scans_in(&header)? {
-        0 if found < SCAN => Err(NpyError::Empty),
-        0 => Ok((Scans::new(file, offset, found / SCAN), true)),
-        scans if scans.saturating_mul(SCAN) > found => {
-            Err(NpyError::Truncated { wanted: scans.saturating_mul(SCAN), found })
+        0 if available < SCAN => Err(NpyError::Empty),
+        0 => Ok((Scans::new(file, offset, available / SCAN), true)),
+        scans if scans.saturating_mul(SCAN) > available => {
+            Err(NpyError::Truncated { wanted: scans.saturating_mul(SCAN), available })
         }
         scans => Ok((Scans::new(file, offset, scans), false)),
     }

@@ -6,7 +6,7 @@ use massline_shared::signal::{RECORD_SCANS, Scan};
 use massline_shared::units::{Hertz, Seconds, Volts};
 
 use super::*;
-use crate::file::Existing;
+use crate::file::ExistingFile;
 use crate::layout_file::LayoutFile;
 
 fn layout() -> RigLayout {
@@ -56,7 +56,7 @@ fn a_tape_reads_back_what_was_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tape.npy");
     let sidecar = sidecar(&[(0, "1:+Y"), (300, "2:+Z")]);
-    let mut writer = TapeWriter::create(&path, sidecar.clone(), Existing::Kept).unwrap();
+    let mut writer = TapeWriter::create(&path, sidecar.clone(), ExistingFile::Kept).unwrap();
     writer.push(&scans(400)[..150]).unwrap();
     writer.push(&scans(400)[150..]).unwrap();
     writer.segment(Segment { start: 350, dof: "4:+X".parse().unwrap() }).unwrap();
@@ -72,7 +72,7 @@ fn a_tape_reads_back_what_was_written() {
 fn the_header_is_as_numpy_writes_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tape.npy");
-    let mut writer = TapeWriter::create(&path, sidecar(&[]), Existing::Kept).unwrap();
+    let mut writer = TapeWriter::create(&path, sidecar(&[]), ExistingFile::Kept).unwrap();
     writer.push(&scans(2)).unwrap();
     writer.finish().unwrap();
     let bytes = fs::read(&path).unwrap();
@@ -101,7 +101,7 @@ fn a_recording_that_fails_keeps_whole_hits_and_leaves_nothing_without_one() {
     let path = folder.path().join("tape.npy");
     let last = u64::from(WHOLE);
     let written = |segments: &[(u64, &str)]| {
-        let mut writer = TapeWriter::create(&path, sidecar(segments), Existing::Kept).unwrap();
+        let mut writer = TapeWriter::create(&path, sidecar(segments), ExistingFile::Kept).unwrap();
         assert_eq!(files(&folder), ["tape.partial.npy", "tape.partial.toml"]);
         writer.push(&scans(WHOLE + 7)).unwrap();
         writer
@@ -127,17 +127,17 @@ fn a_tape_to_be_replaced_stays_until_the_new_one_is_complete() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tape.npy");
     let create = |existing| TapeWriter::create(&path, sidecar(&[]), existing);
-    let mut writer = create(Existing::Kept).unwrap();
+    let mut writer = create(ExistingFile::Kept).unwrap();
     writer.push(&scans(3)).unwrap();
     writer.finish().unwrap();
     let old = || Tape::read(&path).unwrap().scans.count();
     // A folder of that name cannot become a file.
     let obstacle = folder.path().join("tape.partial.npy");
     fs::create_dir(&obstacle).unwrap();
-    assert_eq!(create(Existing::Replaced).unwrap_err().code(), "cannot_write");
+    assert_eq!(create(ExistingFile::Replaced).unwrap_err().code(), "cannot_write");
     assert_eq!(old(), 3);
     fs::remove_dir(obstacle).unwrap();
-    let mut writer = create(Existing::Replaced).unwrap();
+    let mut writer = create(ExistingFile::Replaced).unwrap();
     writer.push(&scans(5)).unwrap();
     assert_eq!(old(), 3);
     writer.finish().unwrap();
@@ -188,7 +188,8 @@ fn other_types_shapes_and_orders_are_named() {
 fn a_segment_past_the_end_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tape.npy");
-    let mut writer = TapeWriter::create(&path, sidecar(&[(7, "1:+Y")]), Existing::Kept).unwrap();
+    let mut writer =
+        TapeWriter::create(&path, sidecar(&[(7, "1:+Y")]), ExistingFile::Kept).unwrap();
     writer.push(&scans(7)).unwrap();
     writer.finish().unwrap();
     let error = Tape::read(&path).unwrap_err().to_string();
@@ -219,17 +220,17 @@ fn a_tape_replaces_an_earlier_tape_when_it_may_and_never_another_file() {
     let path = folder.path().join("frame.npy");
     let layout = folder.path().join("frame.toml");
     fs::write(&layout, "title = \"a layout\"\n").unwrap();
-    assert!(TapeWriter::create(&path, sidecar(&[]), Existing::Replaced).is_err());
+    assert!(TapeWriter::create(&path, sidecar(&[]), ExistingFile::Replaced).is_err());
     assert_eq!(fs::read_to_string(&layout).unwrap(), "title = \"a layout\"\n");
     assert!(!path.exists());
     fs::remove_file(&layout).unwrap();
-    TapeWriter::create(&path, sidecar(&[]), Existing::Kept).unwrap().finish().unwrap();
-    let error = TapeWriter::create(&path, sidecar(&[]), Existing::Kept).unwrap_err();
+    TapeWriter::create(&path, sidecar(&[]), ExistingFile::Kept).unwrap().finish().unwrap();
+    let error = TapeWriter::create(&path, sidecar(&[]), ExistingFile::Kept).unwrap_err();
     assert_eq!(error.code(), "file_exists");
-    TapeWriter::create(&path, sidecar(&[]), Existing::Replaced).unwrap().finish().unwrap();
+    TapeWriter::create(&path, sidecar(&[]), ExistingFile::Replaced).unwrap().finish().unwrap();
     let nowhere = folder.path().join("none").join("frame.npy");
-    assert!(TapeWriter::check(&nowhere, Existing::Kept).is_err());
-    assert!(TapeWriter::check(&folder.path().join("frame"), Existing::Kept).is_err());
+    assert!(TapeWriter::check(&nowhere, ExistingFile::Kept).is_err());
+    assert!(TapeWriter::check(&folder.path().join("frame"), ExistingFile::Kept).is_err());
 }
 
 #[test]
@@ -238,7 +239,7 @@ fn a_tape_whose_writer_was_killed_has_its_whole_scans_and_the_segments_with_a_wh
     let path = folder.path().join("tape.npy");
     let partial = folder.path().join("tape.partial.npy");
     let whole = u64::from(WHOLE);
-    let mut writer = TapeWriter::create(&path, sidecar(&[]), Existing::Kept).unwrap();
+    let mut writer = TapeWriter::create(&path, sidecar(&[]), ExistingFile::Kept).unwrap();
     assert_eq!(Tape::read(&partial).unwrap_err().code(), "tape_empty");
     writer.push(&scans(2 * WHOLE)).unwrap();
     for start in [0, whole, whole + 1] {
@@ -258,17 +259,17 @@ fn a_tape_whose_writer_was_killed_has_its_whole_scans_and_the_segments_with_a_wh
     assert_eq!(starts, [0, whole]);
     // The hits are not lost to the next recording; a partial tape without hits is not in its way.
     let again = |existing| TapeWriter::create(&path, sidecar(&[]), existing);
-    let refused = again(Existing::Kept).unwrap_err();
+    let refused = again(ExistingFile::Kept).unwrap_err();
     assert!(refused.to_string().contains("tape.partial.npy holds the hits"), "{refused}");
-    std::mem::forget(again(Existing::Replaced).unwrap());
-    again(Existing::Kept).unwrap().finish().unwrap();
+    std::mem::forget(again(ExistingFile::Replaced).unwrap());
+    again(ExistingFile::Kept).unwrap().finish().unwrap();
 }
 
 #[test]
 fn scans_are_read_in_any_order() {
-    let mut all = Scans::from(scans(10_000));
+    let mut reader = Scans::from(scans(10_000));
     for index in [9_999, 0, 4_096, 4_095, 5_000] {
-        assert_eq!(all.get(index).unwrap().unwrap()[0], index as u16);
+        assert_eq!(reader.get(index).unwrap().unwrap()[0], index as u16);
     }
-    assert_eq!(all.get(10_000).unwrap(), None);
+    assert_eq!(reader.get(10_000).unwrap(), None);
 }

@@ -15,7 +15,7 @@ use massline_shared::signal::Scan;
 use super::npy::header_bytes;
 use super::scans::SCAN;
 use super::{Segment, Sidecar, Tape, has_whole_hit, sidecar_path};
-use crate::file::{self, Existing};
+use crate::file::{self, ExistingFile};
 use massline_result::{Error, Result};
 
 /// Bytes that are written at a time.
@@ -26,7 +26,7 @@ const BLOCK: usize = 1 << 16;
 #[derive(Debug)]
 pub struct TapeWriter {
     path: PathBuf,
-    existing: Existing,
+    existing: ExistingFile,
     partial: PathBuf,
     file: File,
     /// Bytes that are not in the file yet.
@@ -42,7 +42,7 @@ impl TapeWriter {
     /// # Errors
     /// Exit 2 when one of them exists and is kept, a recording that was cut short has left its hits under the partial
     /// name, the name does not end with `.npy`, or the folder does not exist.
-    pub fn check(path: &Path, existing: Existing) -> Result<()> {
+    pub fn check(path: &Path, existing: ExistingFile) -> Result<()> {
         if path.extension().is_none_or(|extension| extension != "npy") {
             return Err(file::cannot(path, "the name of a tape ends with .npy"));
         }
@@ -60,7 +60,7 @@ impl TapeWriter {
         }
         file::check(&sidecar, existing)?;
         let partial = partial_path(path);
-        if existing == Existing::Kept && has_a_whole_hit(&partial) {
+        if existing == ExistingFile::Kept && has_a_whole_hit(&partial) {
             let message = format!(
                 "{} holds the hits of a recording that was cut short; replay or rename it, or replace it with --force",
                 partial.display()
@@ -74,7 +74,7 @@ impl TapeWriter {
     ///
     /// # Errors
     /// As [`TapeWriter::check`], and exit 2 when a file cannot be written; then there is nothing new.
-    pub fn create(path: &Path, sidecar: Sidecar, existing: Existing) -> Result<Self> {
+    pub fn create(path: &Path, sidecar: Sidecar, existing: ExistingFile) -> Result<Self> {
         Self::check(path, existing)?;
         let partial = partial_path(path);
         let created = File::create(&partial).map_err(|e| file::cannot(&partial, e))?;
@@ -217,7 +217,7 @@ impl TapeWriter {
     /// Writes the sidecar.
     fn list(&self) -> Result<()> {
         let text = self.sidecar.to_toml();
-        file::write(&sidecar_path(&self.partial), text.as_bytes(), Existing::Replaced)
+        file::write(&sidecar_path(&self.partial), text.as_bytes(), ExistingFile::Replaced)
     }
 
     /// Writes the header for this number of scans, and moves behind the last scan.

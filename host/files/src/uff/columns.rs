@@ -1,7 +1,8 @@
 //! The fixed columns of a record.
 //!
-//! The format counts bytes, and so do most writers; some pad by characters, which differ where a name is not ASCII. Both
-//! layouts are tried, and a unit counts only if no other layout and no other encoding of the record has another unit.
+//! The format counts bytes, and so do most writers; some pad by characters, which differ where a name is not ASCII.
+//! Both layouts are tried, and a unit counts only if no other layout and no other encoding of the record has another
+//! unit.
 
 use std::borrow::Cow;
 
@@ -83,8 +84,8 @@ pub(super) fn unit_label(record: &[u8]) -> String {
     }
 }
 
-/// The unit in the name of an axis whose field of the unit states none: in brackets, or the last word of a line that ends
-/// before that field.
+/// The unit in the name of an axis whose field of the unit states none: in brackets, or the last word of a line that
+/// ends before that field.
 fn unit_in_name(record: &[u8]) -> Option<String> {
     let name = label(record.get(NAME..)?.get(..WIDTH.min(record.len() - NAME))?.trim_ascii());
     let inner = ["()", "[]"].iter().find_map(|pair| {

@@ -1,4 +1,5 @@
-//! What contradicts the unit of a function: dataset 164 against its labels, or one part of that dataset against another.
+//! What contradicts the unit of a function: dataset 164 against its labels, or one part of that dataset against
+//! another.
 
 use super::Function;
 use super::unit_system::{UnitSystem, are_close};
@@ -62,15 +63,17 @@ impl Contradiction {
         };
         let fault = match used {
             "labels" => format!(
-                "the labels of the file state {unit} and its dataset {dataset} (164) states other units: the labels are used"
+                "the labels of the file state {unit} and its dataset {dataset} (164) states other units: the labels \
+                 are used"
             ),
             "code" => format!(
-                "the units code of dataset {dataset} (164) and {} belong to different units: the code is used, which is {unit}",
+                "the units code of dataset {dataset} (164) and {} belong to different units: the code is used, which \
+                 is {unit}",
                 other.replace("the", "its")
             ),
             _ => format!(
-                "the units factors of dataset {dataset} (164) and its description belong to different units: the factors are \
-                 used, which is {unit}"
+                "the units factors of dataset {dataset} (164) and its description belong to different units: the \
+                 factors are used, which is {unit}"
             ),
         };
         format!("{fault}; by {other} the {values} would be {} times as large", number(self.factor))

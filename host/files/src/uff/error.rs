@@ -26,8 +26,8 @@ pub enum UffFault {
     Empty,
     /// Something other than a dataset.
     #[error(
-        "a line of -1, in columns 5 and 6, should begin a dataset here; the file is corrupt or not a universal file, export it \
-         again"
+        "a line of -1, in columns 5 and 6, should begin a dataset here; the file is corrupt or not a universal file, \
+         export it again"
     )]
     NoDelimiter,
     /// A dataset without a number.
@@ -63,7 +63,8 @@ pub enum UffFault {
     #[error("the file has more than {MOST_FUNCTIONS} functions; export fewer")]
     TooManyFunctions,
     /// Text where a number should be.
-    #[error("\"{}\" is not a number, and {field} should stand here: the file is cut off or damaged; export it again", .text.escape_debug())]
+    #[error("\"{}\" is not a number, and {field} should stand here: the file is cut off or damaged; export it \
+         again", .text.escape_debug())]
     NotANumber {
         /// What is expected here.
         field: &'static str,
@@ -91,9 +92,9 @@ pub enum UffFault {
     },
     /// Binary numbers in the other byte order.
     #[error(
-        "the header states {stated} numbers, by which {absurd} of the {values} values are below 1e-20 or above 1e20; as \
-         {other} numbers they are not: the byte order in the first line of the dataset is wrong, correct it or export the \
-         function as ASCII"
+        "the header states {stated} numbers, by which {absurd} of the {values} values are below 1e-20 or above 1e20; \
+         as {other} numbers they are not: the byte order in the first line of the dataset is wrong, correct it or \
+         export the function as ASCII"
     )]
     ByteOrder {
         /// The order that the header states.
@@ -107,8 +108,8 @@ pub enum UffFault {
     },
     /// An abscissa that does not rise.
     #[error(
-        "the increment of the abscissa (record 7) is {value}, and it must be positive and not vanish beside the minimum of {minimum}; \
-         export the function again"
+        "the increment of the abscissa (record 7) is {value}, and it must be positive and not vanish beside the \
+         minimum of {minimum}; export the function again"
     )]
     Increment {
         /// The increment.

@@ -50,14 +50,14 @@ fn factor(bytes: &[u8], quantity: Option<Quantity>) -> Result<f64, UffError> {
     Ok(factors[0].re)
 }
 
-fn understood(bytes: &[u8]) -> Understood {
+fn understood(bytes: &[u8]) -> UnderstoodFunction {
     UffFile::parse(bytes).unwrap().functions[0].converted(None).unwrap().1
 }
 
 fn check(bytes: &[u8], quantity: Option<Quantity>, expected: f64) {
-    let found = factor(bytes, quantity).unwrap();
+    let value = factor(bytes, quantity).unwrap();
     // The numbers of the file have six digits and the factors more.
-    assert!((found / expected - 1.0).abs() < 1e-9, "{found} for {expected}");
+    assert!((value / expected - 1.0).abs() < 1e-9, "{value} for {expected}");
 }
 
 const ACCELERANCE: Option<Quantity> = Some(Quantity::Acceleration);
@@ -158,20 +158,21 @@ fn dataset_164_holds_wherever_it_stands_and_a_label_precedes_it() {
     {
         let bytes = [&unlabelled[..], &units_of(7, length, force)].concat();
         check(&bytes, None, expected);
-        let found = understood(&bytes).contradiction;
-        assert_eq!(found.is_some(), factor.is_some(), "{length}");
-        if let Some((found, factor)) = found.zip(factor) {
+        let conflict = understood(&bytes).contradiction;
+        assert_eq!(conflict.is_some(), factor.is_some(), "{length}");
+        if let Some((conflict, factor)) = conflict.zip(factor) {
             assert!(
-                found.source == OtherUnit::Factors && (found.factor / factor - 1.0).abs() < 1e-6,
-                "{found:?}"
+                conflict.source == OtherUnit::Factors
+                    && (conflict.factor / factor - 1.0).abs() < 1e-6,
+                "{conflict:?}"
             );
         }
     }
     check(&[&unlabelled[..], &units_of(10, 1e3, 1.0)].concat(), None, 1e-3);
     // Of a function whose motion has a label only the force counts.
     let motion = dataset((12, "NONE", b"in/s^2"), (13, "NONE", b"NONE"));
-    let found = understood(&[&motion[..], &units_of(7, 1.0, 1.0)].concat()).contradiction;
-    let factor = found.filter(|found| found.source == OtherUnit::Factors).unwrap().factor;
+    let conflict = understood(&[&motion[..], &units_of(7, 1.0, 1.0)].concat()).contradiction;
+    let factor = conflict.filter(|conflict| conflict.source == OtherUnit::Factors).unwrap().factor;
     assert!((factor / POUND_FORCE - 1.0).abs() < 1e-6, "{factor}");
     // One part by its label, the other by the dataset.
     let half = [&dataset((12, "NONE", b"in/s^2"), (13, "NONE", b"NONE"))[..], &inches].concat();

@@ -127,7 +127,8 @@ pub(super) fn read_units(
     Ok(system)
 }
 
-/// The values of 1 m and 1 N by the description of the units, such as `Meter (newton)` or `mm, N`, as far as it states them.
+/// The values of 1 m and 1 N by the description of the units, such as `Meter (newton)` or `mm, N`, as far as it states
+/// them.
 pub(super) fn described(description: &str) -> [Option<f64>; 2] {
     let text = description.rsplit(':').next().unwrap_or_default().to_owned();
     let text =
@@ -176,13 +177,13 @@ mod tests {
             ("units", None, None),
             ("", None, None),
         ] {
-            for (found, expected) in described(text).into_iter().zip([length, force]) {
-                let is_equal = match (found, expected) {
+            for (size, expected) in described(text).into_iter().zip([length, force]) {
+                let is_equal = match (size, expected) {
                     (Some(a), Some(b)) => (a / b - 1.0).abs() < 1e-9,
                     (None, None) => true,
                     _ => false,
                 };
-                assert!(is_equal, "{text}: {found:?}");
+                assert!(is_equal, "{text}: {size:?}");
             }
         }
     }

@@ -16,12 +16,12 @@ use crate::units::{
 pub(super) struct Conversion {
     pub(super) ordinate: f64,
     pub(super) hertz: f64,
-    pub(super) understood: Understood,
+    pub(super) understood: UnderstoodFunction,
 }
 
 /// What a function was understood to be.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Understood {
+pub struct UnderstoodFunction {
     /// The quantity.
     pub quantity: Quantity,
     /// The unit of the ordinate.
@@ -111,7 +111,7 @@ pub(super) fn conversion(
     Ok(Conversion {
         ordinate,
         hertz,
-        understood: Understood { quantity, unit, source, contradiction },
+        understood: UnderstoodFunction { quantity, unit, source, contradiction },
     })
 }
 
@@ -122,10 +122,11 @@ fn quantity_of(function: &Function) -> Result<Quantity, UffError> {
         8 => Quantity::Displacement,
         11 => Quantity::Velocity,
         12 => Quantity::Acceleration,
-        found => {
+        other => {
             let wanted = "acceleration (12), velocity (11) or displacement (8) is needed; when it \
                           is one of these, state it with --quantity";
-            let fault = UffFault::WrongQuantity { axis: "ordinate numerator", found, wanted };
+            let fault =
+                UffFault::WrongQuantity { axis: "ordinate numerator", found: other, wanted };
             return Err(function.axis_error(numerator, fault));
         }
     };
@@ -137,8 +138,9 @@ fn quantity_of(function: &Function) -> Result<Quantity, UffError> {
     }
     let wanted = "excitation force (13) is needed; when it is a force, say what the response \
                   is with --quantity";
-    let (axis, found) = ("ordinate denominator", denominator.data_type);
-    Err(function.axis_error(denominator, UffFault::WrongQuantity { axis, found, wanted }))
+    let (axis, data_type) = ("ordinate denominator", denominator.data_type);
+    Err(function
+        .axis_error(denominator, UffFault::WrongQuantity { axis, found: data_type, wanted }))
 }
 
 /// The sizes of the units that the labels of records 9 and 10 state.
@@ -198,7 +200,7 @@ fn forces_in(label: &str) -> impl Iterator<Item = f64> {
 /// The unit of a function as text: labels as they are written, units of dataset 164 and assumed ones by their names.
 fn unit_text(function: &Function, quantity: Quantity, labels: &Labels) -> String {
     let [numerator, denominator] =
-        [&function.numerator_axis, &function.denominator_axis].map(|of| of.unit.trim());
+        [&function.numerator_axis, &function.denominator_axis].map(|axis| axis.unit.trim());
     if matches!(labels, Labels::Ratio(_)) {
         return numerator.to_owned();
     }
@@ -243,8 +245,8 @@ const FORCES: [(&str, f64); 7] = [
 fn hertz(function: &Function) -> Result<f64, UffFault> {
     let axis = &function.abscissa_axis;
     if !matches!(axis.data_type, 0 | 1 | 18) {
-        let (found, wanted) = (axis.data_type, "frequency (18) is needed");
-        return Err(UffFault::WrongQuantity { axis: "abscissa", found, wanted });
+        let (data_type, wanted) = (axis.data_type, "frequency (18) is needed");
+        return Err(UffFault::WrongQuantity { axis: "abscissa", found: data_type, wanted });
     }
     if is_unstated(&axis.unit) {
         return Ok(1.0);

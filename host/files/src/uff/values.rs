@@ -92,8 +92,8 @@ pub(super) fn read_ascii(lines: &mut Lines<'_>, shape: &Shape) -> Result<Vec<f64
         let line = match lines.peek() {
             Some(line) if !is_delimiter(line) => label(line),
             _ => {
-                let found = values.len();
-                return Err(lines.error(UffFault::TooFewValues { wanted, found }));
+                let count = values.len();
+                return Err(lines.error(UffFault::TooFewValues { wanted, found: count }));
             }
         };
         lines.next();
@@ -166,9 +166,9 @@ pub(super) fn read_binary(
         candidates.iter().find(|(_, _, length)| lines.ends_after(*length))
     else {
         let bytes = candidates[0].2;
-        let there = lines.rest().len();
-        let fault = if there < bytes {
-            UffFault::TooFewValues { wanted: shape.values(), found: there / stated }
+        let available = lines.rest().len();
+        let fault = if available < bytes {
+            UffFault::TooFewValues { wanted: shape.values(), found: available / stated }
         } else {
             UffFault::BinaryLength { bytes }
         };

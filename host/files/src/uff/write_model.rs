@@ -30,10 +30,12 @@ pub fn write_units() -> Vec<u8> {
 }
 
 /// Dataset 15 with the positions of the nodes in the body frame, m; before it dataset 2420 with the local axes of those
-/// nodes whose axes are not the body's. The label of such a system is the number of its node, the label of the body frame
+/// nodes whose axes are not the body's. The label of such a system is the number of its node, the label of the body
+/// frame
 /// 0. `title` is the name of the part.
 ///
-/// The matrix of a system has its local axes as rows and the origin as its fourth row, as in `[x y z] = [x' y' z' 1] T`.
+/// The matrix of a system has its local axes as rows and the origin as its fourth row, as in
+/// `[x y z] = [x' y' z' 1] T`.
 pub fn write_nodes(title: &str, nodes: &[ModelNode]) -> Vec<u8> {
     let turned = |node: &&ModelNode| node.axes != BODY_AXES;
     let mut text = String::new();
@@ -95,8 +97,9 @@ mod tests {
         assert_eq!(lines[1], "  2420");
         assert_eq!(lines[4].split_whitespace().collect::<Vec<_>>(), ["3", "0", "8"]);
         assert_eq!(lines[7].split_whitespace().next(), Some("-1.0000000000000000D+00"));
-        let of = |line: &str| line.split_whitespace().take(3).collect::<Vec<_>>().join(" ");
-        assert_eq!([of(lines[13]), of(lines[14])], ["1 0 0", "3 0 3"]);
+        let first_words =
+            |line: &str| line.split_whitespace().take(3).collect::<Vec<_>>().join(" ");
+        assert_eq!([first_words(lines[13]), first_words(lines[14])], ["1 0 0", "3 0 3"]);
     }
 
     #[test]

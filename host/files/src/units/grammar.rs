@@ -8,7 +8,8 @@ const LONGEST: usize = 64;
 /// The largest power that is read.
 const LARGEST_POWER: i32 = 4;
 
-/// Words after a unit that say which amplitude a value is: the factor cancels in a ratio, and a record over time has none.
+/// Words after a unit that say which amplitude a value is: the factor cancels in a ratio, and a record over time has
+/// none.
 const AMPLITUDES: [&str; 6] = ["0-peak", "0-pk", "0-p", "peak", "pk", "rms"];
 /// Words after a unit that say that a value is twice the amplitude.
 const PEAK_TO_PEAK: [&str; 7] =

@@ -75,8 +75,8 @@ pub fn warnings(electronics: &Electronics) -> Vec<String> {
 pub(super) fn text(electronics: &Electronics) -> String {
     let memory = electronics.memory.as_ref().map_or_else(
         || {
-            "memory of the multiplexer: not seen, for want of a sensor axis that is converted after the hammer, or of three \
-             sensors and hits from both sides"
+            "memory of the multiplexer: not seen, for want of a sensor axis that is converted after the hammer, or of \
+             three sensors and hits from both sides"
                 .into()
         },
         memory_text,
@@ -108,12 +108,12 @@ fn named(direction: &Vector3<f64>) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use massline_shared::Estimated;
+    use massline_shared::EstimatedValue;
 
     #[test]
     fn a_share_is_large_when_it_is_significant() {
         let warning = |value, sigma| {
-            let share = Estimated { value, sigma };
+            let share = EstimatedValue { value, sigma };
             memory_warning(&Memory { channel: 1, before: 0, share })
         };
         assert_eq!(warning(0.0015, 1e-5), None);
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn a_direction_has_the_name_of_its_axis() {
         let text = |direction: [f64; 3]| {
-            let difference = Estimated { value: 0.012, sigma: 0.001 };
+            let difference = EstimatedValue { value: 0.012, sigma: 0.001 };
             asymmetry_text(&Asymmetry { direction: direction.into(), difference })
         };
         assert!(text([0.0, -1.0, 0.0]).contains("along -Y against"), "{}", text([0.0, -1.0, 0.0]));

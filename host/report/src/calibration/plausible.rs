@@ -15,17 +15,17 @@ pub fn refusal(implausible: &Implausibility) -> Error {
         Implausibility::NoMassAgrees { ratio } => Error::undetermined(
             "no_mass_agrees",
             format!(
-                "the accelerations {} the force ({ratio:.2e} of what is expected), which no mass explains: check that hammer \
-                 and sensors are connected as the layout says, and that each hit has the direction of its DOF",
+                "the accelerations {} the force ({ratio:.2e} of what is expected), which no mass explains: check that \
+                 hammer and sensors are connected as the layout says, and that each hit has the direction of its DOF",
                 if ratio < 0.0 { "oppose" } else { "hardly follow" },
             ),
         ),
         Implausibility::HammerDisagrees { mass, ratio } => Error::undetermined(
             "mass_disagrees",
             format!(
-                "with a block of {mass} kg the hammer's force would be {ratio:.2} times what its calibration says; with the \
-                 sensors as the tumble test found them, a block of {:.3} kg agrees: check --mass, or calibrate with \
-                 `calibrate block --new-hammer` if the hammer is not the one of the calibration",
+                "with a block of {mass} kg the hammer's force would be {ratio:.2} times what its calibration says; \
+                 with the sensors as the tumble test found them, a block of {:.3} kg agrees: check --mass, or \
+                 calibrate with `calibrate block --new-hammer` if the hammer is not the one of the calibration",
                 mass / ratio,
             ),
         ),
@@ -33,8 +33,8 @@ pub fn refusal(implausible: &Implausibility) -> Error {
             "mass_disagrees",
             format!(
                 "with a block of {mass} kg the sensors would have {ratio:.2} times the sensitivity of their data sheet \
-                 ({DATA_SHEET:.3} V/g); a block of {:.3} kg agrees with it: check --mass, then the hammer's sensitivity in the \
-                 calibration{}",
+                 ({DATA_SHEET:.3} V/g); a block of {:.3} kg agrees with it: check --mass, then the hammer's \
+                 sensitivity in the calibration{}",
                 mass / ratio,
                 if ratio < 1.0 {
                     ", then whether a breakout's own capacitor is in place"
@@ -46,8 +46,8 @@ pub fn refusal(implausible: &Implausibility) -> Error {
         Implausibility::ChannelDisagrees { channel, ratio } => Error::undetermined(
             "sensor_disagrees",
             format!(
-                "{} would have {ratio:.2} times the sensitivity of its data sheet ({DATA_SHEET:.3} V/g), unlike the others: \
-                 check its type, cable and supply",
+                "{} would have {ratio:.2} times the sensitivity of its data sheet ({DATA_SHEET:.3} V/g), unlike the \
+                 others: check its type, cable and supply",
                 channel_name(channel),
             ),
         ),
@@ -79,7 +79,7 @@ mod tests {
         }
     }
 
-    fn said(ratios: [f64; 3], hammer: Option<f64>, mass: f64, new_hammer: bool) -> String {
+    fn refusal_text(ratios: [f64; 3], hammer: Option<f64>, mass: f64, new_hammer: bool) -> String {
         let record = CalibrationRecord::default();
         let implausibility = find_implausibility(&block(ratios, hammer), &record, mass, new_hammer);
         implausibility.as_ref().map_or(String::new(), |why| refusal(why).to_string())
@@ -88,25 +88,25 @@ mod tests {
     #[test]
     fn a_mass_with_a_lost_point_is_refused_with_the_mass_that_agrees() {
         // 20 kg typed for 2.0 kg makes every ratio ten times too large.
-        let text = said([10.0, 10.2, 9.9], None, 20.0, false);
+        let text = refusal_text([10.0, 10.2, 9.9], None, 20.0, false);
         assert!(text.contains("a block of 2.000 kg"), "{text}");
-        let text = said([1.0; 3], Some(10.0), 20.0, false);
+        let text = refusal_text([1.0; 3], Some(10.0), 20.0, false);
         assert!(text.contains("a block of 2.000 kg") && text.contains("--new-hammer"), "{text}");
     }
 
     #[test]
     fn another_hammer_is_taken_when_it_is_announced() {
-        assert_eq!(said([1.0; 3], Some(10.0), 2.0, true), "");
-        assert_eq!(said([1.0; 3], Some(1.1), 2.0, false), "");
+        assert_eq!(refusal_text([1.0; 3], Some(10.0), 2.0, true), "");
+        assert_eq!(refusal_text([1.0; 3], Some(1.1), 2.0, false), "");
     }
 
     #[test]
     fn no_mass_is_proposed_for_a_reversed_or_a_dead_channel() {
         for ratio in [-1.0, 1e-6, f64::NAN] {
             for text in [
-                said([ratio; 3], None, 2.0, false),
-                said([1.0; 3], Some(ratio), 2.0, false),
-                said([1.0; 3], Some(ratio), 2.0, true),
+                refusal_text([ratio; 3], None, 2.0, false),
+                refusal_text([1.0; 3], Some(ratio), 2.0, false),
+                refusal_text([1.0; 3], Some(ratio), 2.0, true),
             ] {
                 assert!(text.contains("no mass explains"), "{text}");
             }
@@ -115,8 +115,8 @@ mod tests {
 
     #[test]
     fn parts_within_their_data_sheets_are_accepted_and_another_type_is_named() {
-        assert_eq!(said([1.08, 0.93, 1.02], None, 2.0, false), "");
-        let text = said([1.0, 5.3, 1.0], None, 2.0, false);
+        assert_eq!(refusal_text([1.08, 0.93, 1.02], None, 2.0, false), "");
+        let text = refusal_text([1.0, 5.3, 1.0], None, 2.0, false);
         assert!(text.contains("sensor 2 x"), "{text}");
     }
 }

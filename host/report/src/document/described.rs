@@ -19,7 +19,7 @@ struct Versioned<T> {
 }
 
 /// A document that has a schema.
-pub struct Described {
+pub struct DocumentKind {
     /// Its name.
     pub name: &'static str,
     /// What it is.
@@ -29,56 +29,56 @@ pub struct Described {
     schema: fn(&mut SchemaGenerator) -> Schema,
 }
 
-impl Described {
+impl DocumentKind {
     /// Every document that has a schema.
     pub const ALL: [Self; 8] = [
         Self {
             name: "result",
             summary: "the result of a test",
             commands: &["measure", "solve", "results get", "replay"],
-            schema: of::<TestResult>,
+            schema: schema_of::<TestResult>,
         },
         Self {
             name: "simulation",
             summary: "a simulated test beside the truth",
             commands: &["simulate"],
-            schema: of::<Simulation>,
+            schema: schema_of::<Simulation>,
         },
         Self {
             name: "simulated-runs",
             summary: "many simulated tests of a layout, from --runs",
             commands: &["simulate"],
-            schema: of::<SimulatedRuns>,
+            schema: schema_of::<SimulatedRuns>,
         },
         Self {
             name: "layout",
             summary: "a layout with resolved positions and directions",
             commands: &["layout show"],
-            schema: of::<ShownLayout>,
+            schema: schema_of::<ShownLayout>,
         },
         Self {
             name: "layout-check",
             summary: "how accurate a layout will be, and what limits it",
             commands: &["layout check"],
-            schema: of::<LayoutCheck>,
+            schema: schema_of::<LayoutCheck>,
         },
         Self {
             name: "device",
             summary: "who a rig is and what it is doing",
             commands: &["device identify"],
-            schema: of::<DeviceIdentity>,
+            schema: schema_of::<DeviceIdentity>,
         },
         Self {
             name: "calibration",
             summary: "the calibration of a rig",
             commands: &["calibrate show", "calibrate push"],
-            schema: of::<Calibration>,
+            schema: schema_of::<Calibration>,
         },
         Self {
             name: "error",
             summary: "why a command has failed",
             commands: &[],
-            schema: of::<Failure>,
+            schema: schema_of::<Failure>,
         },
     ];
 
@@ -89,6 +89,6 @@ impl Described {
     }
 }
 
-fn of<T: JsonSchema>(generator: &mut SchemaGenerator) -> Schema {
+fn schema_of<T: JsonSchema>(generator: &mut SchemaGenerator) -> Schema {
     std::mem::take(generator).into_root_schema_for::<Versioned<T>>()
 }

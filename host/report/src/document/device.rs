@@ -188,13 +188,13 @@ pub struct DeviceErase {
 #[schemars(rename = "doctor")]
 pub struct Doctor {
     /// What was looked at.
-    pub findings: Vec<Looked>,
+    pub findings: Vec<DoctorFinding>,
 }
 
 /// Something that was looked at.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "looked")]
-pub struct Looked {
+pub struct DoctorFinding {
     /// What it is.
     pub subject: String,
     /// `good`; `absent`, which only some commands need; or `bad`.

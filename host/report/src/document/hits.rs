@@ -89,8 +89,8 @@ pub struct GradedHit {
     pub peak_force_n: f64,
     /// Largest magnitude of any response.
     pub peak_response_m_per_s2: f64,
-    /// Distance of the responses per force from the mean of the other consistent hits, relative to it; `null` for a hit that
-    /// is not compared.
+    /// Distance of the responses per force from the mean of the other consistent hits, relative to it; `null` for a hit
+    /// that is not compared.
     pub distance_relative: Option<f64>,
     /// Whether the hit belongs to the best consistent set.
     pub kept: bool,
@@ -108,12 +108,12 @@ pub struct HitFinding {
     pub channel: Option<u8>,
     /// The number that decided.
     #[serde(flatten)]
-    pub decided: Decided,
+    pub decided: DecidingNumber,
 }
 
 /// The number that decided; one of these keys.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Decided {
+pub struct DecidingNumber {
     /// The extreme of an overloaded force.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extreme_n: Option<f64>,

@@ -25,7 +25,8 @@ pub struct ShownLayout {
     pub hits: Vec<ShownHit>,
     /// The settings of the test by key of the layout file.
     pub test: BTreeMap<String, SettingValue>,
-    /// The standard deviations of the error budget by key of the layout file. Sensors and hits that state their own differ.
+    /// The standard deviations of the error budget by key of the layout file. Sensors and hits that state their own
+    /// differ.
     pub uncertainty: BTreeMap<String, f64>,
     /// What becomes of a hit with a fault, by the code of the fault: `keep`, `warn` or `reject`.
     pub policy: BTreeMap<String, String>,
@@ -134,7 +135,8 @@ pub struct JudgedLayout {
     pub prediction: Prediction,
     /// Whether the layout determines all ten properties.
     pub identifiable: bool,
-    /// Rank of the equations of mass lines: ten when the ten properties are determined; `null` in the suspension profile.
+    /// Rank of the equations of mass lines: ten when the ten properties are determined; `null` in the suspension
+    /// profile.
     pub rank: Option<usize>,
     /// Their condition in balanced variables; `null` when it is infinite, and in the suspension profile.
     pub condition: Option<f64>,

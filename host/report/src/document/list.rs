@@ -32,7 +32,7 @@ pub struct History {
     /// The archives, the oldest first.
     pub archives: Vec<ListedArchive>,
     /// Files with the name of an archive that cannot be read.
-    pub unreadable: Vec<Unreadable>,
+    pub unreadable: Vec<UnreadableFile>,
 }
 
 /// An archive.
@@ -47,7 +47,7 @@ pub struct ListedArchive {
 
 /// A file that cannot be read.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Unreadable {
+pub struct UnreadableFile {
     /// Its path.
     pub file: FilePath,
     /// Stable name of the reason.

@@ -36,8 +36,8 @@ pub struct Flashing {
     pub flashed: bool,
     /// Whether the board is known to hold it; `null` after a dry run.
     pub verified: Option<bool>,
-    /// Supply below which the chip resets itself, raised after flashing; `null` after a dry run, when the rig did not answer, and
-    /// for a board without such a level.
+    /// Supply below which the chip resets itself, raised after flashing; `null` after a dry run, when the rig did not
+    /// answer, and for a board without such a level.
     pub brown_out_mv: Option<u16>,
 }
 

@@ -81,8 +81,8 @@ impl Maker<'_> {
     }
 
     fn integer(&mut self, format: Option<&str>) -> Value {
-        let bits =
-            format.and_then(|of| of.trim_start_matches(|c: char| c.is_alphabetic()).parse().ok());
+        let bits = format
+            .and_then(|format| format.trim_start_matches(|c: char| c.is_alphabetic()).parse().ok());
         // Of a size that every program reads.
         json!(self.next() >> (64 - bits.unwrap_or(32_u32).min(53)))
     }
@@ -102,7 +102,7 @@ impl Maker<'_> {
         let length = schema["maxItems"].as_u64().unwrap_or_else(|| least + self.below(3));
         (0..length)
             .map(|k| match schema["prefixItems"].get(k as usize) {
-                Some(of) => self.value(of),
+                Some(item) => self.value(item),
                 None => self.value(&schema["items"]),
             })
             .collect()
@@ -111,9 +111,9 @@ impl Maker<'_> {
     fn object(&mut self, schema: &Value) -> Value {
         let mut object = Map::new();
         let required = schema["required"].as_array().cloned().unwrap_or_default();
-        for (key, of) in schema["properties"].as_object().into_iter().flatten() {
+        for (key, property) in schema["properties"].as_object().into_iter().flatten() {
             if required.contains(&json!(key)) || self.below(2) == 0 {
-                object.insert(key.clone(), self.value(of));
+                object.insert(key.clone(), self.value(property));
             }
         }
         if schema["additionalProperties"].is_object() {
@@ -128,23 +128,24 @@ impl Maker<'_> {
 fn holds(whole: &Value, part: &Value, place: &str) {
     match (whole, part) {
         (Value::Object(whole), Value::Object(part)) => {
-            for (key, of) in part {
+            for (key, part_value) in part {
                 // An empty list or nothing may be left out.
-                let is_nothing = of.is_null() || of.as_array().is_some_and(Vec::is_empty);
+                let is_nothing =
+                    part_value.is_null() || part_value.as_array().is_some_and(Vec::is_empty);
                 match whole.get(key) {
-                    Some(there) => holds(there, of, &format!("{place}.{key}")),
+                    Some(whole_value) => holds(whole_value, part_value, &format!("{place}.{key}")),
                     None => assert!(is_nothing, "{place}.{key} is lost"),
                 }
             }
         }
         (Value::Array(whole), Value::Array(part)) => {
             assert_eq!(whole.len(), part.len(), "{place}");
-            for (k, (there, of)) in whole.iter().zip(part).enumerate() {
-                holds(there, of, &format!("{place}[{k}]"));
+            for (k, (whole_value, part_value)) in whole.iter().zip(part).enumerate() {
+                holds(whole_value, part_value, &format!("{place}[{k}]"));
             }
         }
-        (Value::Number(there), Value::Number(of)) => {
-            assert_eq!(there.as_f64(), of.as_f64(), "{place}");
+        (Value::Number(whole), Value::Number(part)) => {
+            assert_eq!(whole.as_f64(), part.as_f64(), "{place}");
         }
         _ => assert_eq!(whole, part, "{place}"),
     }
@@ -157,11 +158,11 @@ fn round_trips<T: Serialize + DeserializeOwned + JsonSchema + PartialEq + std::f
     let none = Map::new();
     let definitions = schema["$defs"].as_object().unwrap_or(&none);
     for seed in 0..CASES {
-        let made = Maker { definitions, state: seed }.value(&schema);
-        let read: T = serde_json::from_value(made.clone())
-            .unwrap_or_else(|e| panic!("seed {seed}: {e}: {made}"));
+        let document = Maker { definitions, state: seed }.value(&schema);
+        let read: T = serde_json::from_value(document.clone())
+            .unwrap_or_else(|e| panic!("seed {seed}: {e}: {document}"));
         let written = serde_json::to_value(&read).unwrap();
-        holds(&written, &made, "");
+        holds(&written, &document, "");
         let again: T = serde_json::from_str(&written.to_string()).unwrap();
         assert_eq!(again, read, "seed {seed}");
     }

@@ -8,14 +8,14 @@ use massline_shared::body::elements;
 
 use super::heading::{self, ascii};
 use super::number::with_fortran_exponent;
-use super::subject::Exported;
+use super::subject::ExportedResult;
 use massline_result::Result;
 
 const OWN: &str = "ROTARY INERTIA: I11, I22, I33, I12, I13, I23 about the node, I12 = -(integral of x y dm): \
                    the elements of the tensor themselves";
 
 /// The node, both elements and their properties.
-pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
+pub(super) fn write(exported: &ExportedResult) -> Result<Vec<u8>> {
     let body = &exported.body;
     let mut text = String::new();
     for line in heading::lines(exported, OWN) {

@@ -2,11 +2,11 @@
 
 use super::heading;
 use super::number::shortest;
-use super::subject::Exported;
+use super::subject::ExportedResult;
 use massline_result::{Error, Result};
 
 /// A table below comment lines that begin with `#`.
-pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
+pub(super) fn write(exported: &ExportedResult) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     for line in heading::lines(exported, "") {
         bytes.extend(format!("# {line}\n").into_bytes());

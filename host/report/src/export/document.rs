@@ -9,7 +9,7 @@ use massline_result::{Document, Estimate, ReadError, TestResult, Verdict, Verdic
 use massline_shared::identify::Method;
 use massline_shared::identify::agreement::Outcome;
 
-use super::subject::Exported;
+use super::subject::ExportedResult;
 use super::test_data::one_line;
 use crate::words::UNCERTAINTY_UNKNOWN;
 use crate::words::reason_text;
@@ -22,7 +22,7 @@ pub const MAX_BYTES: u64 = 1 << 24;
 ///
 /// # Errors
 /// Exit 2 when the file cannot be read or is no such document, exit 3 when it has no answer.
-pub fn read_subject(path: &Path, method: Option<Method>) -> Result<Exported> {
+pub fn read_subject(path: &Path, method: Option<Method>) -> Result<ExportedResult> {
     let (bytes, name) = read_named(path)?;
     let exported = of_document(&bytes, &name, method)?;
     // A document without a title is called as its file.
@@ -75,7 +75,7 @@ fn read_stdin() -> std::io::Result<Vec<u8>> {
 ///
 /// # Errors
 /// As [`read_subject`].
-pub fn of_document(bytes: &[u8], source: &str, method: Option<Method>) -> Result<Exported> {
+pub fn of_document(bytes: &[u8], source: &str, method: Option<Method>) -> Result<ExportedResult> {
     let (document, failed) = parsed(bytes, source)?;
     let Document::Result(result) = document else {
         return Err(no_answer(source));
@@ -105,15 +105,21 @@ fn parsed(bytes: &[u8], source: &str) -> Result<(Document, Option<String>)> {
     })
 }
 
-/// An answer of a result, the best or that of a method, as it is exported; `source` is its title unless the result has one.
+/// An answer of a result, the best or that of a method, as it is exported; `source` is its title unless the result has
+/// one.
 ///
 /// # Errors
 /// Exit 2 when there is no answer by the method, exit 3 without any answer.
-pub fn of_result(result: &TestResult, source: &str, method: Option<Method>) -> Result<Exported> {
+pub fn of_result(
+    result: &TestResult,
+    source: &str,
+    method: Option<Method>,
+) -> Result<ExportedResult> {
     let answer = chosen(result, source, method)?;
     let verdict = result.verdict.ok_or_else(|| no_answer(source))?;
-    let mut exported = Exported::new(answer.clone(), verdict, source);
-    match result.agreement.as_ref().and_then(|of| of.outcome).map(|of| of.0) {
+    let mut exported = ExportedResult::new(answer.clone(), verdict, source);
+    match result.agreement.as_ref().and_then(|agreement| agreement.outcome).map(|outcome| outcome.0)
+    {
         Some(Outcome::Differ) => exported
             .test
             .notes
@@ -153,13 +159,14 @@ fn chosen<'r>(
     source: &str,
     method: Option<Method>,
 ) -> Result<&'r Estimate> {
-    let found = match method {
+    let answer = match method {
         Some(method) => result.answer_by(method),
         None => result.answer(),
     };
-    found.ok_or_else(|| match method {
+    answer.ok_or_else(|| match method {
         Some(method) if !result.results.is_empty() => {
-            let names: Vec<_> = result.results.iter().map(|of| of.method.name()).collect();
+            let names: Vec<_> =
+                result.results.iter().map(|estimate| estimate.method.name()).collect();
             let text = format!(
                 "{source}: there is no answer by {}; there are: {}",
                 method.name(),
@@ -184,7 +191,7 @@ mod tests {
     use super::*;
     use serde_json::{Value, json};
 
-    fn read(value: &Value) -> Result<Exported> {
+    fn read(value: &Value) -> Result<ExportedResult> {
         of_document(value.to_string().as_bytes(), "r.json", None)
     }
 

@@ -3,7 +3,7 @@
 use massline_shared::body::INERTIAL_PARAMETERS;
 
 use super::number::shortest;
-use super::subject::Exported;
+use super::subject::ExportedResult;
 use massline_result::Verdict;
 
 /// The program that writes the file.
@@ -19,7 +19,7 @@ pub(super) fn convention() -> &'static str {
 }
 
 /// The verdict on the result in words.
-pub(super) fn verdict(exported: &Exported) -> String {
+pub(super) fn verdict(exported: &ExportedResult) -> String {
     match exported.verdict {
         Verdict::DoNotUse => "DO NOT USE".into(),
         verdict => verdict.words().into(),
@@ -32,7 +32,7 @@ pub(super) fn order() -> [&'static str; 10] {
 }
 
 /// Where the frame lies, in one line.
-pub(super) fn frame(exported: &Exported) -> String {
+pub(super) fn frame(exported: &ExportedResult) -> String {
     let placement = &exported.placement;
     let list = |values: Vec<String>| values.join(" ");
     let mut text = placement.words();
@@ -53,7 +53,7 @@ pub(super) fn frame(exported: &Exported) -> String {
 }
 
 /// The heading as lines; `own` says what the format does with the products of inertia.
-pub(super) fn lines(exported: &Exported, own: &str) -> Vec<String> {
+pub(super) fn lines(exported: &ExportedResult, own: &str) -> Vec<String> {
     let mut sentences = vec![
         format!("{PROGRAM}: {}", exported.test.title),
         format!("result by {}, from {}", exported.method(), exported.test.source),
@@ -66,16 +66,16 @@ pub(super) fn lines(exported: &Exported, own: &str) -> Vec<String> {
     }
     let name = match exported.covers_scatter_only() {
         true => {
-            "standard deviations, of the scatter between hits only (1.96 of them hold the truth in 64 of 100 tests, so no \
-             interval is given)"
+            "standard deviations, of the scatter between hits only (1.96 of them hold the truth in 64 of 100 tests, so \
+             no interval is given)"
         }
         false => "standard deviations",
     };
     sentences.push(match exported.sigma() {
         Some(sigma) => {
             let one = |(name, value): (&str, &f64)| format!("{name} {value:.2e}");
-            let all: Vec<String> = order().into_iter().zip(sigma.iter()).map(one).collect();
-            format!("{name}: {}", all.join(", "))
+            let deviations: Vec<String> = order().into_iter().zip(sigma.iter()).map(one).collect();
+            format!("{name}: {}", deviations.join(", "))
         }
         None => "standard deviations: not known".into(),
     });

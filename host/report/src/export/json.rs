@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::heading;
-use super::subject::{Exported, Vector10};
+use super::subject::{ExportedResult, Vector10};
 use massline_result::{Error, Result};
 
 /// The version of the file. It is incremented whenever a key is renamed or removed or changes its meaning, but not when
@@ -11,14 +11,14 @@ use massline_result::{Error, Result};
 pub(super) const SCHEMA_VERSION: u32 = 1;
 
 /// An object.
-pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
+pub(super) fn write(exported: &ExportedResult) -> Result<Vec<u8>> {
     let mut bytes = serde_json::to_vec_pretty(&object(exported))
         .map_err(|e| Error::internal("json", format!("the object is not written: {e}")))?;
     bytes.push(b'\n');
     Ok(bytes)
 }
 
-fn object(exported: &Exported) -> Value {
+fn object(exported: &ExportedResult) -> Value {
     let units = exported.units;
     let placement = &exported.placement;
     let body = &exported.body;

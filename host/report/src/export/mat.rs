@@ -5,7 +5,7 @@
 //! multiple of eight bytes; the element of a matrix holds four more: flags, size, name, values by columns.
 
 use super::heading;
-use super::subject::Exported;
+use super::subject::ExportedResult;
 use massline_result::Result;
 
 const INT8: u32 = 1;
@@ -20,7 +20,7 @@ const CHARACTERS: u32 = 4;
 const DOUBLES: u32 = 6;
 
 /// A file. What the result does not have is NaN.
-pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
+pub(super) fn write(exported: &ExportedResult) -> Result<Vec<u8>> {
     let body = &exported.body;
     let placement = &exported.placement;
     let about = format!("MATLAB 5.0 MAT-file, Platform: any, written by {}", heading::PROGRAM);

@@ -1,13 +1,13 @@
 //! MJCF, the model of MuJoCo.
 //!
-//! `pos` is the centre of mass in the frame of the body; `fullinertia` is the tensor about it in the order M(1,1), M(2,2),
-//! M(3,3), M(1,2), M(1,3), M(2,3) (mujoco.readthedocs.io, XML reference, body/inertial).
+//! `pos` is the centre of mass in the frame of the body; `fullinertia` is the tensor about it in the order M(1,1),
+//! M(2,2), M(3,3), M(1,2), M(1,3), M(2,3) (mujoco.readthedocs.io, XML reference, body/inertial).
 
 use massline_shared::body::elements;
 
 use super::frame::Frame;
 use super::number::shortest;
-use super::subject::Exported;
+use super::subject::ExportedResult;
 use super::xml::{document, name, numbers};
 use massline_result::Result;
 
@@ -15,7 +15,7 @@ const OWN: &str = "MJCF: fullinertia is xx yy zz xy xz yz, the elements of the t
                    xx yy zz where the products are zero, both about pos; the frame of the body is the frame above";
 
 /// A model with one free body.
-pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
+pub(super) fn write(exported: &ExportedResult) -> Result<Vec<u8>> {
     let name = name(&exported.test.title);
     let body = &exported.body;
     let (mass, position) = (shortest(body.mass), numbers(body.center_of_mass.iter().copied()));
@@ -31,9 +31,9 @@ pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
                 let body = xml.create_element("body").with_attribute(("name", name.as_str()));
                 body.write_inner_content(|xml| {
                     xml.create_element("freejoint").write_empty()?;
-                    let all =
+                    let attributes =
                         [("pos", position.as_str()), ("mass", &mass), (inertia.0, &inertia.1)];
-                    xml.create_element("inertial").with_attributes(all).write_empty()?;
+                    xml.create_element("inertial").with_attributes(attributes).write_empty()?;
                     Ok(())
                 })?;
                 Ok(())

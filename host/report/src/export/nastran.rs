@@ -1,16 +1,16 @@
 //! Nastran bulk data: GRID and CONM2.
 //!
-//! CONM2 takes the inertia about the centre of gravity, and X1 to X3 as the offset of the centre of gravity from the grid.
-//! Its I21, I31 and I32 are the positive integrals ∫ x y dm: the solver supplies the negative signs of the tensor itself
-//! (MSC Nastran Quick Reference Guide, CONM2, remark 5; Autodesk Nastran Reference, CONM2, remark 6).
-//! The large field format has columns of 16 characters, which hold ten digits or more.
+//! CONM2 takes the inertia about the centre of gravity, and X1 to X3 as the offset of the centre of gravity from the
+//! grid. Its I21, I31 and I32 are the positive integrals ∫ x y dm: the solver supplies the negative signs of the tensor
+//! itself (MSC Nastran Quick Reference Guide, CONM2, remark 5; Autodesk Nastran Reference, CONM2, remark 6). The large
+//! field format has columns of 16 characters, which hold ten digits or more.
 
 use massline_shared::body::elements;
 
 use super::frame::Frame;
 use super::heading::{self, ascii};
 use super::number::closest;
-use super::subject::Exported;
+use super::subject::ExportedResult;
 use massline_result::{Error, Result};
 
 /// Columns of a field.
@@ -22,7 +22,7 @@ const OWN: &str = "CONM2: I21, I31, I32 are +(integral of x y dm) and so on, the
                    I21 = -J_xy, I31 = -J_xz, I32 = -J_yz; X1, X2, X3 lead from the grid to the centre of mass";
 
 /// A grid at the origin of the frame, and the mass at it.
-pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
+pub(super) fn write(exported: &ExportedResult) -> Result<Vec<u8>> {
     let body = &exported.body;
     let grid = match exported.placement.frame {
         Frame::Node(number) => number,

@@ -7,16 +7,16 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::heading;
-use super::subject::Exported;
+use super::subject::ExportedResult;
 use massline_result::{Error, Result};
 
 /// An archive. What the result does not have is NaN.
-pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
+pub(super) fn write(exported: &ExportedResult) -> Result<Vec<u8>> {
     archive(exported)
         .map_err(|e| Error::internal("npz", format!("the archive is not written: {e}")))
 }
 
-fn archive(exported: &Exported) -> io::Result<Vec<u8>> {
+fn archive(exported: &ExportedResult) -> io::Result<Vec<u8>> {
     let body = &exported.body;
     let placement = &exported.placement;
     let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
@@ -45,7 +45,7 @@ fn archive(exported: &Exported) -> io::Result<Vec<u8>> {
 }
 
 /// What is said in words.
-pub(super) fn texts(exported: &Exported) -> [(&'static str, String); 9] {
+pub(super) fn texts(exported: &ExportedResult) -> [(&'static str, String); 9] {
     let units = exported.units;
     [
         ("title", exported.test.title.clone()),

@@ -67,9 +67,9 @@ mod tests {
             (-0.25, "-0.25"),
             (-1.234567890123456e-120, "-1.23456789E-120"),
         ] {
-            let found = closest(value, 16).unwrap();
-            assert!(found.len() <= 16, "{found}");
-            assert_eq!(found, text);
+            let number = closest(value, 16).unwrap();
+            assert!(number.len() <= 16, "{number}");
+            assert_eq!(number, text);
         }
         assert_eq!(closest(1e200, 6), None);
     }

@@ -1,13 +1,13 @@
 //! SDFormat, the model description of Gazebo and Drake.
 //!
-//! `<pose>` of `<inertial>` puts its frame at the centre of mass; `<inertia>` holds the elements of the tensor about it,
-//! along the axes of that frame (sdformat.org, specification of `<inertial>`).
+//! `<pose>` of `<inertial>` puts its frame at the centre of mass; `<inertia>` holds the elements of the tensor about
+//! it, along the axes of that frame (sdformat.org, specification of `<inertial>`).
 
 use massline_shared::body::elements;
 use quick_xml::events::BytesText;
 
 use super::number::shortest;
-use super::subject::Exported;
+use super::subject::ExportedResult;
 use super::xml::{document, name, numbers};
 use massline_result::Result;
 
@@ -18,7 +18,7 @@ const OWN: &str = "SDFormat: ixy, ixz, iyz are the elements of the tensor themse
                    of <inertial>; the frame of the link is the frame above";
 
 /// A model with one link.
-pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
+pub(super) fn write(exported: &ExportedResult) -> Result<Vec<u8>> {
     let name = name(&exported.test.title);
     let body = &exported.body;
     let [xx, yy, zz, xy, xz, yz] = <[f64; 6]>::from(elements(&body.inertia)).map(shortest);

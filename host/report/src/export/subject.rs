@@ -18,10 +18,10 @@ pub type Vector10 = SVector<f64, 10>;
 
 /// A result to be exported: an answer seen in some frame and in some units.
 ///
-/// It is read in SI and in the body frame of the layout; [`Exported::in_frame`] and [`Exported::in_units`] change that
-/// for the properties and their covariance, not for nodes and frequency responses.
+/// It is read in SI and in the body frame of the layout; [`ExportedResult::in_frame`] and [`ExportedResult::in_units`]
+/// change that for the properties and their covariance, not for nodes and frequency responses.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Exported {
+pub struct ExportedResult {
     /// The answer, in SI units and in the body frame.
     estimate: Estimate,
     /// The body in the frame and the units of the export, the inertia about the centre of mass.
@@ -40,7 +40,7 @@ pub struct Exported {
     pub test: TestData,
 }
 
-impl Exported {
+impl ExportedResult {
     /// An answer, of a test of which only the source is known.
     pub fn new(estimate: Estimate, verdict: Verdict, source: &str) -> Self {
         Self {
@@ -154,7 +154,8 @@ impl Exported {
             .then(|| "the result says that it is not physically consistent".into())
     }
 
-    /// Checks that the properties are numbers and, unless `despite_verdict` is set, those of a real body and not contradicted.
+    /// Checks that the properties are numbers and, unless `despite_verdict` is set, those of a real body and not
+    /// contradicted.
     ///
     /// # Errors
     /// Exit 3; the message names the violated condition, or what the verdict says.
@@ -192,8 +193,8 @@ impl Exported {
             return Err(Error::undetermined(
                 "do_not_use",
                 format!(
-                    "{source}: the verdict on this result is not to use it: {reason}. Correct the layout or the data and \
-                     solve again, or write it all the same with --despite-verdict"
+                    "{source}: the verdict on this result is not to use it: {reason}. Correct the layout or the data \
+                     and solve again, or write it all the same with --despite-verdict"
                 ),
             ));
         }

@@ -53,12 +53,12 @@ pub(super) fn document() -> Value {
 }
 
 /// The same as a result with nodes and responses.
-pub(super) fn exported() -> Exported {
+pub(super) fn exported() -> ExportedResult {
     read(&|_| ())
 }
 
 /// The same of a document that was changed.
-fn read(change: &dyn Fn(&mut Value)) -> Exported {
+fn read(change: &dyn Fn(&mut Value)) -> ExportedResult {
     let mut document = document();
     change(&mut document);
     let bytes = document.to_string();
@@ -96,7 +96,7 @@ fn responses() -> Responses {
     Responses { frfs: [even, uneven].concat(), layout, decay_per_s: 1.5 }
 }
 
-fn text(format: Format, exported: &Exported) -> String {
+fn text(format: Format, exported: &ExportedResult) -> String {
     String::from_utf8(format.write(exported).unwrap()).unwrap()
 }
 
@@ -157,10 +157,10 @@ fn conm2_takes_the_products_with_the_other_sign() {
 }
 
 /// Checked by hand against the defining equations in the Abaqus Analysis User's Guide, "Rotary inertia":
-/// `I11 = ∫ (x₂² + x₃²) dm` and `I12 = −∫ x₁ x₂ dm`, so that all six are the elements of the tensor about the node, which
-/// "is assumed to be the center of mass", in the order I11, I22, I33, I12, I13, I23. The guide's defining equation of
-/// `I13` gives −0.000956 for a body with ∫ x₁ x₃ dm = +0.000956, as the bar along z at positive x of this frame suggests.
-/// The mass stands alone in the data line of `*MASS`; a `*NODE` line is number, x, y, z.
+/// `I11 = ∫ (x₂² + x₃²) dm` and `I12 = −∫ x₁ x₂ dm`, so that all six are the elements of the tensor about the node,
+/// which "is assumed to be the center of mass", in the order I11, I22, I33, I12, I13, I23. The guide's defining
+/// equation of `I13` gives −0.000956 for a body with ∫ x₁ x₃ dm = +0.000956, as the bar along z at positive x of this
+/// frame suggests. The mass stands alone in the data line of `*MASS`; a `*NODE` line is number, x, y, z.
 #[test]
 fn abaqus_is_as_checked_by_hand() {
     let text = text(Format::Abaqus, &exported());
@@ -241,8 +241,8 @@ fn a_result_that_no_body_can_have_is_refused_with_the_condition() {
     ] {
         let error = exported.check(false).unwrap_err();
         assert_eq!((error.code(), error.exit_code()), ("unphysical_result", 3));
-        let said = error.to_string();
-        assert!(said.contains(words) && said.contains("--despite-verdict"), "{said}");
+        let message = error.to_string();
+        assert!(message.contains(words) && message.contains("--despite-verdict"), "{message}");
         exported.check(true).unwrap();
         assert!(text(Format::Urdf, &exported).contains("NOT A PHYSICAL BODY"));
         assert!(text(Format::Yaml, &exported).contains("physically_consistent: false"));

@@ -1,18 +1,18 @@
 //! Results in other frames and units, with their covariance.
 //!
-//! A frame is placed by the estimate, or by a node, and is then fixed to the object. At the estimated centre of mass the
-//! centre of mass is therefore zero plus or minus its standard deviation, and along the estimated principal axes so are
-//! the products of inertia.
+//! A frame is placed by the estimate, or by a node, and is then fixed to the object. At the estimated centre of mass
+//! the centre of mass is therefore zero plus or minus its standard deviation, and along the estimated principal axes so
+//! are the products of inertia.
 
 use massline_shared::body::{RigidBody, elements, scale, tensor};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 use super::frame::{Frame, Placement};
-use super::subject::{Exported, Matrix10};
+use super::subject::{ExportedResult, Matrix10};
 use super::units::UnitSystem;
 use massline_result::{Error, Result};
 
-impl Exported {
+impl ExportedResult {
     /// The same result in another frame.
     ///
     /// # Errors
@@ -92,20 +92,20 @@ fn rotation_of_ten(axes: &Matrix3<f64>) -> Matrix10 {
     map
 }
 
-fn unknown_axes(number: u16, of: &Exported) -> Error {
+fn unknown_axes(number: u16, exported: &ExportedResult) -> Error {
     let message = format!(
         "{} does not hold the local axes of node {number}: give the layout of the test with --layout",
-        of.test.source
+        exported.test.source
     );
     Error::input("unknown_axes", message)
 }
 
-fn unknown_node(number: u16, of: &Exported) -> Error {
-    let known: Vec<String> = of.test.nodes.iter().map(|node| node.id.to_string()).collect();
+fn unknown_node(number: u16, exported: &ExportedResult) -> Error {
+    let known: Vec<String> = exported.test.nodes.iter().map(|node| node.id.to_string()).collect();
     let message = if known.is_empty() {
         format!(
             "{} does not hold the positions of nodes: give the layout of the test with --layout for --frame {number}",
-            of.test.source
+            exported.test.source
         )
     } else {
         format!("there is no node {number}; the layout has {}", known.join(", "))
@@ -125,9 +125,9 @@ mod tests {
         // 1 kg = 1e-3 t, 1 m = 1e3 mm, 1 kg m² = 1e3 t mm².
         for (k, factor) in [(0, 1e-3), (1, 1e3), (4, 1e3), (7, 1e3)] {
             assert!((fe[k] / si[k] / factor - 1.0).abs() < 1e-14, "{k}");
-            let variances = [&from, &to].map(|of| of.covariance().unwrap()[(k, k)]);
+            let variances = [&from, &to].map(|exported| exported.covariance().unwrap()[(k, k)]);
             assert!((variances[1] / variances[0] / factor / factor - 1.0).abs() < 1e-13, "{k}");
-            let half_widths = [&from, &to].map(|of| of.half_widths().unwrap()[k]);
+            let half_widths = [&from, &to].map(|exported| exported.half_widths().unwrap()[k]);
             assert!((half_widths[1] / half_widths[0] / factor - 1.0).abs() < 1e-13, "{k}");
         }
         assert_eq!(to.units.unit_of(4), "t mm^2");

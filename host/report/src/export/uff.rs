@@ -4,7 +4,7 @@ use massline_shared::layout::HostLayout;
 
 use super::heading::{PROGRAM, ascii};
 use super::number::shortest;
-use super::subject::Exported;
+use super::subject::ExportedResult;
 use super::test_data::{Node, Responses, TestData};
 use massline_files::uff::{
     BODY_AXES, Encoding, Frf, ModelNode, write_described, write_nodes, write_units,
@@ -16,7 +16,7 @@ use massline_result::{Error, Result};
 const SAME_DIRECTION: f64 = 1e-6;
 
 /// The file of a result.
-pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
+pub(super) fn write(exported: &ExportedResult) -> Result<Vec<u8>> {
     universal_file(&exported.test, Some(exported.verdict))
 }
 
@@ -84,7 +84,11 @@ fn along_nodes(responses: &Responses, nodes: &[ModelNode]) -> Result<Vec<Frf>> {
         let measured = [0, 1, 2].map(|k| triple[k].accelerance.clone());
         for (frf, row) in triple.iter_mut().zip(turn) {
             for (bin, value) in frf.accelerance.iter_mut().enumerate() {
-                *value = row.iter().zip(&measured).map(|(part, of)| of[bin] * *part).sum();
+                *value = row
+                    .iter()
+                    .zip(&measured)
+                    .map(|(part, accelerance)| accelerance[bin] * *part)
+                    .sum();
             }
         }
     }
@@ -139,10 +143,13 @@ mod tests {
         let turned = along_nodes(responses, &nodes(&test)).unwrap();
         assert_eq!(turned[..3], responses.frfs[..3]);
         // Its x is the y of the node, its y is −x.
-        let of = |k: usize| &responses.frfs[3 + k].accelerance;
-        let minus: Vec<_> = of(1).iter().map(|value| -value).collect();
+        let accelerance = |k: usize| &responses.frfs[3 + k].accelerance;
+        let minus: Vec<_> = accelerance(1).iter().map(|value| -value).collect();
         assert_eq!(turned[3].accelerance, minus);
-        assert_eq!((&turned[4].accelerance, &turned[5].accelerance), (of(0), of(2)));
+        assert_eq!(
+            (&turned[4].accelerance, &turned[5].accelerance),
+            (accelerance(0), accelerance(2))
+        );
         assert_eq!(turned[4].response, responses.frfs[4].response);
     }
 

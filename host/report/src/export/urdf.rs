@@ -1,12 +1,12 @@
 //! URDF, the robot description of ROS.
 //!
-//! `<inertial>` has its `<origin>` at the centre of mass; `<inertia>` holds the elements of the tensor about it, along the
-//! axes of that origin (wiki.ros.org/urdf/XML/link, docs.ros.org "Adding physical and collision properties").
+//! `<inertial>` has its `<origin>` at the centre of mass; `<inertia>` holds the elements of the tensor about it, along
+//! the axes of that origin (wiki.ros.org/urdf/XML/link, docs.ros.org "Adding physical and collision properties").
 
 use massline_shared::body::elements;
 
 use super::number::shortest;
-use super::subject::Exported;
+use super::subject::ExportedResult;
 use super::xml::{document, name, numbers};
 use massline_result::Result;
 
@@ -14,7 +14,7 @@ const OWN: &str = "URDF: ixy, ixz, iyz are the elements of the tensor themselves
                    of <inertial>; the frame of the link is the frame above";
 
 /// A robot with one link.
-pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
+pub(super) fn write(exported: &ExportedResult) -> Result<Vec<u8>> {
     let name = name(&exported.test.title);
     let [xx, yy, zz, xy, xz, yz] = <[f64; 6]>::from(elements(&exported.body.inertia)).map(shortest);
     let center = numbers(exported.body.center_of_mass.iter().copied());
@@ -29,7 +29,7 @@ pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
                     xml.create_element("origin").with_attributes(origin).write_empty()?;
                     let mass = ("value", mass.as_str());
                     xml.create_element("mass").with_attribute(mass).write_empty()?;
-                    let all = [
+                    let attributes = [
                         ("ixx", xx.as_str()),
                         ("ixy", &xy),
                         ("ixz", &xz),
@@ -37,7 +37,7 @@ pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
                         ("iyz", &yz),
                         ("izz", &zz),
                     ];
-                    xml.create_element("inertia").with_attributes(all).write_empty()?;
+                    xml.create_element("inertia").with_attributes(attributes).write_empty()?;
                     Ok(())
                 })?;
                 Ok(())

@@ -7,7 +7,7 @@ use quick_xml::events::{BytesDecl, BytesText, Event};
 
 use super::heading;
 use super::number::shortest;
-use super::subject::Exported;
+use super::subject::ExportedResult;
 use massline_result::{Error, Result};
 
 /// A writer of elements.
@@ -15,7 +15,7 @@ pub(super) type Elements = Writer<Vec<u8>>;
 
 /// A document with the heading as a comment and one element that `content` writes.
 pub(super) fn document(
-    exported: &Exported,
+    exported: &ExportedResult,
     own: &str,
     content: impl FnOnce(&mut Elements) -> io::Result<()>,
 ) -> Result<Vec<u8>> {

@@ -4,11 +4,11 @@
 
 use super::heading;
 use super::number::shortest;
-use super::subject::Exported;
+use super::subject::ExportedResult;
 use massline_result::Result;
 
 /// A document.
-pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
+pub(super) fn write(exported: &ExportedResult) -> Result<Vec<u8>> {
     let mut text = String::new();
     for line in heading::lines(exported, "") {
         text += &format!("# {line}\n");

@@ -81,7 +81,7 @@ impl Row {
                 mostly: limits.mostly(k),
                 expected: expected[k].map_or(String::new(), number),
                 error: expected[k]
-                    .and_then(|of| percent(theta[k] - of))
+                    .and_then(|value| percent(theta[k] - value))
                     .map_or(String::new(), |error| with_minus_signs(&error_percent(error))),
             }
         };
@@ -105,15 +105,16 @@ pub(super) fn number(k: usize, si: f64, half_width: Option<f64>) -> String {
 pub(super) fn scale_text(source: &ResultFile) -> String {
     source.characteristic_length().map_or(String::new(), |length| {
         format!(
-            "Scale: m for the mass, L for the centre of mass, m L² for the inertia, with {}L = {:.1} mm, the root mean square \
-             distance of the sensors from their centre.",
+            "Scale: m for the mass, L for the centre of mass, m L² for the inertia, with {}L = {:.1} mm, the root mean \
+             square distance of the sensors from their centre.",
             if source.expected()[0].is_some() { "m the expected mass and " } else { "" },
             1e3 * length
         )
     })
 }
 
-/// Principal moments with their 95 % intervals, largest last, and the axes, in a sentence each; empty without real ones.
+/// Principal moments with their 95 % intervals, largest last, and the axes, in a sentence each; empty without real
+/// ones.
 pub(super) fn principal(answer: &Estimate) -> Vec<String> {
     let (Some(moments), Some(axes)) = (answer.principal_moments_kg_m2.value, answer.principal_axes)
     else {
@@ -150,14 +151,14 @@ impl Verdict {
     /// Every reason once: what is said of a method is not repeated as a finding.
     fn without_answer(result: &TestResult) -> Self {
         let refused = refused(&result.not_applicable);
-        let grave = result.findings().into_iter().filter(|of| of.is_grave());
-        let is_new = |of: &&Finding| {
-            let code = of.code.to_string();
+        let grave = result.findings().into_iter().filter(|finding| finding.is_grave());
+        let is_new = |finding: &&Finding| {
+            let code = finding.code.to_string();
             !result.not_applicable.iter().any(|refusal| refusal.codes.contains(&code))
         };
-        let found = grave.filter(is_new).map(|of| Sentence(of.message.clone()));
-        let said = |refusal: &Refused| {
-            let wider = refused.iter().find(|of| of.includes(refusal));
+        let sentences = grave.filter(is_new).map(|finding| Sentence(finding.message.clone()));
+        let sentence = |refusal: &SharedRefusal| {
+            let wider = refused.iter().find(|other| other.includes(refusal));
             Sentence(match wider {
                 Some(wider) => {
                     format!("{}: one of the reasons of {}", refusal.methods, wider.methods)
@@ -165,14 +166,14 @@ impl Verdict {
                 None => format!("{}: {}", refusal.methods, refusal.message.0),
             })
         };
-        let reasons = found.chain(refused.iter().map(said)).collect();
+        let reasons = sentences.chain(refused.iter().map(sentence)).collect();
         let headline = "No answer: the data do not determine the ten properties".into();
         Self { tone: "bad", headline, reasons }
     }
 }
 
 /// Why methods have no answer.
-pub(super) struct Refused {
+pub(super) struct SharedRefusal {
     /// Their names.
     pub methods: String,
     /// What they all say.
@@ -180,7 +181,7 @@ pub(super) struct Refused {
     codes: Vec<String>,
 }
 
-impl Refused {
+impl SharedRefusal {
     /// True where another one says less of the same.
     fn includes(&self, other: &Self) -> bool {
         self.codes != other.codes && other.codes.iter().all(|code| self.codes.contains(code))
@@ -188,29 +189,33 @@ impl Refused {
 }
 
 /// The refusals of a result; methods with the same reasons share one.
-pub(super) fn refused(refusals: &[Refusal]) -> Vec<Refused> {
-    let mut all: Vec<Refused> = Vec::new();
+pub(super) fn refused(refusals: &[Refusal]) -> Vec<SharedRefusal> {
+    let mut shared_refusals: Vec<SharedRefusal> = Vec::new();
     for Refusal { method, message, codes, .. } in refusals {
         let message = Sentence(message.clone());
-        match all.iter_mut().find(|of| of.message == message) {
-            Some(of) => of.methods = format!("{}, {method}", of.methods),
+        match shared_refusals.iter_mut().find(|shared| shared.message == message) {
+            Some(shared) => shared.methods = format!("{}, {method}", shared.methods),
             None => {
-                all.push(Refused { methods: method.to_string(), message, codes: codes.clone() });
+                shared_refusals.push(SharedRefusal {
+                    methods: method.to_string(),
+                    message,
+                    codes: codes.clone(),
+                });
             }
         }
     }
-    all
+    shared_refusals
 }
 
 /// What was found besides the reasons of the verdict, and the notes.
 pub(super) fn notes(result: &TestResult) -> Vec<Sentence> {
     let is_reason =
-        |found: &Finding| result.verdict_reasons.iter().any(|reason| reason.says(found));
+        |finding: &Finding| result.verdict_reasons.iter().any(|reason| reason.says(finding));
     // Without an answer, what is more than a note is a reason for that.
-    let is_shown = |found: &&Finding| {
-        found.severity == Severity::Note || result.verdict.is_some() && !is_reason(found)
+    let is_shown = |finding: &&Finding| {
+        finding.severity == Severity::Note || result.verdict.is_some() && !is_reason(finding)
     };
-    let found = result.findings().into_iter().filter(is_shown);
-    let said = found.map(|of| Sentence(of.message.clone()));
-    said.chain(result.notes.iter().cloned().map(Sentence)).collect()
+    let findings = result.findings().into_iter().filter(is_shown);
+    let sentences = findings.map(|finding| Sentence(finding.message.clone()));
+    sentences.chain(result.notes.iter().cloned().map(Sentence)).collect()
 }

@@ -22,7 +22,7 @@ pub(super) struct Group {
     pub heading: &'static str,
     pub rows: Vec<Fact>,
     /// What is folded below the rows.
-    pub more: Option<Folded>,
+    pub more: Option<CollapsibleTable>,
 }
 
 /// A row: what it is, and what is known of it.
@@ -33,7 +33,7 @@ pub(super) struct Fact {
 }
 
 /// A table to be opened.
-pub(super) struct Folded {
+pub(super) struct CollapsibleTable {
     pub summary: &'static str,
     pub header: Vec<&'static str>,
     pub rows: Vec<Vec<String>>,
@@ -73,19 +73,19 @@ fn percent(relative: impl Into<f64>) -> String {
 /// What only a person can state.
 fn statements(source: &ResultFile) -> Group {
     let nothing = Statements::default();
-    let of = source.layout_file().map_or(&nothing, |file| &file.statements);
+    let statements = source.layout_file().map_or(&nothing, |file| &file.statements);
     let measured = source.result().measured.as_deref().unwrap_or_default();
     let mut rows = vec![
         fact("measured", for_people(measured)),
-        fact("object", &of.object),
-        fact("support", &of.support),
-        fact("hammer and tip", &of.hammer),
-        fact("sensors and mounting", &of.sensors),
-        fact("operator", &of.operator),
-        fact("place", &of.place),
+        fact("object", &statements.object),
+        fact("support", &statements.support),
+        fact("hammer and tip", &statements.hammer),
+        fact("sensors and mounting", &statements.sensors),
+        fact("operator", &statements.operator),
+        fact("place", &statements.place),
     ];
-    if !of.remarks.is_empty() {
-        rows.push(fact("remarks", &of.remarks));
+    if !statements.remarks.is_empty() {
+        rows.push(fact("remarks", &statements.remarks));
     }
     Group::new("Test", rows)
 }
@@ -115,8 +115,8 @@ fn settings(source: &ResultFile, test: &TestSettings<f64>) -> Group {
     }
     if by_rig {
         let measured = result.measured_dofs();
-        let hits: Vec<u16> = measured.iter().filter_map(|of| of.hits).collect();
-        let estimator = result.frf_estimator.map_or(test.frf_estimator, |of| of.0).name();
+        let hits: Vec<u16> = measured.iter().filter_map(|dof| dof.hits).collect();
+        let estimator = result.frf_estimator.map_or(test.frf_estimator, |named| named.0).name();
         let estimator = estimator.replacen('h', "H", 1);
         let windows = format!(
             "force ±{:.1} ms about its peak, exponential with a decay rate of {:.1} s⁻¹",
@@ -141,8 +141,8 @@ fn settings(source: &ResultFile, test: &TestSettings<f64>) -> Group {
 }
 
 /// How many hits are averaged, and how many were wanted.
-fn averages(made: &[u16], wanted: u8) -> String {
-    match (made.iter().min(), made.iter().max()) {
+fn averages(hit_counts: &[u16], wanted: u8) -> String {
+    match (hit_counts.iter().min(), hit_counts.iter().max()) {
         (Some(&least), Some(&most)) if [least, most] == [u16::from(wanted); 2] => {
             format!("{wanted} hits, as wanted")
         }

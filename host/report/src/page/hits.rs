@@ -46,19 +46,20 @@ impl HitTable {
         }
         let measured = source.result().measured_dofs();
         let at = |dof: &str| HitsOfDof { dof: dof.to_owned(), rows: Vec::new(), unlogged: 0 };
-        let mut dofs: Vec<HitsOfDof> = measured.iter().map(|of| at(&of.dof)).collect();
+        let mut dofs: Vec<HitsOfDof> = measured.iter().map(|dof| at(&dof.dof)).collect();
         for hit in log {
-            let place = dofs.iter().position(|of| of.dof == hit.dof).unwrap_or_else(|| {
-                dofs.push(at(&hit.dof));
-                dofs.len() - 1
-            });
+            let place =
+                dofs.iter().position(|dof_hits| dof_hits.dof == hit.dof).unwrap_or_else(|| {
+                    dofs.push(at(&hit.dof));
+                    dofs.len() - 1
+                });
             dofs[place].rows.push(HitRow::of(hit));
         }
-        for (of, counted) in dofs.iter_mut().zip(&measured) {
-            let logged = of.rows.iter().filter(|row| row.is_in_answer).count();
-            of.unlogged = counted.hits.map_or(0, usize::from).saturating_sub(logged);
+        for (dof_hits, counted) in dofs.iter_mut().zip(&measured) {
+            let logged = dof_hits.rows.iter().filter(|row| row.is_in_answer).count();
+            dof_hits.unlogged = counted.hits.map_or(0, usize::from).saturating_sub(logged);
         }
-        let unlogged = dofs.iter().map(|of| of.unlogged).sum();
+        let unlogged = dofs.iter().map(|dof_hits| dof_hits.unlogged).sum();
         let accepted = log.iter().filter(|hit| hit.verdict == HitVerdict::Accepted).count();
         let summary = summary(accepted, log.len() - accepted, unlogged);
         Self { dofs, summary }
@@ -70,17 +71,17 @@ impl HitTable {
 
     /// True for a table that is folded.
     pub fn is_long(&self) -> bool {
-        self.dofs.iter().map(|of| of.rows.len()).sum::<usize>() > MOST_SHOWN
+        self.dofs.iter().map(|dof_hits| dof_hits.rows.len()).sum::<usize>() > MOST_SHOWN
     }
 
     /// True when the impulses of the hits are known.
     pub fn has_impulses(&self) -> bool {
-        self.dofs.iter().flat_map(|of| &of.rows).any(|row| !row.impulse.is_empty())
+        self.dofs.iter().flat_map(|dof_hits| &dof_hits.rows).any(|row| !row.impulse.is_empty())
     }
 
     /// True when the hits have times.
     pub fn has_times(&self) -> bool {
-        self.dofs.iter().flat_map(|of| &of.rows).any(|row| !row.time.is_empty())
+        self.dofs.iter().flat_map(|dof_hits| &dof_hits.rows).any(|row| !row.time.is_empty())
     }
 }
 
@@ -97,8 +98,8 @@ fn summary(accepted: usize, others: usize, unlogged: usize) -> String {
         ),
         _ => {
             let mut text = format!(
-                "{in_answer} hits are in the answer; {unlogged} of them {} not in this log, because no program followed \
-                 the test then.",
+                "{in_answer} hits are in the answer; {unlogged} of them {} not in this log, because no program \
+                 followed the test then.",
                 are(unlogged)
             );
             if others > 0 {
@@ -111,9 +112,10 @@ fn summary(accepted: usize, others: usize, unlogged: usize) -> String {
 
 impl HitRow {
     fn of(hit: &LoggedHit) -> Self {
-        let number = |value: Option<f32>| value.map_or(String::new(), |of| format!("{of:.1}"));
+        let number =
+            |value: Option<f32>| value.map_or(String::new(), |value| format!("{value:.1}"));
         let mut reasons: Vec<Sentence> =
-            hit.findings.iter().map(|of| Sentence(of.message.clone())).collect();
+            hit.findings.iter().map(|finding| Sentence(finding.message.clone())).collect();
         if reasons.is_empty() && hit.verdict == HitVerdict::Rejected {
             reasons.push(Sentence("the operator has rejected it".into()));
         }
@@ -132,7 +134,7 @@ impl HitRow {
             is_in_answer: hit.verdict == HitVerdict::Accepted,
             reasons,
             peak_force: number(hit.peak_force_n),
-            impulse: hit.impulse_n_s.map_or(String::new(), |of| format!("{of:.2}")),
+            impulse: hit.impulse_n_s.map_or(String::new(), |impulse| format!("{impulse:.2}")),
             peak_acceleration: number(hit.peak_acceleration_m_per_s2),
             time: hit.graded.as_deref().map_or(String::new(), for_people_to_the_second),
         }

@@ -15,8 +15,9 @@ use massline_analysis::design::DesignReport;
 use massline_analysis::limits::BoundedTest;
 
 /// Why there are no shares of the sources of error.
-const NO_SHARES: &str = "how much of the uncertainty comes from each source of error is not known: it is computed for tests \
-                         by a rig in the suspension profile, whose records are known, from six modes and the layout file";
+const NO_SHARES: &str = "how much of the uncertainty comes from each source of error is not known: it is computed for \
+                         tests by a rig in the suspension profile, whose records are known, from six modes and the \
+                         layout file";
 
 /// Bench with the converter of a test whose archive is not known.
 const BENCH: &str = "ideal";
@@ -73,12 +74,12 @@ impl Limits {
             false => format!("with this layout, assuming noise of {} %", 100.0 * DEFAULT_NOISE),
         };
         let mut advice = Vec::new();
-        if let (Some(predicted), Some(found)) = (design.predicted, &design.advice) {
+        if let (Some(predicted), Some(design_advice)) = (design.predicted, &design.advice) {
             advice.push(format!(
                 "the ten properties together are known to {:.3} % of scale (root mean square of 1 sd)",
                 predicted.total_percent_of_scale
             ));
-            advice.extend(advice_text(found, layout, by_rig).lines().map(str::to_owned));
+            advice.extend(advice_text(design_advice, layout, by_rig).lines().map(str::to_owned));
         }
         let largest = design.parts.iter().max_by(|a, b| a.share.total_cmp(&b.share));
         advice.extend(largest.map(|part| remedy(part.source, layout.test.profile, by_rig)));
@@ -104,8 +105,8 @@ impl Limits {
     }
 }
 
-/// How long the object has rung in a record, s: under the converter that the archive names, else under that of a bench, which
-/// has the rate of every board.
+/// How long the object has rung in a record, s: under the converter that the archive names, else under that of a bench,
+/// which has the rate of every board.
 fn record_s(source: &ResultFile, layout: &HostLayout) -> Option<f64> {
     let of_archive = source.archive().map(|archive| archive.rig.sampler.adc);
     let of_bench = || Some(Bench::named(BENCH).ok()?.converter(layout.sensors.len()));
@@ -198,5 +199,5 @@ fn remedy(source: ErrorSource, profile: TestProfile, by_rig: bool) -> String {
 
 /// What the test cannot see, in sentences.
 pub(super) fn cannot_see(result: &TestResult) -> Vec<Sentence> {
-    result.cannot_see.iter().map(|of| Sentence(of.message.clone())).collect()
+    result.cannot_see.iter().map(|error| Sentence(error.message.clone())).collect()
 }

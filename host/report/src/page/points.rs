@@ -16,7 +16,8 @@ pub(super) struct DofRow {
     pub band: String,
     /// The mean coherence over the band: the median of the responses, and the least of them.
     pub coherence: [String; 2],
-    /// How far the fit pulls it, in standard deviations of its budget, and what it leaves of its readings over their noise.
+    /// How far the fit pulls it, in standard deviations of its budget, and what it leaves of its readings over their
+    /// noise.
     pub pull: String,
     pub residual: String,
 }
@@ -28,26 +29,35 @@ pub(super) fn dofs(source: &ResultFile) -> Vec<DofRow> {
     let (details, measured_dofs) = (&result.details, result.measured_dofs());
     let row = |hit: &massline_shared::layout::Hit<f64>| {
         let dof = hit.dof.to_string();
-        let measured = measured_dofs.iter().find(|of| of.dof == dof);
-        let fitted = details.iter().flat_map(|of| &of.hits).find(|of| of.dof == dof);
+        let measured = measured_dofs.iter().find(|measured| measured.dof == dof);
+        let fitted =
+            details.iter().flat_map(|details| &details.hits).find(|fitted| fitted.dof == dof);
         let sensors = layout.sensors.len();
-        let coherence = measured.and_then(|of| of.coherence.as_ref()).and_then(|all| {
-            let mut all: Vec<f64> = all.iter().copied().take(3 * sensors).collect();
-            all.sort_by(f64::total_cmp);
-            Some([*all.get(all.len() / 2)?, *all.first()?].map(|of| format!("{of:.3}")))
-        });
+        let coherence =
+            measured.and_then(|measured| measured.coherence.as_ref()).and_then(|values| {
+                let mut values: Vec<f64> = values.iter().copied().take(3 * sensors).collect();
+                values.sort_by(f64::total_cmp);
+                Some(
+                    [*values.get(values.len() / 2)?, *values.first()?]
+                        .map(|value| format!("{value:.3}")),
+                )
+            });
         DofRow {
             dof,
             position: millimetres(hit.position),
             direction: unit_vector(hit.direction),
-            hits: measured.and_then(|of| of.hits).map_or(String::new(), |hits| hits.to_string()),
+            hits: measured
+                .and_then(|measured| measured.hits)
+                .map_or(String::new(), |hits| hits.to_string()),
             band: measured
-                .and_then(|of| of.band_hz)
+                .and_then(|measured| measured.band_hz)
                 .map_or(String::new(), |[low, high]| format!("{low:.1} to {high:.1}")),
             coherence: coherence.unwrap_or_default(),
-            pull: fitted.and_then(|of| of.pull).map_or(String::new(), |pull| format!("{pull:.2}")),
+            pull: fitted
+                .and_then(|fitted| fitted.pull)
+                .map_or(String::new(), |pull| format!("{pull:.2}")),
             residual: fitted
-                .and_then(|of| of.normalized_residual)
+                .and_then(|fitted| fitted.normalized_residual)
                 .map_or(String::new(), |residual| format!("{residual:.2}")),
         }
     };

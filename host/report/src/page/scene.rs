@@ -26,15 +26,21 @@ impl Scene {
     pub fn of(source: &ResultFile, answer: Option<&Estimate>) -> Option<String> {
         let layout = source.layout()?;
         let scene = Self {
-            sensors: layout.sensors.iter().map(|of| (of.node.to_string(), of.position)).collect(),
+            sensors: layout
+                .sensors
+                .iter()
+                .map(|sensor| (sensor.node.to_string(), sensor.position))
+                .collect(),
             nodes: nodes_without_sensor(source),
             hits: layout
                 .hits
                 .iter()
-                .map(|of| (of.dof.to_string(), of.position, of.direction))
+                .map(|hit| (hit.dof.to_string(), hit.position, hit.direction))
                 .collect(),
-            center: answer.map(|of| of.center_of_mass_m.value),
-            axes: answer.and_then(|of| ellipsoid(&of.body())).map(|axes| axes.map(Into::into)),
+            center: answer.map(|answer| answer.center_of_mass_m.value),
+            axes: answer
+                .and_then(|answer| ellipsoid(&answer.body()))
+                .map(|axes| axes.map(Into::into)),
         };
         // Numbers, and names of digits, letters and signs: no `<`.
         serde_json::to_string(&scene).ok()

@@ -6,7 +6,7 @@ use askama::Template;
 
 use massline_result::{Estimate, SingleFaults, Suspect, TestResult};
 
-use super::answer::{Refused, Row, Verdict, notes, principal, refused, scale_text};
+use super::answer::{Row, SharedRefusal, Verdict, notes, principal, refused, scale_text};
 use super::facts::{Group, groups, simulated};
 use super::hits::HitTable;
 use super::limits::{Limits, cannot_see};
@@ -47,7 +47,7 @@ pub(super) struct Section {
     limits: Limits,
     cannot_see: Vec<Sentence>,
     agreement: Option<Agreement>,
-    refusals: Vec<Refused>,
+    refusals: Vec<SharedRefusal>,
     notes: Vec<Sentence>,
     dofs: Vec<DofRow>,
     has_hits: bool,
@@ -128,7 +128,7 @@ impl Section {
             hits: HitTable::of(source),
             figures: Figures::of(source, MOST_OF_HITS / results)?,
             scene: Scene::of(source, answer),
-            has_ellipsoid: answer.is_some_and(|of| ellipsoid(&of.body()).is_some()),
+            has_ellipsoid: answer.is_some_and(|answer| ellipsoid(&answer.body()).is_some()),
             groups: groups(source)?,
             data: embedded::element(number, &source.json()?),
         })
@@ -143,7 +143,8 @@ pub(super) fn method_text(answer: &Estimate) -> String {
     }
 }
 
-/// The ten properties as they would be without each of the mistakes that explain the data; `None` without such a mistake.
+/// The ten properties as they would be without each of the mistakes that explain the data; `None` without such a
+/// mistake.
 fn corrected(faults: &SingleFaults) -> Option<PropertyTable> {
     let row = |suspect: &Suspect| {
         let corrected = suspect.corrected.as_ref()?;
@@ -175,21 +176,21 @@ impl Agreement {
 impl Figures {
     /// The pictures; of those of hits the first one, and others as long as they take no more bytes than `most_of_hits`.
     fn of(source: &ResultFile, most_of_hits: usize) -> Result<Self> {
-        let (mut all, mut bytes_of_hits) = (Self::default(), 0);
+        let (mut figures, mut bytes_of_hits) = (Self::default(), 0);
         for picture in Picture::all() {
             for file in picture.of(std::slice::from_ref(source), ImageFormat::Svg)? {
                 if *picture == Picture::Hits {
                     let bytes = bytes_of_hits + file.bytes.len();
                     if bytes_of_hits > 0 && bytes > most_of_hits {
-                        all.omitted.extend(file.dof.map(|dof| dof.to_string()));
+                        figures.omitted.extend(file.dof.map(|dof| dof.to_string()));
                         continue;
                     }
                     bytes_of_hits = bytes;
                 }
-                all.add(&file);
+                figures.add(&file);
             }
         }
-        Ok(all)
+        Ok(figures)
     }
 
     fn add(&mut self, file: &DrawnFile) {

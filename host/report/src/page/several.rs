@@ -11,7 +11,7 @@ use crate::result_file::ResultFile;
 use massline_result::Result;
 
 /// What the page says of several results together.
-pub(super) struct Several {
+pub(super) struct ResultComparison {
     /// The titles of the results.
     pub header: Vec<String>,
     /// The properties of the best answers, a cell for each result.
@@ -27,14 +27,14 @@ pub(super) struct Several {
 }
 
 /// A result with its answers, the best first.
-struct Answered<'a> {
+struct NumberedResult<'a> {
     /// Its place in the page, from 1.
     number: usize,
     source: &'a ResultFile,
     answers: &'a [Estimate],
 }
 
-impl Several {
+impl ResultComparison {
     /// The tables; `None` for a single result.
     ///
     /// # Errors
@@ -43,25 +43,25 @@ impl Several {
         if sources.len() < 2 {
             return Ok(None);
         }
-        let answered = |(number, source): (usize, &'a ResultFile)| Answered {
+        let answered = |(number, source): (usize, &'a ResultFile)| NumberedResult {
             number,
             source,
             answers: &source.result().results,
         };
-        let all: Vec<_> = (1..).zip(sources).map(answered).collect();
-        let rows = rows(&all);
+        let results: Vec<_> = (1..).zip(sources).map(answered).collect();
+        let rows = rows(&results);
         Ok(Some(Self {
-            header: sources.iter().map(|of| of.title.clone()).collect(),
+            header: sources.iter().map(|source| source.title.clone()).collect(),
             intervals: intervals_in(rows.iter().flat_map(|(_, cells)| cells)),
             rows,
-            facts: facts(&all)?,
+            facts: facts(&results)?,
             figure: picture(sources)?,
-            tables: [by_method(&all), by_sensors(&all)].into_iter().flatten().collect(),
+            tables: [by_method(&results), by_sensors(&results)].into_iter().flatten().collect(),
         }))
     }
 }
 
-impl<'a> Answered<'a> {
+impl<'a> NumberedResult<'a> {
     fn row(&self, answer: &Estimate) -> PropertyRow {
         let name = format!("{}: {}", self.number, self.source.title);
         PropertyRow { result: Some(self.number), ..PropertyRow::of(name, answer) }
@@ -84,8 +84,8 @@ impl<'a> Answered<'a> {
 }
 
 /// The best answers, a row for each property.
-fn rows(all: &[Answered<'_>]) -> Vec<(Label, Vec<Cell>)> {
-    let best = all.iter().map(|of| match of.answers.first() {
+fn rows(results: &[NumberedResult<'_>]) -> Vec<(Label, Vec<Cell>)> {
+    let best = results.iter().map(|result| match result.answers.first() {
         Some(best) => Cell::all(best),
         None => (0..10).map(|_| Cell::none()).collect(),
     });
@@ -95,52 +95,61 @@ fn rows(all: &[Answered<'_>]) -> Vec<(Label, Vec<Cell>)> {
 }
 
 /// Where the answers come from, a row for each subject.
-fn facts(all: &[Answered<'_>]) -> Result<Vec<(&'static str, Vec<String>)>> {
-    let row = |label, of: &dyn Fn(&Answered<'_>) -> Result<String>| {
+fn facts(results: &[NumberedResult<'_>]) -> Result<Vec<(&'static str, Vec<String>)>> {
+    let row = |label, text_of: &dyn Fn(&NumberedResult<'_>) -> Result<String>| {
         let cell = |text: String| if text.is_empty() { "–".to_owned() } else { text };
-        let cells = all.iter().map(|answered| of(answered).map(cell));
+        let cells = results.iter().map(|answered| text_of(answered).map(cell));
         Ok((label, cells.collect::<Result<Vec<_>>>()?))
     };
     let facts = [
-        row("file", &|of| Ok(of.source.name.clone())),
-        row("measured", &|of| {
-            Ok(for_people(of.source.result().measured.as_deref().unwrap_or_default()))
+        row("file", &|result| Ok(result.source.name.clone())),
+        row("measured", &|result| {
+            Ok(for_people(result.source.result().measured.as_deref().unwrap_or_default()))
         }),
-        row("method", &|of| Ok(of.method())),
-        row("verdict", &|of| Ok(of.verdict().to_owned())),
-        row("sensors", &|of| Ok(of.sensors().to_owned())),
-        row("calibration", &|of| method_and_day(of.source)),
-        row("board", &|of| Ok(board(of.source))),
+        row("method", &|result| Ok(result.method())),
+        row("verdict", &|result| Ok(result.verdict().to_owned())),
+        row("sensors", &|result| Ok(result.sensors().to_owned())),
+        row("calibration", &|result| method_and_day(result.source)),
+        row("board", &|result| Ok(board(result.source))),
     ];
     facts.into_iter().collect()
 }
 
 /// The answers of all results by each method; `None` without any.
-fn by_method(all: &[Answered<'_>]) -> Option<PropertyTable> {
-    let pairs = || all.iter().flat_map(|of| of.answers.iter().map(move |answer| (of, answer)));
-    let groups =
-        grouped(pairs(), |(_, answer)| answer.method.to_string(), |(of, answer)| of.row(answer));
+fn by_method(results: &[NumberedResult<'_>]) -> Option<PropertyTable> {
+    let pairs = || {
+        results.iter().flat_map(|result| result.answers.iter().map(move |answer| (result, answer)))
+    };
+    let groups = grouped(
+        pairs(),
+        |(_, answer)| answer.method.to_string(),
+        |(result, answer)| result.row(answer),
+    );
     let caption = "The answers of all results by each method";
     (!groups.is_empty()).then(|| PropertyTable::new(caption, "method and result", groups))
 }
 
 /// The best answers by the sensors; `None` unless several kinds of sensors are stated.
-fn by_sensors(all: &[Answered<'_>]) -> Option<PropertyTable> {
-    let stated = all.iter().filter(|of| !of.sensors().is_empty());
-    let pairs = stated.filter_map(|of| Some((of, of.answers.first()?)));
-    let groups = grouped(pairs, |(of, _)| of.sensors().to_owned(), |(of, best)| of.row(best));
+fn by_sensors(results: &[NumberedResult<'_>]) -> Option<PropertyTable> {
+    let stated = results.iter().filter(|result| !result.sensors().is_empty());
+    let pairs = stated.filter_map(|result| Some((result, result.answers.first()?)));
+    let groups = grouped(
+        pairs,
+        |(result, _)| result.sensors().to_owned(),
+        |(result, best)| result.row(best),
+    );
     let caption = "The best answers by the sensors, as the layouts state them";
     (groups.len() > 1).then(|| PropertyTable::new(caption, "sensors and result", groups))
 }
 
 /// Rows with the same heading in one group, in the order in which the headings come first.
 fn grouped<T: Copy>(
-    of: impl Iterator<Item = T>,
+    items: impl Iterator<Item = T>,
     heading: impl Fn(T) -> String,
     row: impl Fn(T) -> PropertyRow,
 ) -> Vec<RowGroup> {
     let mut groups: Vec<RowGroup> = Vec::new();
-    for one in of {
+    for one in items {
         let (heading, row) = (heading(one), row(one));
         match groups.iter_mut().find(|group| group.heading == heading) {
             Some(group) => group.rows.push(row),

@@ -4,7 +4,7 @@ use std::fmt;
 
 use askama::Template;
 use askama::filters::HtmlSafe;
-use massline_result::{Combined, Estimate};
+use massline_result::{CombinedAnswer, Estimate};
 use massline_shared::body::INERTIAL_PARAMETERS;
 
 use super::answer::{number, symbol};
@@ -18,7 +18,7 @@ pub(super) const SCATTER_ONLY: &str = "its intervals would cover the scatter bet
 pub(super) struct PropertyTable {
     pub caption: String,
     /// What a row is.
-    pub what: &'static str,
+    pub row_kind: &'static str,
     pub header: Vec<Label>,
     pub groups: Vec<RowGroup>,
 }
@@ -56,17 +56,19 @@ pub(super) struct Label {
 impl Label {
     /// Those of all ten properties.
     pub fn all() -> Vec<Self> {
-        let of = INERTIAL_PARAMETERS.iter();
-        of.map(|of| Self { symbol: symbol(of), unit: of.table_unit }).collect()
+        let parameters = INERTIAL_PARAMETERS.iter();
+        parameters
+            .map(|parameter| Self { symbol: symbol(parameter), unit: parameter.table_unit })
+            .collect()
     }
 }
 
 impl PropertyTable {
     /// The caption says what stands after ±, where that stands anywhere.
-    pub fn new(caption: &str, what: &'static str, groups: Vec<RowGroup>) -> Self {
+    pub fn new(caption: &str, row_kind: &'static str, groups: Vec<RowGroup>) -> Self {
         let cells = groups.iter().flat_map(|group| &group.rows).flat_map(|row| &row.cells);
         let intervals = intervals_in(cells);
-        Self { caption: format!("{caption}{intervals}"), what, header: Label::all(), groups }
+        Self { caption: format!("{caption}{intervals}"), row_kind, header: Label::all(), groups }
     }
 }
 
@@ -83,8 +85,9 @@ impl PropertyRow {
     }
 
     /// What all methods say together.
-    pub fn combined(of: &Combined) -> Self {
-        let [theta, half] = [of.value, of.half_width95].map(|of| of.in_order());
+    pub fn combined(combined: &CombinedAnswer) -> Self {
+        let [theta, half] =
+            [combined.value, combined.half_width95].map(|properties| properties.in_order());
         let cell = |k: usize| Cell::of(k, theta[k], Some(half[k]));
         let cells = (0..10).map(cell).collect();
         Self { name: "combined".into(), result: None, remark: "", cells }
@@ -95,7 +98,7 @@ impl Cell {
     /// Those of an answer.
     pub fn all(answer: &Estimate) -> Vec<Self> {
         let (theta, half) = (answer.theta(), answer.half_widths());
-        let cell = |k: usize| Self::of(k, theta[k], half.map(|of| of[k]));
+        let cell = |k: usize| Self::of(k, theta[k], half.map(|half| half[k]));
         (0..10).map(cell).collect()
     }
 

@@ -62,10 +62,10 @@ mod tests {
 
     #[test]
     fn a_sentence_has_a_capital_a_full_stop_and_code() {
-        let said = html("a further hit helps by -2 % (`massline --seed -2`)");
+        let sentence_html = html("a further hit helps by -2 % (`massline --seed -2`)");
         let shown =
             "<bdi>A further hit helps by −2\u{a0}% (<code>massline --seed -2</code>).</bdi>";
-        assert_eq!(said, shown);
+        assert_eq!(sentence_html, shown);
         assert_eq!(html("c_x of both differs"), "<bdi>c_x of both differs.</bdi>");
         assert_eq!(html("test.band_hz is too narrow."), "<bdi>test.band_hz is too narrow.</bdi>");
         assert_eq!(html(""), "<bdi></bdi>");
@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn markup_in_a_sentence_is_text() {
-        let said = html("<b>`<i>` & `one");
-        assert_eq!(said, "<bdi>&#60;b&#62;<code>&#60;i&#62;</code> &#38; `one.</bdi>");
+        let sentence_html = html("<b>`<i>` & `one");
+        assert_eq!(sentence_html, "<bdi>&#60;b&#62;<code>&#60;i&#62;</code> &#38; `one.</bdi>");
     }
 }

@@ -4,7 +4,7 @@ use massline_result::Modes;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, Heading, text, tick, write};
+use super::canvas::{Area, Drawing, DrawingOutcome, Heading, text, tick, write};
 use super::theme::{INK, LABEL, PAPER, SMALL, shade};
 use crate::result_file::ResultFile;
 
@@ -44,7 +44,7 @@ impl Drawing for Assurance {
         Heading { subject: &self.title, shows: "modal assurance criterion (MAC)".into() }
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B> {
         let (width, height) = area.dim_in_pixel();
         let count = self.values.len().max(1) as i32;
         let (wide, tall) = (width as i32 - LEFT - GAP - KEY, height as i32 - BELOW);
@@ -74,7 +74,7 @@ impl Drawing for Assurance {
 }
 
 /// The key of the colours: a column from 0 at its lower end to 1, with its left edge here.
-fn key<B: DrawingBackend>(area: &Area<B>, x: i32, height: i32) -> Drawn<B> {
+fn key<B: DrawingBackend>(area: &Area<B>, x: i32, height: i32) -> DrawingOutcome<B> {
     let y = |share: f64| ((1.0 - share) * f64::from(height)).round() as i32;
     for k in 0..SHADES {
         let [from, to] = [k, k + 1].map(|k| f64::from(k) / f64::from(SHADES));

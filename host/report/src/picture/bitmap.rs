@@ -1,7 +1,7 @@
 //! Bitmaps: lines with soft edges and round corners, and a sign for letters that the font lacks.
 //!
-//! The backend of the library joins the pieces of a wide line with spikes where it turns sharply, and leaves letters out that
-//! the font lacks. A viewer of an SVG file does both better.
+//! The backend of the library joins the pieces of a wide line with spikes where it turns sharply, and leaves letters
+//! out that the font lacks. A viewer of an SVG file does both better.
 
 use plotters::prelude::BitMapBackend;
 use plotters_backend::{
@@ -10,8 +10,8 @@ use plotters_backend::{
 
 /// Stands for a letter that the font lacks.
 const REPLACEMENT: char = '□';
-/// How far the library draws letters above the place where an SVG file has them, share of their size: there half the height of
-/// small letters is below the middle.
+/// How far the library draws letters above the place where an SVG file has them, share of their size: there half the
+/// height of small letters is below the middle.
 const TOO_HIGH: f64 = 0.12;
 /// What is at most drawn at a place to count as nothing, share of a pixel.
 const NOTHING: f32 = 0.02;
@@ -54,18 +54,20 @@ impl Cover {
     /// An empty box about these points with a border, as far as it is on the bitmap.
     fn about(points: &[BackendCoord], border: f32, (width, height): (u32, u32)) -> Self {
         let border = border.ceil() as i32 + 1;
-        let ends = |of: fn(&BackendCoord) -> i32, size: u32| {
-            let low = points.iter().map(of).min().unwrap_or(0).saturating_sub(border).max(0);
-            let high = points.iter().map(of).max().unwrap_or(-1).saturating_add(border);
+        let ends = |coordinate: fn(&BackendCoord) -> i32, size: u32| {
+            let low =
+                points.iter().map(coordinate).min().unwrap_or(0).saturating_sub(border).max(0);
+            let high = points.iter().map(coordinate).max().unwrap_or(-1).saturating_add(border);
             [low, high.min(size as i32 - 1)]
         };
-        let [[left, right], [top, bottom]] = [ends(|of| of.0, width), ends(|of| of.1, height)];
+        let [[left, right], [top, bottom]] =
+            [ends(|point| point.0, width), ends(|point| point.1, height)];
         let count = (right - left + 1).max(0) as usize * (bottom - top + 1).max(0) as usize;
         Self { left, top, right, bottom, shares: vec![0.0; count] }
     }
 
-    /// Raises the shares to those of a figure whose edge is `outside` pixels away from a place, less inside; only between
-    /// these corners.
+    /// Raises the shares to those of a figure whose edge is `outside` pixels away from a place, less inside; only
+    /// between these corners.
     fn add(&mut self, corners: [BackendCoord; 2], border: f32, outside: impl Fn(f32, f32) -> f32) {
         let border = border.ceil() as i32 + 1;
         let [from, to] = corners;

@@ -4,12 +4,12 @@ use massline_result::Details;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, Heading, styled, tick, write};
+use super::canvas::{Area, Drawing, DrawingOutcome, Heading, styled, tick, write};
 use super::legend::{Key, Sign, legend};
 use super::theme::{COLORS, LABEL};
 use crate::result_file::ResultFile;
 use crate::words::two_digits;
-use massline_result::{ErrorBudget, StatedAndLearned};
+use massline_result::{BudgetTerm, ErrorBudget};
 
 /// A larger value is drawn as this.
 const LARGEST_DRAWN: f64 = 1e9;
@@ -41,10 +41,10 @@ impl Budget {
     pub fn of(source: &ResultFile, details: &Details) -> Option<Self> {
         let ErrorBudget { learned_from, hit_position_m, hit_direction_rad, constant_scale } =
             details.error_budget?;
-        let entry = |name, quantity, factor: f64, of: StatedAndLearned| Entry {
+        let entry = |name, quantity, factor: f64, term: BudgetTerm| Entry {
             name,
             quantity,
-            values: [factor * of.stated, factor * of.learned],
+            values: [factor * term.stated, factor * term.learned],
         };
         let entries = [
             entry("where hits land", "standard deviation, mm", 1e3, hit_position_m),
@@ -56,7 +56,7 @@ impl Budget {
 }
 
 impl Entry {
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B> {
         let width = area.dim_in_pixel().0 as i32;
         write(area, self.name, (width / 2 + 45, 24), (HPos::Center, VPos::Center), LABEL)?;
         let (_, area) = area.split_vertically(50);
@@ -102,7 +102,7 @@ impl Drawing for Budget {
         Heading { subject: &self.title, shows: "error budget as stated and as learned".into() }
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B> {
         let keys = [
             Key::of("as the layout states it", Sign::Patch, COLORS[0]),
             Key::of("learned from the data", Sign::Patch, COLORS[1]),
@@ -120,10 +120,10 @@ mod tests {
 
     #[test]
     fn figures_are_those_of_the_text() {
-        for (value, said) in
+        for (value, text) in
             [(2.0499, "2.0"), (31.02, "31"), (0.614, "0.61"), (1e300, "1.0e300"), (f64::NAN, "NaN")]
         {
-            assert_eq!(figure(value), said);
+            assert_eq!(figure(value), text);
         }
     }
 }

@@ -35,7 +35,7 @@ pub enum ImageFormat {
 /// Where something is drawn.
 pub(super) type Area<B> = DrawingArea<B, Shift>;
 /// The outcome of drawing.
-pub(super) type Drawn<B> =
+pub(super) type DrawingOutcome<B> =
     std::result::Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
 /// What stands above a picture.
@@ -55,7 +55,7 @@ pub trait Drawing {
     ///
     /// # Errors
     /// Those of the backend.
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B>;
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B>;
 }
 
 /// The bytes of a picture's file.
@@ -164,7 +164,7 @@ pub(super) fn write<B: DrawingBackend>(
     at: (i32, i32),
     (horizontal, vertical): (HPos, VPos),
     size: f64,
-) -> Drawn<B> {
+) -> DrawingOutcome<B> {
     area.draw_text(words, &text(size).pos(Pos::new(horizontal, vertical)), at)
 }
 
@@ -222,29 +222,29 @@ mod tests {
 
     #[test]
     fn numbers_of_an_axis_are_short() {
-        for (value, said) in
+        for (value, text) in
             [(200.0, "200"), (0.1 + 0.2, "0.3"), (1e-7, "0.0000001"), (-0.0, "0"), (-12.5, "−12.5")]
         {
-            assert_eq!(tick(value), said);
+            assert_eq!(tick(value), text);
         }
     }
 
     /// A title of letters that the font lacks, as a picture.
-    struct Titled(&'static str);
+    struct TitledPicture(&'static str);
 
-    impl Drawing for Titled {
+    impl Drawing for TitledPicture {
         fn heading(&self) -> Heading<'_> {
             Heading { subject: self.0, shows: String::new() }
         }
 
-        fn draw<B: DrawingBackend>(&self, _: &Area<B>) -> Drawn<B> {
+        fn draw<B: DrawingBackend>(&self, _: &Area<B>) -> DrawingOutcome<B> {
             Ok(())
         }
     }
 
     #[test]
     fn letters_that_the_font_lacks_are_seen_in_a_bitmap() {
-        let drawn = |subject| render(&Titled(subject), ImageFormat::Png).unwrap();
+        let drawn = |subject| render(&TitledPicture(subject), ImageFormat::Png).unwrap();
         assert_eq!(drawn("架台"), drawn("□□"));
         assert_ne!(drawn("架台"), drawn(""));
         assert_ne!(drawn("äЖ"), drawn("□□"));

@@ -3,8 +3,8 @@
 /// A place in the plane of a panel: along, and up.
 pub(super) type Place = (f64, f64);
 
-/// The pieces of a curve inside a frame with these ranges; it breaks at values that are no numbers, and where it leaves the
-/// frame.
+/// The pieces of a curve inside a frame with these ranges; it breaks at values that are no numbers, and where it leaves
+/// the frame.
 pub(super) fn pieces(curve: &[Place], x: [f64; 2], y: [f64; 2]) -> Vec<Vec<Place>> {
     let mut pieces: Vec<Vec<Place>> = Vec::new();
     for ends in curve.windows(2) {
@@ -17,8 +17,8 @@ pub(super) fn pieces(curve: &[Place], x: [f64; 2], y: [f64; 2]) -> Vec<Vec<Place
     pieces
 }
 
-/// The part of a straight line inside a frame, by the shares of its length at which it enters and leaves (Liang and Barsky,
-/// A New Concept and Method for Line Clipping, 1984).
+/// The part of a straight line inside a frame, by the shares of its length at which it enters and leaves (Liang and
+/// Barsky, A New Concept and Method for Line Clipping, 1984).
 fn inside([from, to]: [Place; 2], x: [f64; 2], y: [f64; 2]) -> Option<[Place; 2]> {
     let step = (to.0 - from.0, to.1 - from.1);
     let (mut enters, mut leaves) = (0.0, 1.0);
@@ -67,8 +67,11 @@ mod tests {
             (8.5, f64::NAN),
             (9.0, 0.0),
         ];
-        let found = pieces(&curve, FRAME[0], FRAME[1]);
-        assert_eq!(found, [vec![(0.0, 0.0), (2.0, 0.0), (3.0, 1.0)], vec![(7.0, 1.0), (8.0, 0.0)]]);
+        let pieces_inside = pieces(&curve, FRAME[0], FRAME[1]);
+        assert_eq!(
+            pieces_inside,
+            [vec![(0.0, 0.0), (2.0, 0.0), (3.0, 1.0)], vec![(7.0, 1.0), (8.0, 0.0)]]
+        );
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Whether every point that is hit moves with its force, by its accelerance along the hit.
 //!
-//! Above the modes of the suspension the real part is positive for every rigid body, and at least 1/m; a curve below zero is a
-//! reversed axis or hammer. At these modes the real part changes its sign, and the imaginary part is positive instead: the force
-//! puts power into the body.
+//! Above the modes of the suspension the real part is positive for every rigid body, and at least 1/m; a curve below
+//! zero is a reversed axis or hammer. At these modes the real part changes its sign, and the imaginary part is positive
+//! instead: the force puts power into the body.
 //!
 //! The point moves as all sensors together have it; where a sensor sits at the point, its own reading stands beside it.
 
@@ -14,7 +14,7 @@ use nalgebra::{Complex, Vector3, Vector6};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, Heading, write};
+use super::canvas::{Area, Drawing, DrawingOutcome, Heading, write};
 use super::legend::{Key, Sign, legend};
 use super::panel::{Curve, Panel, range_of};
 use super::theme::{COLORS, Dashes, FAINT, INK, LABEL};
@@ -23,8 +23,8 @@ use massline_result::Result;
 
 /// The range of the frequency, over the ends of the band of the mass lines.
 const SHOWN: [f64; 2] = [0.7, 1.3];
-/// How far the axis follows values beyond the band, in extents of those within it, so that a mode of the suspension or of the
-/// body beside the band does not make the band flat.
+/// How far the axis follows values beyond the band, in extents of those within it, so that a mode of the suspension or
+/// of the body beside the band does not make the band flat.
 const BEYOND: f64 = 2.0;
 /// Dashes of the mass lines, pixels.
 const DASHES: Dashes = Some([10, 6]);
@@ -35,20 +35,20 @@ const COLUMNS: usize = 4;
 #[derive(Clone, Debug, PartialEq)]
 struct Point {
     dof: Dof,
-    band: Shown,
+    band: DisplayedPart,
     curves: Option<Accelerances>,
 }
 
 /// What is shown of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Shown {
+enum DisplayedPart {
     /// The real part about the band of the mass lines, Hz, and that of the mass lines, (m/s²)/N.
     MassLine([f64; 2], f64),
     /// The imaginary part in the suspension band, Hz.
     Suspension([f64; 2]),
 }
 
-impl Shown {
+impl DisplayedPart {
     fn ends_hz(self) -> [f64; 2] {
         match self {
             Self::MassLine(ends, _) | Self::Suspension(ends) => ends,
@@ -63,10 +63,10 @@ impl Shown {
     }
 
     /// The part that is positive at a driving point.
-    fn part(self, of: Complex<f64>) -> f64 {
+    fn part(self, accelerance: Complex<f64>) -> f64 {
         match self {
-            Self::MassLine(..) => of.re,
-            Self::Suspension(_) => of.im,
+            Self::MassLine(..) => accelerance.re,
+            Self::Suspension(_) => accelerance.im,
         }
     }
 }
@@ -107,20 +107,27 @@ impl DrivingPoints {
             &layout.response_matrix(&reference),
             layout.characteristic_length(),
         );
-        let Some(inverse) = inverse.filter(|of| of.rank == 6) else { return Ok(None) };
+        let Some(inverse) = inverse.filter(|inverse| inverse.rank == 6) else { return Ok(None) };
         let mut points = Vec::new();
-        for of in source.responses() {
-            let Some(hit) = layout.hits.get(of.hit) else { continue };
-            let band = match &of.band {
-                Band::Suspension(ends) => Shown::Suspension(*ends),
+        for responses in source.responses() {
+            let Some(hit) = layout.hits.get(responses.hit) else { continue };
+            let band = match &responses.band {
+                Band::Suspension(ends) => DisplayedPart::Suspension(*ends),
                 Band::MassLines(ends, lines) => {
                     let reading =
                         |response: usize| lines.get(response).copied().unwrap_or_default();
-                    let all = Responses::from_fn(layout.sensors.len(), reading);
-                    Shown::MassLine(*ends, hit.unit_force(&reference).dot(&inverse.motion(&all)))
+                    let readings = Responses::from_fn(layout.sensors.len(), reading);
+                    DisplayedPart::MassLine(
+                        *ends,
+                        hit.unit_force(&reference).dot(&inverse.motion(&readings)),
+                    )
                 }
             };
-            points.push(Point { dof: of.dof, band, curves: Accelerances::of(layout, &of, band) });
+            points.push(Point {
+                dof: responses.dof,
+                band,
+                curves: Accelerances::of(layout, &responses, band),
+            });
         }
         points.retain(|point| point.curves.is_some() || point.band.mass_line().is_some());
         let mass = source.result().answer().map(|answer| answer.mass_kg.value);
@@ -133,22 +140,26 @@ impl DrivingPoints {
 
 impl Accelerances {
     /// Those of a hit of the layout; `None` with fewer than two bins.
-    fn of(layout: &HostLayout, of: &DofResponses, band: Shown) -> Option<Self> {
-        let hit = layout.hits.get(of.hit)?;
-        let frequencies = Some(&of.frequency_hz).filter(|all| all.len() > 1)?;
+    fn of(layout: &HostLayout, responses: &DofResponses, band: DisplayedPart) -> Option<Self> {
+        let hit = layout.hits.get(responses.hit)?;
+        let frequencies =
+            Some(&responses.frequency_hz).filter(|frequencies| frequencies.len() > 1)?;
         let bins = 0..frequencies.len();
         let readings: Vec<Complex<f64>> = bins
             .clone()
-            .flat_map(|bin| of.accelerance.iter().filter_map(move |all| all.get(bin).copied()))
+            .flat_map(|bin| {
+                responses.accelerance.iter().filter_map(move |values| values.get(bin).copied())
+            })
             .collect();
-        let readings = FrequencyResponses::new(frequencies, &readings, of.accelerance.len(), 1)?
-            .windowed(of.decay_per_s, 1.0);
+        let readings =
+            FrequencyResponses::new(frequencies, &readings, responses.accelerance.len(), 1)?
+                .windowed(responses.decay_per_s, 1.0);
         let reference = layout.sensor_centroid();
         let force = hit.unit_force(&reference);
         let rigid = |bin: usize| {
             let mut motion = [Vector6::zeros()];
             reduce_line(layout, &readings, &reference, bin, &mut motion)?;
-            Some((frequencies[bin], motion[0].map(|of| band.part(of)).dot(&force)))
+            Some((frequencies[bin], motion[0].map(|component| band.part(component)).dot(&force)))
         };
         let at_point = layout.sensors.iter().position(|sensor| sensor.node == hit.dof.node);
         let along = at_point.map(|sensor| {
@@ -179,15 +190,18 @@ impl Point {
     fn range(&self) -> [f64; 2] {
         let [low, high] = self.band.ends_hz();
         let range = match self.band {
-            Shown::MassLine(..) => [SHOWN[0] * low, SHOWN[1] * high],
-            Shown::Suspension(_) => [low, high],
+            DisplayedPart::MassLine(..) => [SHOWN[0] * low, SHOWN[1] * high],
+            DisplayedPart::Suspension(_) => [low, high],
         };
         if range[0] < range[1] { range } else { [0.0, 1.0] }
     }
 
     /// The values of the curves at frequencies in a range.
     fn values(&self, [low, high]: [f64; 2]) -> impl Iterator<Item = f64> + '_ {
-        let curves = self.curves.iter().flat_map(|of| of.of_all.iter().chain(&of.of_sensor));
+        let curves = self
+            .curves
+            .iter()
+            .flat_map(|accelerances| accelerances.of_all.iter().chain(&accelerances.of_sensor));
         curves.filter(move |(f, _)| (low..=high).contains(f)).map(|(_, value)| *value)
     }
 
@@ -197,8 +211,8 @@ impl Point {
         let inside = self.values(self.band.ends_hz()).chain(fixed());
         let [low, high] = range_of(inside);
         let far = BEYOND * (high - low);
-        let all = self.values(self.range()).map(|value| value.clamp(low - far, high + far));
-        range_of(all.chain(fixed()))
+        let values = self.values(self.range()).map(|value| value.clamp(low - far, high + far));
+        range_of(values.chain(fixed()))
     }
 
     fn draw<B: DrawingBackend>(
@@ -206,7 +220,7 @@ impl Point {
         area: &Area<B>,
         least: Option<f64>,
         (is_first, is_lowest): (bool, bool),
-    ) -> Drawn<B> {
+    ) -> DrawingOutcome<B> {
         let width = area.dim_in_pixel().0 as i32;
         let of_curve = || self.curves.as_ref().is_some_and(Accelerances::is_negative);
         let is_reversed = self.band.mass_line().map_or_else(of_curve, |value| value < 0.0);
@@ -217,11 +231,11 @@ impl Point {
         let x = self.range();
         let mut curves = vec![Curve::level(x, 0.0, INK).wide(3)];
         curves.extend(least.map(|least| Curve::level(x, least, COLORS[2]).wide(3)));
-        if let Some(of) = &self.curves {
-            curves.push(Curve::of(of.of_sensor.clone(), COLORS[3]).wide(3));
-            curves.push(Curve::of(of.of_all.clone(), COLORS[0]).wide(3));
+        if let Some(accelerances) = &self.curves {
+            curves.push(Curve::of(accelerances.of_sensor.clone(), COLORS[3]).wide(3));
+            curves.push(Curve::of(accelerances.of_all.clone(), COLORS[0]).wide(3));
         }
-        if let Shown::MassLine(ends, value) = self.band {
+        if let DisplayedPart::MassLine(ends, value) = self.band {
             curves.push(Curve::level(ends, value, COLORS[1]).wide(5).dashed(DASHES));
         }
         let panel = Panel {
@@ -230,8 +244,8 @@ impl Point {
             below: Some(if is_lowest { "frequency, Hz" } else { "" }),
             left: match self.band {
                 _ if !is_first => "",
-                Shown::MassLine(..) => "real part, (m/s²)/N",
-                Shown::Suspension(_) => "imaginary part, (m/s²)/N",
+                DisplayedPart::MassLine(..) => "real part, (m/s²)/N",
+                DisplayedPart::Suspension(_) => "imaginary part, (m/s²)/N",
             },
             room: if is_first { 120 } else { 80 },
             shaded: self.band.mass_line().map(|_| self.band.ends_hz()),
@@ -245,10 +259,10 @@ impl Drawing for DrivingPoints {
         Heading { subject: &self.title, shows: "driving-point accelerance".into() }
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B> {
         let mut keys =
             vec![Key::of("all sensors as one rigid body", Sign::Line(3, None), COLORS[0])];
-        let has_sensor = |of: &Accelerances| !of.of_sensor.is_empty();
+        let has_sensor = |accelerances: &Accelerances| !accelerances.of_sensor.is_empty();
         if self.points.iter().flat_map(|point| &point.curves).any(has_sensor) {
             keys.push(Key::of("sensor at the point alone", Sign::Line(3, None), COLORS[3]));
         }
@@ -281,7 +295,7 @@ mod tests {
         let curve = vec![(8.0, beside), (10.0, 4.2), (50.0, 4.3), (100.0, 4.5), (120.0, 5.4)];
         let point = Point {
             dof: "4:+X".parse().unwrap(),
-            band: Shown::MassLine([10.0, 100.0], 4.2),
+            band: DisplayedPart::MassLine([10.0, 100.0], 4.2),
             curves: Some(Accelerances { of_all: curve, of_sensor: Vec::new() }),
         };
         point.range_of_values(Some(0.8))

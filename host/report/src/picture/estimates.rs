@@ -1,12 +1,12 @@
-//! The ten properties of one or more answers with their 95 % intervals, each property on a scale of its own and with its
-//! numbers.
+//! The ten properties of one or more answers with their 95 % intervals, each property on a scale of its own and with
+//! its numbers.
 
 use massline_result::{Estimate, TestResult, Verdict};
 use massline_shared::body::INERTIAL_PARAMETERS;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, Heading, text, write};
+use super::canvas::{Area, Drawing, DrawingOutcome, Heading, text, write};
 use super::legend::{Key, Sign, legend, line, mark};
 use super::scale::{range_about, ticks};
 use super::theme::{Dashes, FAINT, INK, LABEL, SMALL, color, cycle};
@@ -70,8 +70,8 @@ pub struct Estimates {
 }
 
 impl Estimates {
-    /// All methods of one result and what they say together, or the best answers of several; `None` without an answer. One
-    /// without an answer among several is left out, and the legend names it.
+    /// All methods of one result and what they say together, or the best answers of several; `None` without an answer.
+    /// One without an answer among several is left out, and the legend names it.
     ///
     /// # Errors
     /// When a result is malformed.
@@ -124,7 +124,7 @@ impl Estimates {
     }
 
     /// The panel of a property.
-    fn panel<B: DrawingBackend>(&self, area: &Area<B>, k: usize) -> Drawn<B> {
+    fn panel<B: DrawingBackend>(&self, area: &Area<B>, k: usize) -> DrawingOutcome<B> {
         let parameter = &INERTIAL_PARAMETERS[k];
         let (width, height) = area.dim_in_pixel();
         let (end, bottom) = (width as i32 - RIGHT, height as i32 - BELOW);
@@ -134,9 +134,9 @@ impl Estimates {
         write(area, parameter.table_unit, unit, (HPos::Left, VPos::Center), SMALL)?;
         let in_table = |si: f64| si * parameter.table_factor;
         let expected = self.expected[k].map(in_table);
-        let answers: Vec<[f64; 3]> = self.series.iter().map(|of| of.interval(k)).collect();
-        let all = answers.iter().flatten().copied().chain(expected);
-        let Some([low, high]) = range_about(all) else { return Ok(()) };
+        let answers: Vec<[f64; 3]> = self.series.iter().map(|series| series.interval(k)).collect();
+        let values = answers.iter().flatten().copied().chain(expected);
+        let Some([low, high]) = range_about(values) else { return Ok(()) };
         let x = |value: f64| {
             let share = (value - low) / (high - low);
             LEFT + (share * f64::from(end - LEFT)).round() as i32
@@ -172,8 +172,8 @@ impl Estimates {
 }
 
 impl Series {
-    /// An answer, by a name, and a verdict in words to be said with it. An interval of another kind than those beside it
-    /// is not drawn.
+    /// An answer, by a name, and a verdict in words to be said with it. An interval of another kind than those beside
+    /// it is not drawn.
     fn of(name: &str, verdict: Option<&str>, answer: &Estimate) -> Self {
         let no_interval = match (answer.covers_scatter_only(), answer.half_widths()) {
             (true, _) => Some(SCATTER_ONLY),
@@ -209,11 +209,15 @@ impl Series {
 
 /// The answers of all methods, and the combined one.
 fn answers_of_one(result: &TestResult) -> Vec<Series> {
-    let mut answers: Vec<Series> =
-        result.results.iter().map(|of| Series::of(of.method.name(), None, of)).collect();
-    let combined = result.agreement.as_ref().and_then(|of| of.combined.as_ref());
-    if let Some(of) = combined.filter(|_| answers.len() > 1) {
-        let [theta, half] = [of.value, of.half_width95].map(|of| of.in_order());
+    let mut answers: Vec<Series> = result
+        .results
+        .iter()
+        .map(|estimate| Series::of(estimate.method.name(), None, estimate))
+        .collect();
+    let combined = result.agreement.as_ref().and_then(|agreement| agreement.combined.as_ref());
+    if let Some(combined) = combined.filter(|_| answers.len() > 1) {
+        let [theta, half] =
+            [combined.value, combined.half_width95].map(|properties| properties.in_order());
         answers.push(Series { name: "combined".into(), theta, half_widths: Some(half) });
     }
     answers
@@ -227,7 +231,7 @@ impl Drawing for Estimates {
         Heading { subject: &self.title, shows }
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B> {
         let used = legend(area, &self.keys())? + 8;
         let (_, area) = area.split_vertically(used);
         let columns = INERTIAL_PARAMETERS.len().div_ceil(ROWS);
@@ -265,7 +269,7 @@ fn interval<B: DrawingBackend>(
     y: i32,
     cap: i32,
     color: RGBColor,
-) -> Drawn<B> {
+) -> DrawingOutcome<B> {
     let ink = color.stroke_width(3);
     if low < high {
         area.draw(&PathElement::new([(low, y), (high, y)], ink))?;

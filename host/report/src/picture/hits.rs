@@ -1,5 +1,5 @@
-//! The records of a DOF with all its hits overlaid, so that an odd one is seen: the force and its spectrum, and the responses of
-//! all axes over the impulse of their hit, which are equal for equal hits of any strength.
+//! The records of a DOF with all its hits overlaid, so that an odd one is seen: the force and its spectrum, and the
+//! responses of all axes over the impulse of their hit, which are equal for equal hits of any strength.
 
 use massline_shared::layout::{Dof, RIG_SENSORS, TestSettings};
 use massline_shared::signal::{AdcProperties, Calibration, HitAnalysis, Scan};
@@ -7,7 +7,7 @@ use nalgebra::Complex;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, Heading, write};
+use super::canvas::{Area, Drawing, DrawingOutcome, Heading, write};
 use super::legend::{Key, Sign, legend};
 use super::panel::{Curve, Panel, range_of};
 use super::theme::{FAINT, LABEL, color, dashes};
@@ -97,7 +97,7 @@ impl HitsOfDof {
         curve(place, points.collect())
     }
 
-    fn force_over_time<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn force_over_time<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B> {
         let hits = self.hits.iter().enumerate();
         let curves: Vec<Curve> =
             hits.map(|(place, hit)| self.over_time(place, &hit.force)).collect();
@@ -107,7 +107,7 @@ impl HitsOfDof {
             .draw(area, &curves)
     }
 
-    fn spectra<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn spectra<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B> {
         let over_frequency = |(place, hit): (usize, &Hit)| {
             let points = hit.spectrum.iter().enumerate();
             curve(
@@ -117,9 +117,9 @@ impl HitsOfDof {
         };
         let curves: Vec<Curve> = self.hits.iter().enumerate().map(over_frequency).collect();
         let bins = self.hits.iter().map(|hit| hit.spectrum.len()).max().unwrap_or(0);
-        let all = bins.max(2) as f64 * self.resolution;
+        let highest_hz = bins.max(2) as f64 * self.resolution;
         let panel = Panel {
-            x: [0.0, (5.0 * self.band_hz[1]).max(4.0 * self.resolution).min(all)],
+            x: [0.0, (5.0 * self.band_hz[1]).max(4.0 * self.resolution).min(highest_hz)],
             y: [LOWEST, 6.0],
             below: Some("frequency, Hz"),
             left: "force, dB re 0 Hz",
@@ -129,7 +129,7 @@ impl HitsOfDof {
         panel.draw(area, &curves)
     }
 
-    fn responses<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn responses<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B> {
         const FIRST: i32 = 130;
         const OTHERS: i32 = 84;
         const HEADS: i32 = 34;
@@ -155,7 +155,7 @@ impl HitsOfDof {
                 let (panel, _) = panel.split_horizontally(wide);
                 let of_axis = |hit: &'_ Hit| hit.responses.get(3 * sensor + axis).cloned();
                 let responses: Vec<Vec<f64>> = self.hits.iter().filter_map(of_axis).collect();
-                let seen = responses.iter().flat_map(|of| of.iter().enumerate());
+                let seen = responses.iter().flat_map(|response| response.iter().enumerate());
                 let seen = seen.filter(|(scan, _)| shown(*scan)).map(|(_, value)| *value);
                 let y = range_of(seen);
                 let each = responses.iter().enumerate();
@@ -187,7 +187,7 @@ impl Drawing for HitsOfDof {
         Heading { subject: &self.title, shows }
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B> {
         let key = |(place, hit): (usize, &Hit)| {
             Key::of(format!("hit {}", hit.number), Sign::Line(2, dashes(place)), color(place))
         };
@@ -221,13 +221,13 @@ impl Records<'_> {
         let shown: Vec<Hit> = hits.by_ref().take(MOST).collect();
         let (hits, left_out) = (shown, hits.count());
         let points = 2 * hits.iter().map(|hit| hit.spectrum.len()).max()?;
-        let result = self.archive.result.dofs.iter().find(|of| of.dof == dof);
-        let band = result.map(|of| of.band_hz.map(f64::from));
+        let result = self.archive.result.dofs.iter().find(|result| result.dof == dof);
+        let band = result.map(|result| result.band_hz.map(f64::from));
         let step = 1e3 / f64::from(adc.rate.0);
         Some(HitsOfDof {
             title,
             dof,
-            nodes: layout.sensors.iter().map(|of| of.node).take(RIG_SENSORS).collect(),
+            nodes: layout.sensors.iter().map(|sensor| sensor.node).take(RIG_SENSORS).collect(),
             step,
             before: f64::from(pre_trigger_scans) * step,
             resolution: f64::from(adc.rate.0) / points.max(1) as f64,

@@ -4,7 +4,7 @@ use massline_result::Modes;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, Heading, write};
+use super::canvas::{Area, Drawing, DrawingOutcome, Heading, write};
 use super::legend::{Key, Sign, legend};
 use super::theme::{COLORS, FAINT, LABEL, SMALL};
 use crate::result_file::ResultFile;
@@ -30,7 +30,9 @@ impl Indicators {
     pub fn of(source: &ResultFile, modes: &Modes) -> Self {
         let hits = modes.modes.first().map(|mode| &mode.norm_indicators).into_iter().flatten();
         let of_hit = |(place, hit): (usize, &Indicator)| {
-            let of_mode = |mode: &Mode| mode.norm_indicators.get(place).map_or(0.0, |of| of.value);
+            let of_mode = |mode: &Mode| {
+                mode.norm_indicators.get(place).map_or(0.0, |indicator| indicator.value)
+            };
             (hit.dof.clone(), modes.modes.iter().map(of_mode).collect())
         };
         Self {
@@ -54,7 +56,7 @@ impl Drawing for Indicators {
         Heading { subject: &self.title, shows }
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B> {
         let [usual, best] = [COLORS[5], COLORS[0]];
         let keys = [
             Key::of("hit that shows most of the mode", Sign::Patch, best),

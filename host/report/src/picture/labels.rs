@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawn, text, write};
+use super::canvas::{Area, DrawingOutcome, text, write};
 use super::theme::SMALL;
 
 /// Left, upper, right and lower end, pixels.
@@ -81,15 +81,16 @@ impl Labels {
         area: &Area<B>,
         words: &str,
         at: (i32, i32),
-    ) -> Drawn<B> {
+    ) -> DrawingOutcome<B> {
         let (width, height) = area.estimate_text_size(words, &text(SMALL))?;
-        let found = self.place(at, (width as i32, height as i32 + 4));
-        self.written.push(found);
-        let middle = ((found[0] + found[2]) / 2, (found[1] + found[3]) / 2);
+        let bounds = self.place(at, (width as i32, height as i32 + 4));
+        self.written.push(bounds);
+        let middle = ((bounds[0] + bounds[2]) / 2, (bounds[1] + bounds[3]) / 2);
         write(area, words, middle, (HPos::Center, VPos::Center), SMALL)
     }
 
-    /// The nearest place for a label of this size that is free, else one that covers thin lines only, else the one above.
+    /// The nearest place for a label of this size that is free, else one that covers thin lines only, else the one
+    /// above.
     fn place(&self, at: (i32, i32), (width, height): (i32, i32)) -> Bounds {
         let boxed = |(dx, dy): (i32, i32)| {
             let (x, y) = (at.0 + dx, at.1 + dy);
@@ -99,18 +100,19 @@ impl Labels {
         let places: Vec<Bounds> = rings
             .flat_map(|far| (0..PLACES).map(move |k| beside(far, k, (width, height))))
             .map(boxed)
-            .filter(|of| self.is_allowed(of))
+            .filter(|bounds| self.is_allowed(bounds))
             .collect();
-        let is_clear = |of: &&Bounds| self.avoided.iter().all(|other| are_apart(of, other));
-        let found = places.iter().find(is_clear).or(places.first());
-        found.copied().unwrap_or_else(|| boxed((0, -NEAREST)))
+        let is_clear = |bounds: &&Bounds| self.avoided.iter().all(|other| are_apart(bounds, other));
+        let bounds = places.iter().find(is_clear).or(places.first());
+        bounds.copied().unwrap_or_else(|| boxed((0, -NEAREST)))
     }
 
     /// Whether a label may be there.
-    fn is_allowed(&self, of: &Bounds) -> bool {
+    fn is_allowed(&self, bounds: &Bounds) -> bool {
         let (width, height) = self.size;
-        let is_inside = of[0] >= 0 && of[1] >= 0 && of[2] <= width && of[3] <= height;
-        is_inside && self.kept.iter().chain(&self.written).all(|other| are_apart(of, other))
+        let is_inside =
+            bounds[0] >= 0 && bounds[1] >= 0 && bounds[2] <= width && bounds[3] <= height;
+        is_inside && self.kept.iter().chain(&self.written).all(|other| are_apart(bounds, other))
     }
 }
 
@@ -141,7 +143,8 @@ impl Labels {
 
     /// The labels that thin lines strike through.
     pub fn struck(&self) -> usize {
-        let is_struck = |label: &&Bounds| self.avoided.iter().any(|of| !are_apart(label, of));
+        let is_struck =
+            |label: &&Bounds| self.avoided.iter().any(|avoided| !are_apart(label, avoided));
         self.written.iter().filter(is_struck).count()
     }
 }

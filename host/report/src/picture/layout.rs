@@ -8,7 +8,7 @@ use massline_shared::layout::HostLayout;
 use nalgebra::{Vector2, Vector3};
 use plotters::prelude::*;
 
-use super::canvas::{Area, Drawing, Drawn, Heading};
+use super::canvas::{Area, Drawing, DrawingOutcome, Heading};
 use super::labels::Labels;
 use super::legend::{Key, Sign, legend};
 use super::nodes::{NamedNode, nodes_without_sensor};
@@ -27,7 +27,7 @@ const INKS: [RGBColor; 3] = [COLORS[0], COLORS[1], COLORS[2]];
 const POINTS: usize = 72;
 /// A layout, and the body that was found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct InSpace {
+pub struct LayoutInSpace {
     /// What was measured.
     pub title: String,
     layout: HostLayout,
@@ -36,7 +36,7 @@ pub struct InSpace {
     body: Option<RigidBody<f64>>,
 }
 
-impl InSpace {
+impl LayoutInSpace {
     /// The layout of a result with its best answer; `None` when the layout is not known.
     ///
     /// # Errors
@@ -62,17 +62,17 @@ pub fn ellipsoid(body: &RigidBody<f64>) -> Option<[Vector3<f64>; 3]> {
     Some([axis(0)?, axis(1)?, axis(2)?])
 }
 
-impl Drawing for InSpace {
+impl Drawing for LayoutInSpace {
     fn heading(&self) -> Heading<'_> {
         Heading { subject: &self.title, shows: "the test in space".into() }
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B> {
         self.labelled(area).map(|_| ())
     }
 }
 
-impl InSpace {
+impl LayoutInSpace {
     /// Draws the picture; returns its labels.
     fn labelled<B: DrawingBackend>(
         &self,
@@ -191,7 +191,7 @@ fn outline<B: DrawingBackend>(
     area: &Area<B>,
     labels: &mut Labels,
     nodes: impl Iterator<Item = (i32, i32)>,
-) -> Drawn<B> {
+) -> DrawingOutcome<B> {
     let mut corners = convex_hull(nodes.collect());
     if let [_, _, _, ..] = corners[..] {
         area.draw(&Polygon::new(corners.clone(), FAINT.mix(0.3).filled()))?;
@@ -207,8 +207,8 @@ fn arrow<B: DrawingBackend>(
     tail: (i32, i32),
     tip: (i32, i32),
     color: RGBColor,
-) -> Drawn<B> {
-    let end = |of: (i32, i32)| Vector2::new(f64::from(of.0), f64::from(of.1));
+) -> DrawingOutcome<B> {
+    let end = |point: (i32, i32)| Vector2::new(f64::from(point.0), f64::from(point.1));
     let along = end(tip) - end(tail);
     if along.norm() < HEAD {
         return area.draw(&Circle::new(tip, 8, color.filled()));
@@ -247,7 +247,7 @@ mod tests {
         register().unwrap();
         let layout = twelve_dofs();
         assert_eq!(layout.hits.len(), 12);
-        let picture = InSpace { title: String::new(), layout, nodes: Vec::new(), body: None };
+        let picture = LayoutInSpace { title: String::new(), layout, nodes: Vec::new(), body: None };
         let mut svg = String::new();
         let area = Vector::on(&mut svg, (1540, 900), FONT).into_drawing_area();
         let labels = picture.labelled(&area).unwrap();
@@ -261,9 +261,10 @@ mod tests {
         register().unwrap();
         let file = include_str!("../../../examples/three-bar-test-1.toml");
         let of_file = LayoutFile::parse(file, "test-1.toml").unwrap();
-        let body = of_file.reference.and_then(|of| of.complete()).expect("a reference");
+        let body =
+            of_file.reference.and_then(|reference| reference.complete()).expect("a reference");
         let body = RigidBody::from_theta(&body.into());
-        let picture = InSpace {
+        let picture = LayoutInSpace {
             title: String::new(),
             layout: twelve_dofs(),
             nodes: Vec::new(),
@@ -301,7 +302,7 @@ mod tests {
         let center_of_mass = Vector3::new(0.3, -0.4, 0.5);
         let inertia = nalgebra::Matrix3::new(3.0, 0.4, 0.2, 0.4, 2.0, -0.5, 0.2, -0.5, 2.5);
         let body = Some(RigidBody { mass: 3.0, center_of_mass, inertia });
-        let picture = InSpace { title: String::new(), layout, nodes: Vec::new(), body };
+        let picture = LayoutInSpace { title: String::new(), layout, nodes: Vec::new(), body };
         let mut svg = String::new();
         let area = Vector::on(&mut svg, (1540, 900), FONT).into_drawing_area();
         picture.draw(&area).unwrap();
@@ -319,7 +320,7 @@ mod tests {
         let inertia = nalgebra::Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 9.0));
         let body = RigidBody { mass: 1.0, center_of_mass: Vector3::zeros(), inertia };
         assert!(ellipsoid(&body).is_none());
-        let picture = InSpace { title, layout, nodes: Vec::new(), body: Some(body) };
+        let picture = LayoutInSpace { title, layout, nodes: Vec::new(), body: Some(body) };
         let keys = picture.keys(false);
         assert!(keys.iter().any(|key| key.name.contains("no real body")), "{keys:?}");
     }

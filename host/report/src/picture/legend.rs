@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawn, fitted, text, write};
+use super::canvas::{Area, DrawingOutcome, fitted, text, write};
 use super::theme::{Dashes, LABEL, PAPER};
 
 /// Height of a line, pixels.
@@ -58,7 +58,7 @@ impl Sign {
         area: &Area<B>,
         (x, y): (i32, i32),
         color: RGBColor,
-    ) -> Drawn<B> {
+    ) -> DrawingOutcome<B> {
         let middle = (x + self.width() / 2, y);
         match self {
             Self::Patch => {
@@ -80,7 +80,7 @@ pub(super) fn line<B: DrawingBackend>(
     [start, end]: [(i32, i32); 2],
     style: ShapeStyle,
     dashes: Dashes,
-) -> Drawn<B> {
+) -> DrawingOutcome<B> {
     let Some([dash, gap]) = dashes else {
         return area.draw(&PathElement::new([start, end], style));
     };
@@ -104,7 +104,7 @@ pub(super) fn mark<B: DrawingBackend>(
     (x, y): (i32, i32),
     cycle: usize,
     color: RGBColor,
-) -> Drawn<B> {
+) -> DrawingOutcome<B> {
     match cycle % 4 {
         0 => area.draw(&Circle::new((x, y), 7, color.filled())),
         1 => area.draw(&Rectangle::new([(x - 6, y - 6), (x + 7, y + 7)], color.filled())),
@@ -119,8 +119,8 @@ pub(super) fn mark<B: DrawingBackend>(
     }
 }
 
-/// Draws signs and names in lines from the top of an area; returns the height that they take. A name that is wider than the
-/// area is shortened.
+/// Draws signs and names in lines from the top of an area; returns the height that they take. A name that is wider than
+/// the area is shortened.
 pub(super) fn legend<B: DrawingBackend>(
     area: &Area<B>,
     keys: &[Key],

@@ -4,8 +4,8 @@ use clap::ValueEnum;
 use massline_shared::layout::Dof;
 
 use super::{
-    Assurance, Budget, Drawing, DrivingPoints, Estimates, HitsOfDof, ImageFormat, InSpace,
-    Indicators, Pulls, Responses, Stabilisation, render,
+    Assurance, Budget, Drawing, DrivingPoints, Estimates, HitsOfDof, ImageFormat, Indicators,
+    LayoutInSpace, Pulls, Responses, Stabilisation, render,
 };
 use crate::result_file::ResultFile;
 use massline_result::Result;
@@ -17,7 +17,8 @@ pub enum Picture {
     Estimates,
     /// Sensors, hits, centre of mass, principal axes and the ellipsoid of the same inertia.
     Layout,
-    /// Magnitude, phase and coherence of the frequency responses, with the mass lines where there are some, a picture for each hit DOF.
+    /// Magnitude, phase and coherence of the frequency responses, with the mass lines where there are some, a picture
+    /// for each hit DOF.
     Frf,
     /// All hits overlaid: force, its spectrum and responses, a picture for each hit DOF.
     Hits,
@@ -92,14 +93,15 @@ impl Picture {
             Self::Estimates => "an answer",
             Self::Layout => "an archive, or the layout file of the test (--layout)",
             Self::Frf => {
-                "an archive with the spectra of the test, or the universal file that the result was solved from (--responses)"
+                "an archive with the spectra of the test, or the universal file that the result was solved from \
+                 (--responses)"
             }
             Self::Hits => {
                 "an archive with the records of the hits: measure --output FILE.massline --records"
             }
             Self::DrivingPoints => {
-                "an archive with mass lines or the universal file of the responses (--responses), and sensors that see all \
-                 motions of the body"
+                "an archive with mass lines or the universal file of the responses (--responses), and sensors that see \
+                 all motions of the body"
             }
             Self::Pulls => "an answer by maximum likelihood with the details of its fit",
             Self::Budget => "an answer that has learned about its error budget",
@@ -109,7 +111,8 @@ impl Picture {
         }
     }
 
-    /// The files of the picture; none when the results have nothing to show in it. Only the estimates show several results.
+    /// The files of the picture; none when the results have nothing to show in it. Only the estimates show several
+    /// results.
     ///
     /// # Errors
     /// When a result is malformed.
@@ -119,21 +122,29 @@ impl Picture {
         let (modes, details) = (result.suspension.as_ref(), result.details.as_ref());
         match self {
             Self::Estimates => self.one(Estimates::of(sources)?, format),
-            Self::Layout => self.one(InSpace::of(first)?, format),
+            Self::Layout => self.one(LayoutInSpace::of(first)?, format),
             Self::Frf => {
                 let each = Responses::of(first)?;
-                each.iter().map(|of| self.file(Some(of.dof), of, format)).collect()
+                each.iter()
+                    .map(|responses| self.file(Some(responses.dof), responses, format))
+                    .collect()
             }
             Self::Hits => {
                 let each = HitsOfDof::of(first)?;
-                each.iter().map(|of| self.file(Some(of.dof), of, format)).collect()
+                each.iter().map(|hits| self.file(Some(hits.dof), hits, format)).collect()
             }
             Self::DrivingPoints => self.one(DrivingPoints::of(first)?, format),
-            Self::Pulls => self.one(details.and_then(|of| Pulls::of(first, of)), format),
-            Self::Budget => self.one(details.and_then(|of| Budget::of(first, of)), format),
-            Self::NormIndicator => self.one(modes.map(|of| Indicators::of(first, of)), format),
-            Self::Mac => self.one(modes.map(|of| Assurance::of(first, of)), format),
-            Self::Stabilisation => self.one(modes.map(|of| Stabilisation::of(first, of)), format),
+            Self::Pulls => self.one(details.and_then(|details| Pulls::of(first, details)), format),
+            Self::Budget => {
+                self.one(details.and_then(|details| Budget::of(first, details)), format)
+            }
+            Self::NormIndicator => {
+                self.one(modes.map(|modes| Indicators::of(first, modes)), format)
+            }
+            Self::Mac => self.one(modes.map(|modes| Assurance::of(first, modes)), format),
+            Self::Stabilisation => {
+                self.one(modes.map(|modes| Stabilisation::of(first, modes)), format)
+            }
         }
     }
 

@@ -1,7 +1,7 @@
 //! The outline of an object: the convex hull of its nodes as they are seen.
 
-/// The corners of the convex hull of points on a picture, in order (Andrew, Another Efficient Algorithm for Convex Hulls
-/// in Two Dimensions, 1979). Of points on a line, its two ends.
+/// The corners of the convex hull of points on a picture, in order (Andrew, Another Efficient Algorithm for Convex
+/// Hulls in Two Dimensions, 1979). Of points on a line, its two ends.
 pub(super) fn convex_hull(mut points: Vec<(i32, i32)>) -> Vec<(i32, i32)> {
     points.sort_unstable();
     points.dedup();

@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use super::canvas::{Area, Drawn, styled, tick};
+use super::canvas::{Area, DrawingOutcome, styled, tick};
 use super::clip::pieces;
 use super::theme::{Dashes, FAINT};
 
@@ -58,7 +58,7 @@ pub(super) struct Panel<'a> {
 
 impl Panel<'_> {
     /// Draws the panel with its curves, which end at its frame.
-    pub fn draw<B: DrawingBackend>(&self, area: &Area<B>, curves: &[Curve]) -> Drawn<B> {
+    pub fn draw<B: DrawingBackend>(&self, area: &Area<B>, curves: &[Curve]) -> DrawingOutcome<B> {
         let ([start, end], [low, high]) = (self.x, self.y);
         let mut chart = ChartBuilder::on(area)
             .margin_right(18)

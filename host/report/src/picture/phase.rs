@@ -12,7 +12,8 @@ const QUARTERS: [f64; 5] = [-90.0, 0.0, 90.0, 180.0, 270.0];
 /// A larger step from one bin to the next, degrees, is one to the other end of the range: no line joins them.
 pub(super) const LARGEST_STEP: f64 = 180.0;
 
-/// A phase in degrees from −90 to 270, so that noise does not throw a response against the force from one end to the other.
+/// A phase in degrees from −90 to 270, so that noise does not throw a response against the force from one end to the
+/// other.
 pub(super) fn phase_of(radians: f64) -> f64 {
     let degrees = radians.to_degrees();
     if degrees < -90.0 { degrees + 360.0 } else { degrees }

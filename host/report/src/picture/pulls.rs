@@ -1,5 +1,5 @@
-//! The pulls of sensors and hits: how far the fit had to move each of them, in standard deviations of the error budget, and
-//! what it leaves of the readings of a hit, over their noise.
+//! The pulls of sensors and hits: how far the fit had to move each of them, in standard deviations of the error budget,
+//! and what it leaves of the readings of a hit, over their noise.
 
 use massline_result::Details;
 use massline_shared::identify::maximum_likelihood::SUSPICIOUS_PULL;
@@ -7,11 +7,11 @@ use massline_shared::layout::{HOST_HITS, HOST_SENSORS};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, Heading, number, tick, write};
+use super::canvas::{Area, Drawing, DrawingOutcome, Heading, number, tick, write};
 use super::legend::{Key, Sign, legend};
 use super::scale::step_of;
 use super::theme::{COLORS, FAINT, INK, LABEL, PAPER, SMALL};
-use crate::result_file::{ResultFile, shown};
+use crate::result_file::{ResultFile, shorten_for_picture};
 
 /// Room for the names at the left, and for numbers and name of the axis, pixels.
 const LEFT: i32 = 260;
@@ -54,7 +54,7 @@ impl Pulls {
             residual: None,
         });
         let hits = details.hits.iter().take(HOST_HITS).map(|hit| Pull {
-            name: format!("hits at {}", shown(&hit.dof)),
+            name: format!("hits at {}", shorten_for_picture(&hit.dof)),
             pull: hit.pull.unwrap_or_default(),
             residual: hit.normalized_residual,
         });
@@ -96,7 +96,7 @@ impl Drawing for Pulls {
         Heading { subject: &self.title, shows: "how far the fit pulls sensors and hits".into() }
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B> {
         let used = legend(area, &self.keys())? + 10;
         let (_, area) = area.split_vertically(used);
         let (width, height) = area.dim_in_pixel();
@@ -126,21 +126,21 @@ impl Drawing for Pulls {
         let axis = "standard deviations of the budget; 1 is what it expects";
         let middle = LEFT + (room / 2.0) as i32;
         write(&area, axis, (middle, bottom + 58), (HPos::Center, VPos::Center), LABEL)?;
-        for (place, of) in self.rows.iter().enumerate() {
+        for (place, pull) in self.rows.iter().enumerate() {
             let center = place as i32 * row + row / 2;
             let size = if row >= 30 { LABEL } else { 0.8 * SMALL };
-            write(&area, &of.name, (LEFT - 16, center), (HPos::Right, VPos::Center), size)?;
-            let color = if of.pull > SUSPICIOUS_PULL { COLORS[1] } else { COLORS[0] };
+            write(&area, &pull.name, (LEFT - 16, center), (HPos::Right, VPos::Center), size)?;
+            let color = if pull.pull > SUSPICIOUS_PULL { COLORS[1] } else { COLORS[0] };
             let half = (row * 3 / 10).clamp(1, 24);
-            let bar = [(LEFT, center - half), (x(of.pull), center + half)];
+            let bar = [(LEFT, center - half), (x(pull.pull), center + half)];
             area.draw(&Rectangle::new(bar, color.filled()))?;
-            if let Some(residual) = of.residual {
+            if let Some(residual) = pull.residual {
                 let at = (x(residual), center);
                 area.draw(&Circle::new(at, 8, PAPER.filled()))?;
                 area.draw(&Circle::new(at, 8, INK.stroke_width(3)))?;
             }
-            let mut values = format!("pull {}", number(of.pull, 2));
-            if let Some(residual) = of.residual {
+            let mut values = format!("pull {}", number(pull.pull, 2));
+            if let Some(residual) = pull.residual {
                 values += &format!(", residual {}", number(residual, 2));
             }
             let at = (width as i32 - RIGHT + 16, center);
@@ -158,9 +158,9 @@ mod tests {
 
     #[test]
     fn the_axis_shows_the_largest_pull_and_the_suspicious_one() {
-        let of = |pull| Pull { name: "a".into(), pull, residual: None };
+        let pull_of = |pull| Pull { name: "a".into(), pull, residual: None };
         let end = |pulls: &[f64]| {
-            let rows = pulls.iter().map(|&pull| of(pull)).collect();
+            let rows = pulls.iter().map(|&pull| pull_of(pull)).collect();
             Pulls { title: String::new(), rows, scale: None }.end()
         };
         assert_eq!(end(&[0.3]), 2.5);

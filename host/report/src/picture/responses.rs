@@ -6,7 +6,7 @@ use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawing, Drawn, Heading, styled, tick, write};
+use super::canvas::{Area, Drawing, DrawingOutcome, Heading, styled, tick, write};
 use super::clip::{Place, pieces};
 use super::legend::{Key, Sign, legend};
 use super::phase::{self, LARGEST_STEP, PhaseAxis, phase_of};
@@ -46,7 +46,8 @@ const COHERENCE: usize = 2;
 const BELOW_BAND: f64 = 0.2;
 /// Most that is shown of the magnitude: smaller ones are noise, of the largest one.
 const DEEPEST: f64 = 1e-4;
-/// Room above and below the magnitudes, and the least of the whole range, as factors: below a decade the axis had no numbers.
+/// Room above and below the magnitudes, and the least of the whole range, as factors: below a decade the axis had no
+/// numbers.
 const ROOM: f64 = 1.4;
 const LEAST: f64 = 20.0;
 /// Dashes of the mass lines, pixels.
@@ -64,35 +65,35 @@ impl Responses {
         let Some(layout) = source.layout() else { return Ok(Vec::new()) };
         let each = source.responses().into_iter();
         // Fewer bins make no curve.
-        let shown = each.filter(|of| of.frequency_hz.len() > 1);
-        Ok(shown.map(|of| Self::of_dof(source.title.clone(), layout, of)).collect())
+        let shown = each.filter(|responses| responses.frequency_hz.len() > 1);
+        Ok(shown.map(|responses| Self::of_dof(source.title.clone(), layout, responses)).collect())
     }
 
-    fn of_dof(title: String, layout: &HostLayout, of: DofResponses) -> Self {
+    fn of_dof(title: String, layout: &HostLayout, responses: DofResponses) -> Self {
         let curve = |(k, accelerance): (usize, &Vec<_>)| {
             let magnitude = accelerance.iter().map(|h: &Complex<f64>| h.norm()).collect();
             let phase = accelerance.iter().map(|h| phase_of(h.arg())).collect();
-            [magnitude, phase, of.coherence.get(k).cloned().unwrap_or_default()]
+            [magnitude, phase, responses.coherence.get(k).cloned().unwrap_or_default()]
         };
-        let curves: Vec<_> = of.accelerance.iter().enumerate().map(curve).collect();
+        let curves: Vec<_> = responses.accelerance.iter().enumerate().map(curve).collect();
         let nodes = layout.sensors.iter().map(|sensor| sensor.node);
         Self {
             title,
-            dof: of.dof,
-            hits: of.hits,
+            dof: responses.dof,
+            hits: responses.hits,
             nodes: nodes.take(curves.len() / 3).collect(),
-            frequency_hz: of.frequency_hz,
+            frequency_hz: responses.frequency_hz,
             curves,
-            band: of.band,
+            band: responses.band,
         }
     }
 
     /// The rows of the picture with their shares of its height.
     fn rows(&self) -> Vec<(usize, f64)> {
-        let has_coherence = self.curves.iter().any(|of| !of[COHERENCE].is_empty());
+        let has_coherence = self.curves.iter().any(|curves| !curves[COHERENCE].is_empty());
         let rows = if has_coherence { 0..=COHERENCE } else { 0..=PHASE };
-        let all: f64 = rows.clone().map(|row| ROWS[row].0).sum();
-        rows.map(|row| (row, ROWS[row].0 / all)).collect()
+        let total: f64 = rows.clone().map(|row| ROWS[row].0).sum();
+        rows.map(|row| (row, ROWS[row].0 / total)).collect()
     }
 
     /// From the first bin well below the band to the last one, Hz.
@@ -112,14 +113,15 @@ impl Responses {
             let of_lines = self.frequency_hz.iter().copied().zip(magnitudes.to_vec());
             of_lines.filter(move |(f, _)| (first..=last).contains(f)).map(|(_, m)| m)
         };
-        let all = self.curves.iter().flat_map(|of| shown(&of[MAGNITUDE]));
-        let all = all.chain(self.band.mass_lines().into_iter().flatten().map(|a| a.abs()));
-        let all: Vec<f64> = all.filter(|m| m.is_normal() && *m > 0.0).collect();
-        let largest = all.iter().copied().fold(0.0, f64::max);
+        let magnitudes = self.curves.iter().flat_map(|curves| shown(&curves[MAGNITUDE]));
+        let magnitudes =
+            magnitudes.chain(self.band.mass_lines().into_iter().flatten().map(|a| a.abs()));
+        let magnitudes: Vec<f64> = magnitudes.filter(|m| m.is_normal() && *m > 0.0).collect();
+        let largest = magnitudes.iter().copied().fold(0.0, f64::max);
         if largest == 0.0 {
             return [1e-4, 1.0];
         }
-        let least = all.iter().copied().fold(largest, f64::min).max(DEEPEST * largest);
+        let least = magnitudes.iter().copied().fold(largest, f64::min).max(DEEPEST * largest);
         let [low, high] = [least / ROOM, largest * ROOM];
         let missing = (LEAST / (high / low)).max(1.0).sqrt();
         [low / missing, high * missing]
@@ -164,13 +166,13 @@ impl Responses {
         sensor: usize,
         row: usize,
         is_lowest: bool,
-    ) -> Drawn<B> {
+    ) -> DrawingOutcome<B> {
         let [low, high] = self.range_of(row);
-        let of = (sensor, row, is_lowest);
+        let place = (sensor, row, is_lowest);
         match row {
-            MAGNITUDE => self.curves_over(area, (low..high).log_scale(), of),
-            PHASE => self.curves_over(area, PhaseAxis::new(), of),
-            _ => self.curves_over(area, low..high, of),
+            MAGNITUDE => self.curves_over(area, (low..high).log_scale(), place),
+            PHASE => self.curves_over(area, PhaseAxis::new(), place),
+            _ => self.curves_over(area, low..high, place),
         }
     }
 
@@ -180,7 +182,7 @@ impl Responses {
         area: &Area<B>,
         scale: Y,
         (sensor, row, is_lowest): (usize, usize, bool),
-    ) -> Drawn<B>
+    ) -> DrawingOutcome<B>
     where
         Y: AsRangedCoord<Value = f64>,
         Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
@@ -237,7 +239,7 @@ impl Drawing for Responses {
         Heading { subject: title, shows: format!("frequency responses to {hits} at {dof}") }
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B> {
         let line = Sign::Line(3, None);
         let names = ["along x of the sensor", "along y", "along z"];
         let mut keys: Vec<Key> =
@@ -278,7 +280,7 @@ impl Drawing for Responses {
 mod tests {
     use super::*;
 
-    fn of(frequency_hz: Vec<f64>, curve: [Vec<f64>; 3]) -> Responses {
+    fn responses_with(frequency_hz: Vec<f64>, curve: [Vec<f64>; 3]) -> Responses {
         Responses {
             title: "frame".into(),
             dof: "1:+Z".parse().unwrap(),
@@ -294,7 +296,7 @@ mod tests {
     fn the_phase_breaks_where_it_jumps_to_its_other_end() {
         let frequencies = vec![10.0, 20.0, 30.0, 40.0];
         let phase = vec![200.0, 265.0, -85.0, -20.0];
-        let drawn = of(frequencies, [vec![1.0; 4], phase.clone(), vec![1.0; 4]]);
+        let drawn = responses_with(frequencies, [vec![1.0; 4], phase.clone(), vec![1.0; 4]]);
         let pieces = drawn.pieces(PHASE, &phase);
         assert_eq!(pieces.len(), 2, "{pieces:?}");
         assert!(pieces[0].iter().all(|(f, v)| *f < 20.1 && *v >= 200.0), "{pieces:?}");
@@ -305,7 +307,7 @@ mod tests {
     fn the_axes_hold_what_is_drawn_and_not_much_more() {
         let magnitude = vec![50.0, 2.0, 0.5, 0.1, 0.2];
         let frequencies = vec![1.0, 3.9, 10.0, 50.0, 120.0];
-        let drawn = of(frequencies, [magnitude.clone(), vec![0.0; 5], vec![1.0; 5]]);
+        let drawn = responses_with(frequencies, [magnitude.clone(), vec![0.0; 5], vec![1.0; 5]]);
         assert_eq!(drawn.range_of_frequency(), [3.9, 120.0]);
         let [low, high] = drawn.range_of_magnitude();
         assert!(0.05 < low && low < 0.1 && 2.0 < high && high < 4.0, "{low} {high}");
@@ -318,7 +320,7 @@ mod tests {
     fn a_notch_below_the_noise_leaves_the_panel() {
         let magnitude = vec![1.0, 1.0, 1e-9, 0.0, 1.0];
         let frequencies = vec![10.0, 20.0, 40.0, 80.0, 120.0];
-        let drawn = of(frequencies, [magnitude.clone(), vec![0.0; 5], vec![1.0; 5]]);
+        let drawn = responses_with(frequencies, [magnitude.clone(), vec![0.0; 5], vec![1.0; 5]]);
         let [low, _] = drawn.range_of_magnitude();
         let pieces = drawn.pieces(MAGNITUDE, &magnitude);
         assert_eq!(pieces.len(), 1, "{pieces:?}");

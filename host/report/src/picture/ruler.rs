@@ -3,12 +3,12 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{Area, Drawn, tick, write};
+use super::canvas::{Area, DrawingOutcome, tick, write};
 use super::theme::{INK, SMALL};
 use super::view::View;
 
 /// Draws the line at the left edge, at this height.
-pub(super) fn ruler<B: DrawingBackend>(area: &Area<B>, view: &View, y: i32) -> Drawn<B> {
+pub(super) fn ruler<B: DrawingBackend>(area: &Area<B>, view: &View, y: i32) -> DrawingOutcome<B> {
     let length = ruler_length(view.scale);
     let end = (length * view.scale).round() as i32;
     area.draw(&PathElement::new([(0, y), (end, y)], INK.stroke_width(3)))?;

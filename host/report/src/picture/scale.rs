@@ -54,8 +54,8 @@ mod tests {
     #[test]
     fn ticks_are_few_and_round() {
         for (end, step) in [(2.5, 0.5), (9.0, 1.0), (35.0, 5.0), (1e6, 1e5)] {
-            let found = step_of(end, 10.0);
-            assert!((found / step - 1.0).abs() < 1e-9, "{end}: {found}");
+            let tick_step = step_of(end, 10.0);
+            assert!((tick_step / step - 1.0).abs() < 1e-9, "{end}: {tick_step}");
         }
     }
 

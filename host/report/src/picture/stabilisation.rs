@@ -3,14 +3,14 @@
 use massline_result::Modes;
 use plotters::prelude::*;
 
-use super::canvas::{Area, Drawing, Drawn, Heading, styled, tick};
+use super::canvas::{Area, Drawing, DrawingOutcome, Heading, styled, tick};
 use super::legend::{Key, Sign, legend};
 use super::theme::{COLORS, FAINT, INK};
 use crate::result_file::ResultFile;
 use massline_result::Order;
 
-/// How far the axis follows poles to either side of the band, in widths of the band: one that is further away would leave no
-/// room for those of the body.
+/// How far the axis follows poles to either side of the band, in widths of the band: one that is further away would
+/// leave no room for those of the body.
 const BESIDE: f64 = 0.5;
 /// Room beside the outermost pole, in widths of the band.
 const ROOM: f64 = 0.02;
@@ -22,8 +22,8 @@ pub struct Stabilisation {
     pub title: String,
     /// The suspension band, Hz.
     pub band_hz: [f64; 2],
-    /// The orders: whether the modes come from it, and its poles: frequency in Hz, and whether the next smaller order has it
-    /// as well.
+    /// The orders: whether the modes come from it, and its poles: frequency in Hz, and whether the next smaller order
+    /// has it as well.
     pub orders: Vec<(bool, Vec<(f64, bool)>)>,
 }
 
@@ -31,8 +31,8 @@ impl Stabilisation {
     /// The orders of a result's fit of the modes.
     pub fn of(source: &ResultFile, modes: &Modes) -> Self {
         let poles = |order: &Order| {
-            let all = order.poles.iter().map(|pole| (pole.frequency_hz, pole.stable));
-            (order.used, all.collect())
+            let order_poles = order.poles.iter().map(|pole| (pole.frequency_hz, pole.stable));
+            (order.used, order_poles.collect())
         };
         Self {
             title: source.title.clone(),
@@ -86,7 +86,7 @@ impl Drawing for Stabilisation {
         Heading { subject: &self.title, shows: "poles over the order of the fit".into() }
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> DrawingOutcome<B> {
         let used = legend(area, &self.keys())?;
         let (_, area) = area.split_vertically(used);
         let [low, high] = self.range();

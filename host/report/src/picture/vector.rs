@@ -1,7 +1,7 @@
 //! SVG files: as small as they can be without a difference that is seen, because a report holds dozens of them.
 //!
-//! Lines of one style in a row are one element; points that lie on the line between their neighbours are left out; what is the
-//! same for all letters stands once.
+//! Lines of one style in a row are one element; points that lie on the line between their neighbours are left out; what
+//! is the same for all letters stands once.
 
 use std::convert::Infallible;
 use std::fmt::Write;
@@ -70,9 +70,9 @@ impl<'a> Vector<'a> {
 }
 
 /// The attributes of a colour.
-fn paint(what: &str, BackendColor { alpha, rgb: (red, green, blue) }: BackendColor) -> String {
+fn paint(attribute: &str, BackendColor { alpha, rgb: (red, green, blue) }: BackendColor) -> String {
     let opacity = if alpha < 1.0 { format!(" opacity=\"{alpha}\"") } else { String::new() };
-    format!(" {what}=\"#{red:02X}{green:02X}{blue:02X}\"{opacity}")
+    format!(" {attribute}=\"#{red:02X}{green:02X}{blue:02X}\"{opacity}")
 }
 
 /// An area or its edge.
@@ -124,10 +124,10 @@ fn simplified(points: &[BackendCoord]) -> Vec<BackendCoord> {
 
 /// How far a point lies from a line with ends.
 fn distance(point: BackendCoord, [from, to]: [BackendCoord; 2]) -> f64 {
-    let of = |end: BackendCoord| {
+    let offset = |end: BackendCoord| {
         [f64::from(end.0) - f64::from(from.0), f64::from(end.1) - f64::from(from.1)]
     };
-    let ([x, y], [along, up]) = (of(point), of(to));
+    let ([x, y], [along, up]) = (offset(point), offset(to));
     let square = along * along + up * up;
     let share = if square > 0.0 { ((x * along + y * up) / square).clamp(0.0, 1.0) } else { 0.0 };
     (x - share * along).hypot(y - share * up)

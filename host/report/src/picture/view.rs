@@ -35,10 +35,10 @@ impl View {
         // Where it is, m, and how far beside, pixels.
         let points = points.iter().map(|point| (across * point, Vector2::zeros()));
         let tails = arrows.iter().map(|(tip, along)| (across * tip, across * along * -ARROW));
-        let all: Vec<(Vector2<f64>, Vector2<f64>)> = points.chain(tails).collect();
-        let first = all.first().map_or_else(Vector2::zeros, |(at, _)| *at);
+        let places: Vec<(Vector2<f64>, Vector2<f64>)> = points.chain(tails).collect();
+        let first = places.first().map_or_else(Vector2::zeros, |(at, _)| *at);
         let ends = |scale: f64| {
-            let seen = all.iter().map(|(at, beside)| (at - first) * scale + beside);
+            let seen = places.iter().map(|(at, beside)| (at - first) * scale + beside);
             seen.fold([Vector2::zeros(); 2], |[low, high], at| [low.inf(&at), high.sup(&at)])
         };
         let room = Vector2::new(f64::from(width), f64::from(height)) - 2.0 * Vector2::from(BORDER);
@@ -46,7 +46,7 @@ impl View {
             let [low, high] = ends(scale);
             (high - low).iter().zip(&room).all(|(size, room)| size <= room)
         };
-        let size = all.iter().map(|(at, _)| (at - first).amax()).fold(SMALLEST, f64::max);
+        let size = places.iter().map(|(at, _)| (at - first).amax()).fold(SMALLEST, f64::max);
         let [mut scale, mut too_large] = [0.0, 2.0 * room.amax() / size];
         for _ in 0..HALVINGS {
             let middle = (scale + too_large) / 2.0;
@@ -88,8 +88,8 @@ mod tests {
         let view = View::of(&corners, &arrows, (1000, 800));
         let tails = arrows.iter().map(|(tip, along)| view.tail(tip, along));
         let seen: Vec<_> = corners.iter().map(|point| view.at(point)).chain(tails).collect();
-        let ends = |of: fn(&(i32, i32)) -> i32| {
-            [seen.iter().map(of).min().unwrap(), seen.iter().map(of).max().unwrap()]
+        let ends = |coordinate: fn(&(i32, i32)) -> i32| {
+            [seen.iter().map(coordinate).min().unwrap(), seen.iter().map(coordinate).max().unwrap()]
         };
         // The height limits: it is used but for the border.
         assert_eq!(ends(|at| at.1), [48, 752]);

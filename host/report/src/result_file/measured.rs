@@ -7,8 +7,8 @@ use super::ResultFile;
 use massline_analysis::identification::with_gains;
 
 impl ResultFile {
-    /// The standard deviations that the calibration has contributed to the error budget, as old as it was during the test;
-    /// `None` where it has contributed none.
+    /// The standard deviations that the calibration has contributed to the error budget, as old as it was during the
+    /// test; `None` where it has contributed none.
     pub fn gains(&self) -> Option<CalibrationSigma> {
         match &self.archive {
             Some(archive) => archive.result.head.gains,

@@ -15,29 +15,30 @@ const HIGHEST: f64 = 1e6;
 ///
 /// # Errors
 /// What is wrong, in words.
-pub(super) fn check_modes(of: &Modes) -> Result<(), String> {
-    let [low, high] = of.band_hz;
+pub(super) fn check_modes(modes: &Modes) -> Result<(), String> {
+    let [low, high] = modes.band_hz;
     if !(0.0 <= low && low < high && high <= HIGHEST) {
         return Err(format!("band_hz: {low} to {high} Hz is no band"));
     }
-    let count = of.modes.len();
+    let count = modes.modes.len();
     if count > MOST_MODES {
         return Err(format!("modes: there are {count}, and no object has more than {MOST_MODES}"));
     }
-    let is_square = of.modal_assurance.len() == count
-        && of.modal_assurance.iter().all(|row| row.len() == count);
+    let is_square = modes.modal_assurance.len() == count
+        && modes.modal_assurance.iter().all(|row| row.len() == count);
     if !is_square {
         return Err(format!("modal_assurance: it is not {count} by {count}, as there are modes"));
     }
-    if !of.modal_assurance.iter().flatten().all(|value| (0.0..=1.001).contains(value)) {
+    if !modes.modal_assurance.iter().flatten().all(|value| (0.0..=1.001).contains(value)) {
         return Err("modal_assurance: a value is not between 0 and 1".into());
     }
-    if let Some(place) = of.modes.iter().position(|mode| !is_shown(mode)) {
+    if let Some(place) = modes.modes.iter().position(|mode| !is_shown(mode)) {
         return Err(format!(
             "modes[{place}]: its frequency is none, or a norm_indicator is negative or one too many"
         ));
     }
-    if of.orders.len() > MOST_POLES || of.orders.iter().any(|order| order.poles.len() > MOST_POLES)
+    if modes.orders.len() > MOST_POLES
+        || modes.orders.iter().any(|order| order.poles.len() > MOST_POLES)
     {
         return Err(format!("orders: there are more than {MOST_POLES}, or more poles than that"));
     }
@@ -49,5 +50,5 @@ fn is_shown(mode: &Mode) -> bool {
     let indicators = &mode.norm_indicators;
     (0.0..=HIGHEST).contains(&mode.frequency_hz.value)
         && indicators.len() <= HOST_HITS
-        && indicators.iter().all(|of| of.value >= 0.0 && of.value.is_finite())
+        && indicators.iter().all(|indicator| indicator.value >= 0.0 && indicator.value.is_finite())
 }

@@ -1,18 +1,19 @@
 //! What each of several results is called beside the others.
 
-use super::{ResultFile, shown};
+use super::{ResultFile, shorten_for_picture};
 
-/// The name of each result: that of its file; of files with the same name, the title as well, and a number where that is the
-/// same too.
+/// The name of each result: that of its file; of files with the same name, the title as well, and a number where that
+/// is the same too.
 pub fn distinct_names(results: &[ResultFile]) -> Vec<String> {
-    let named = |of: &ResultFile| (shown(&of.name), of.title.clone());
+    let named = |result: &ResultFile| (shorten_for_picture(&result.name), result.title.clone());
     distinct(&results.iter().map(named).collect::<Vec<_>>())
 }
 
 /// The same of names and titles.
 fn distinct(results: &[(String, String)]) -> Vec<String> {
-    let count =
-        |of: &dyn Fn(&(String, String)) -> bool| results.iter().filter(|other| of(other)).count();
+    let count = |is_counted: &dyn Fn(&(String, String)) -> bool| {
+        results.iter().filter(|other| is_counted(other)).count()
+    };
     let name = |(place, one): (usize, &(String, String))| {
         let (name, title) = one;
         if count(&|(other, _)| other == name) == 1 {

@@ -121,13 +121,15 @@ impl ResultFile {
 
     /// What the result says about the band of a DOF.
     fn band_of(&self, dof: Dof) -> Band {
-        let lines = self.result.mass_lines.iter().find(|of| of.dof == dof.to_string());
+        let lines = self.result.mass_lines.iter().find(|lines| lines.dof == dof.to_string());
         let is_band = |ends: &[f64; 2]| 0.0 <= ends[0] && ends[0] < ends[1] && ends[1] <= 1e6;
         if let Some((ends, lines)) = self.result.band_hz.filter(is_band).zip(lines) {
             return Band::MassLines(ends, lines.accelerance_m_per_s2_per_n.clone());
         }
         let expected = || self.layout().map_or([10.0, 120.0], |layout| layout.test.expected_band());
-        Band::Suspension(self.result.suspension.as_ref().map_or_else(expected, |of| of.band_hz))
+        Band::Suspension(
+            self.result.suspension.as_ref().map_or_else(expected, |modes| modes.band_hz),
+        )
     }
 }
 
@@ -142,7 +144,8 @@ fn of_archive(archive: &Archive) -> Vec<DofResponses> {
         let reference = NodeDirection::from(dof);
         let frfs: Vec<_> =
             frfs.iter().filter(|frf| frf.reference == reference).take(responses).collect();
-        let coherence = |of: &ArchivedSpectra| (0..responses).map(|k| of.coherence(k)).collect();
+        let coherence =
+            |spectra: &ArchivedSpectra| (0..responses).map(|k| spectra.coherence(k)).collect();
         Some(DofResponses {
             dof,
             hit,
@@ -156,12 +159,12 @@ fn of_archive(archive: &Archive) -> Vec<DofResponses> {
     };
     let of_mass_lines =
         lines_of(&archive.result, layout).into_iter().filter_map(|(place, lines)| {
-            let of = archive.result.dofs.iter().find(|of| usize::from(of.index) == place)?;
+            let dof = archive.result.dofs.iter().find(|dof| usize::from(dof.index) == place)?;
             let accelerance = lines.accelerance.iter().copied().take(responses).collect();
-            of_dof(place, of.hits, Band::MassLines(of.band_hz.map(f64::from), accelerance))
+            of_dof(place, dof.hits, Band::MassLines(dof.band_hz.map(f64::from), accelerance))
         });
-    let of_lines = archive.result.lines.iter().filter_map(|of| {
-        of_dof(of.index.into(), of.hits as u8, Band::Suspension(of.band_hz.map(f64::from)))
+    let of_lines = archive.result.lines.iter().filter_map(|line| {
+        of_dof(line.index.into(), line.hits as u8, Band::Suspension(line.band_hz.map(f64::from)))
     });
     of_mass_lines.chain(of_lines).collect()
 }

@@ -5,18 +5,18 @@ use crate::export::one_line;
 /// Longest text in a picture, characters.
 const MOST_IN_PICTURE: usize = 40;
 
-/// The title of a result: what its document says, or the layout's where the document has only its beginning, which is all
-/// that a rig has room for.
+/// The title of a result: what its document says, or the layout's where the document has only its beginning, which is
+/// all that a rig has room for.
 pub(super) fn whole_title(document: Option<&str>, layout: Option<&str>) -> Option<String> {
-    let [said, whole] = [document, layout].map(|title| title.map(one_line));
-    match (said, whole) {
-        (Some(said), Some(whole)) if whole.starts_with(said.trim_end()) => Some(whole),
-        (said, whole) => said.or(whole),
+    let [document, whole] = [document, layout].map(|title| title.map(one_line));
+    match (document, whole) {
+        (Some(document), Some(whole)) if whole.starts_with(document.trim_end()) => Some(whole),
+        (document, whole) => document.or(whole),
     }
 }
 
 /// Text of a file as a picture shows it: in one line, and not too long.
-pub fn shown(words: &str) -> String {
+pub fn shorten_for_picture(words: &str) -> String {
     shortened(&one_line(words), MOST_IN_PICTURE)
 }
 

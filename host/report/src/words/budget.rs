@@ -1,6 +1,6 @@
 //! The error budget that a fit has used: what was stated beside what the data have taught.
 
-use massline_result::StatedAndLearned;
+use massline_result::BudgetTerm;
 use massline_shared::identify::maximum_likelihood::{LearnedBudget, LearnedFrom};
 use massline_shared::layout::HostLayout;
 
@@ -24,7 +24,7 @@ pub fn error_budget(
 ) -> massline_result::ErrorBudget {
     let [position, direction] = stated_scatter(layout);
     let scales = &learned.scales;
-    let both = |stated: f64, scale: f64| StatedAndLearned { stated, learned: stated * scale };
+    let both = |stated: f64, scale: f64| BudgetTerm { stated, learned: stated * scale };
     massline_result::ErrorBudget {
         learned_from: learned_from(learned),
         hit_position_m: both(position, scales.hit_position),
@@ -46,23 +46,22 @@ pub fn budget_text(
     learned: &massline_result::LearnedBudget,
 ) -> String {
     let [position, direction] = [budget.hit_position_m, budget.hit_direction_rad]
-        .map(|of| StatedAndLearned { stated: 1e3 * of.stated, learned: 1e3 * of.learned });
+        .map(|term| BudgetTerm { stated: 1e3 * term.stated, learned: 1e3 * term.learned });
     let constant = budget.constant_scale.learned;
     if budget.learned_from == massline_result::LearnedFrom::Residuals {
-        let of_hits = |of: &str, scale: f64, one: StatedAndLearned, unit: &str| match one.stated
-            > 0.0
-        {
+        let of_hits = |kind: &str, scale: f64, one: BudgetTerm, unit: &str| match one.stated > 0.0 {
             true => format!(
-                "  {of} of hits and marks: {scale:.2} times the stated uncertainties (a single hit: {:.1} {unit}; stated: \
-                 {:.1} {unit})\n",
+                "  {kind} of hits and marks: {scale:.2} times the stated uncertainties (a single hit: {:.1} {unit}; \
+                 stated: {:.1} {unit})\n",
                 one.learned, one.stated
             ),
             false => {
-                format!("  {of} of hits and marks: {scale:.2} times the stated uncertainties\n")
+                format!("  {kind} of hits and marks: {scale:.2} times the stated uncertainties\n")
             }
         };
         return String::from(
-            "error budget, learned from what the answer leaves of these data (they hold fewer than three single hits at a DOF):\n",
+            "error budget, learned from what the answer leaves of these data (they hold fewer than three single hits \
+             at a DOF):\n",
         ) + &of_hits("positions", learned.hit_position_scale, position, "mm")
             + &of_hits("directions", learned.hit_direction_scale, direction, "mrad")
             + &format!("  sensors: {constant:.2} times the stated uncertainties\n");
@@ -91,7 +90,7 @@ fn stated_scatter(layout: &HostLayout) -> [f64; 2] {
         .hits
         .iter()
         .map(|hit| [hit.uncertainty.position.powi(2), hit.uncertainty.direction.powi(2)]);
-    let sums = squares.fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
+    let sums = squares.fold([0.0; 2], |sum, square| [sum[0] + square[0], sum[1] + square[1]]);
     sums.map(|sum| (sum / count).sqrt())
 }
 
@@ -101,7 +100,7 @@ mod tests {
     use massline_shared::identify::maximum_likelihood::BudgetScales;
     use massline_shared::layout::Hit;
 
-    fn said(learned: &LearnedBudget<f64>) -> String {
+    fn text_of(learned: &LearnedBudget<f64>) -> String {
         budget_text(&error_budget(learned, &layout()), &learned_budget(learned))
     }
 
@@ -126,14 +125,14 @@ mod tests {
 
     #[test]
     fn what_was_learned_stands_beside_what_was_stated() {
-        let text = said(&learned());
+        let text = text_of(&learned());
         let hits =
             "you hit within 1.8 mm and 28 mrad (one standard deviation; stated: 3.0 mm, 50 mrad)";
         assert!(text.contains(hits), "{text}");
         assert!(text.contains("1.50 times the stated"), "{text}");
-        let told = error_budget(&learned(), &layout());
-        assert!((told.hit_position_m.learned - 0.0018).abs() < 1e-12);
-        assert!((told.hit_direction_rad.stated - 0.05).abs() < 1e-12);
+        let budget = error_budget(&learned(), &layout());
+        assert!((budget.hit_position_m.learned - 0.0018).abs() < 1e-12);
+        assert!((budget.hit_direction_rad.stated - 0.05).abs() < 1e-12);
     }
 
     #[test]
@@ -143,19 +142,20 @@ mod tests {
             learned_from: LearnedFrom::Residuals,
             ..learned()
         };
-        let text = said(&of_residuals);
+        let text = text_of(&of_residuals);
         for part in [
             "fewer than three single hits",
             "positions of hits and marks: 0.60 times the stated uncertainties (a single hit: 1.8 mm; stated: 3.0 mm)",
-            "directions of hits and marks: 0.56 times the stated uncertainties (a single hit: 28.0 mrad; stated: 50.0 mrad)",
+            "directions of hits and marks: 0.56 times the stated uncertainties (a single hit: 28.0 mrad; stated: 50.0 \
+             mrad)",
             "sensors: 1.50 times the stated uncertainties",
         ] {
             assert!(text.contains(part), "{text}");
         }
         assert!(!text.contains("you hit within") && !text.contains("as stated"), "{text}");
-        let told = error_budget(&of_residuals, &layout());
-        assert_eq!(told.learned_from, massline_result::LearnedFrom::Residuals);
-        assert!((told.hit_direction_rad.learned - 0.028).abs() < 1e-12);
+        let budget = error_budget(&of_residuals, &layout());
+        assert_eq!(budget.learned_from, massline_result::LearnedFrom::Residuals);
+        assert!((budget.hit_direction_rad.learned - 0.028).abs() < 1e-12);
     }
 
     #[test]
@@ -165,7 +165,7 @@ mod tests {
             constant_log_variance: 0.0,
             ..learned()
         };
-        let text = said(&nothing);
+        let text = text_of(&nothing);
         assert_eq!(text.matches("as stated").count(), 2, "{text}");
     }
 }

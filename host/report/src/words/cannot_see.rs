@@ -10,33 +10,37 @@
 //! | nonlinearity of the converter | `converter_gain` in the suspension profile, as one gain of all channels; for mass lines none of its own: the gains of the sensors have to cover it |
 
 use massline_shared::body::RigidBody;
-use massline_shared::layout::{Attached, HostLayout, Sensor, TestProfile};
+use massline_shared::layout::{AttachedBody, HostLayout, Sensor, TestProfile};
 use nalgebra::{Matrix3, SVector};
 
-use massline_result::Unseen;
+use massline_result::UnseenError;
 
 /// Mass on each sensor for which the effect is computed, kg.
 const GRAM: f64 = 0.001;
 
 /// The errors that a test with this layout cannot see. `body` is the answer, and `by_rig` says
 /// whether a rig has measured, which this program can calibrate.
-pub fn cannot_see(layout: &HostLayout, body: Option<&RigidBody<f64>>, by_rig: bool) -> Vec<Unseen> {
-    let of = |(source, message): (&'static str, Option<String>)| {
-        message.map(|message| Unseen { source: source.into(), message })
+pub fn cannot_see(
+    layout: &HostLayout,
+    body: Option<&RigidBody<f64>>,
+    by_rig: bool,
+) -> Vec<UnseenError> {
+    let entry = |(source, message): (&'static str, Option<String>)| {
+        message.map(|message| UnseenError { source: source.into(), message })
     };
-    let all = [
+    let candidates = [
         ("hammer_gain", hammer_gain(layout)),
         ("same_side_miss", Some(same_side_miss(layout))),
         ("lateral_force_or_free_moment", lateral_force(layout)),
         ("sensor_mass", sensor_mass(layout, body)),
         ("nonlinearity", nonlinearity(layout, by_rig)),
     ];
-    all.into_iter().filter_map(of).collect()
+    candidates.into_iter().filter_map(entry).collect()
 }
 
 /// The errors as text under a heading; empty without any.
-pub fn cannot_see_text(unseen: &[Unseen]) -> String {
-    let lines: String = unseen.iter().map(|of| format!("  {}\n", of.message)).collect();
+pub fn cannot_see_text(unseen: &[UnseenError]) -> String {
+    let lines: String = unseen.iter().map(|error| format!("  {}\n", error.message)).collect();
     if lines.is_empty() { lines } else { format!("what this test cannot see:\n{lines}") }
 }
 
@@ -72,8 +76,8 @@ fn same_side_miss(layout: &HostLayout) -> String {
         }
     };
     format!(
-        "hits that all land on the same side of a mark, or lean the same way: the marks' uncertainty covers {:.1} mm and \
-         {:.0} mrad (1 sd){exact}",
+        "hits that all land on the same side of a mark, or lean the same way: the marks' uncertainty covers {:.1} mm \
+         and {:.0} mrad (1 sd){exact}",
         1e3 * position,
         1e3 * direction,
     )
@@ -117,8 +121,8 @@ fn nonlinearity(layout: &HostLayout, by_rig: bool) -> Option<String> {
     let gain = 100.0 * (square / count).sqrt();
     Some(match layout.test.profile {
         TestProfile::MassLine => format!(
-            "nonlinearity of the converter (INL): a wrong slope near the rest level of a channel is a wrong gain of that \
-             channel, which the stated {gain:.2} % (1 sd) has to cover{}",
+            "nonlinearity of the converter (INL): a wrong slope near the rest level of a channel is a wrong gain of \
+             that channel, which the stated {gain:.2} % (1 sd) has to cover{}",
             if by_rig {
                 "; `massline calibrate block` shows what differs between pushes from two sides"
             } else {
@@ -127,8 +131,8 @@ fn nonlinearity(layout: &HostLayout, by_rig: bool) -> Option<String> {
         ),
         TestProfile::Suspension => format!(
             "nonlinearity of the converter (INL) that differs between channels: the budget has {:.2} % (1 sd, \
-             converter_gain) for a wrong slope that all of them share; what one channel has more or less than the others \
-             the {gain:.2} % of the sensors' gains have to cover",
+             converter_gain) for a wrong slope that all of them share; what one channel has more or less than the \
+             others the {gain:.2} % of the sensors' gains have to cover",
             100.0 * layout.apparatus.converter_gain,
         ),
     })
@@ -138,12 +142,16 @@ fn nonlinearity(layout: &HostLayout, by_rig: bool) -> Option<String> {
 /// zero for one hit.
 fn mark(layout: &HostLayout) -> (f64, f64) {
     let count = layout.hits.len().max(1) as f64;
-    let of = |each: fn(&massline_shared::layout::HitUncertainty<f64>) -> f64| {
-        let all = || layout.hits.iter().map(|hit| each(&hit.uncertainty));
-        let is_exact = all().any(|sigma| sigma == 0.0);
-        if is_exact { 0.0 } else { (all().map(|sigma| sigma * sigma).sum::<f64>() / count).sqrt() }
+    let sigma_of = |each: fn(&massline_shared::layout::HitUncertainty<f64>) -> f64| {
+        let sigmas = || layout.hits.iter().map(|hit| each(&hit.uncertainty));
+        let is_exact = sigmas().any(|sigma| sigma == 0.0);
+        if is_exact {
+            0.0
+        } else {
+            (sigmas().map(|sigma| sigma * sigma).sum::<f64>() / count).sqrt()
+        }
     };
-    (of(|u| u.node_position), of(|u| u.node_direction))
+    (sigma_of(|u| u.node_position), sigma_of(|u| u.node_direction))
 }
 
 /// What a gram on each sensor changes.
@@ -158,7 +166,7 @@ struct Effect {
 
 /// The answer against the same without a gram at each sensor.
 fn effect_of_a_gram(layout: &HostLayout, body: &RigidBody<f64>) -> Option<Effect> {
-    let points = glued(layout).map(|sensor| Attached::point(GRAM, 0.0, sensor.position));
+    let points = glued(layout).map(|sensor| AttachedBody::point(GRAM, 0.0, sensor.position));
     let added =
         points.fold(SVector::<f64, 10>::zeros(), |sum, point| sum + SVector::from(point.phi));
     let without = RigidBody::from_phi(&(body.phi() - added))?;
@@ -196,7 +204,7 @@ mod tests {
     }
 
     fn sources(layout: &HostLayout) -> Vec<String> {
-        cannot_see(layout, None, true).into_iter().map(|of| of.source).collect()
+        cannot_see(layout, None, true).into_iter().map(|error| error.source).collect()
     }
 
     #[test]
@@ -205,18 +213,19 @@ mod tests {
         let [miss, force, converter] = always;
         let mut layout = layout();
         assert_eq!(sources(&layout), [miss, force, "sensor_mass", converter]);
-        layout.attached.push(Attached::point(0.015, 0.1, [0.0; 3])).unwrap();
+        layout.attached.push(AttachedBody::point(0.015, 0.1, [0.0; 3])).unwrap();
         assert_eq!(sources(&layout), always);
         layout.apparatus.hammer_gain = 0.0;
         assert_eq!(sources(&layout), ["hammer_gain", miss, force, converter]);
         // Then the sensors are calibrated against the hammer, and their gains contain it.
         layout.calibrated_hammer = true;
         assert_eq!(sources(&layout), always);
-        let said = |layout: &HostLayout| cannot_see_text(&cannot_see(layout, None, true));
-        assert!(!said(&layout).contains("exact"));
+        let text_of = |layout: &HostLayout| cannot_see_text(&cannot_see(layout, None, true));
+        assert!(!text_of(&layout).contains("exact"));
         layout.hits[0].uncertainty.node_position = 0.0;
         assert!(
-            said(&layout).contains("covers 0.0 mm and 10 mrad (1 sd); node_position_m = 0 states")
+            text_of(&layout)
+                .contains("covers 0.0 mm and 10 mrad (1 sd); node_position_m = 0 states")
         );
     }
 
@@ -241,19 +250,19 @@ mod tests {
         // the 0.02 kg m² about y and z.
         assert!(effect.center < 1e-12);
         assert!((effect.inertia - 2e-5 / (0.02 - 2e-5)).abs() < 1e-12, "{}", effect.inertia);
-        let said = cannot_see(&layout(), Some(&body), true);
-        let message = &said.iter().find(|of| of.source == "sensor_mass").unwrap().message;
+        let errors = cannot_see(&layout(), Some(&body), true);
+        let message = &errors.iter().find(|error| error.source == "sensor_mass").unwrap().message;
         assert!(message.contains("adds 2.0 g to the mass (+0.10 %)"), "{message}");
     }
 
     #[test]
     fn the_term_of_the_converter_is_that_of_the_profile() {
         let mut layout = layout();
-        let said = |layout: &HostLayout| cannot_see_text(&cannot_see(layout, None, true));
-        assert!(said(&layout).contains("which the stated 1.00 % (1 sd) has to cover"));
+        let text_of = |layout: &HostLayout| cannot_see_text(&cannot_see(layout, None, true));
+        assert!(text_of(&layout).contains("which the stated 1.00 % (1 sd) has to cover"));
         layout.test.profile = TestProfile::Suspension;
         layout.apparatus.converter_gain = 0.003;
-        let text = said(&layout);
+        let text = text_of(&layout);
         assert!(text.contains("the budget has 0.30 % (1 sd, converter_gain)"), "{text}");
         assert!(text.contains("the 1.00 % of the sensors' gains"), "{text}");
         assert!(!text.contains("calibrate block"), "{text}");

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use massline_result::{Doubt, Named, Properties, TestResult, Verdict};
+use massline_result::{Doubt, NamedValue, Properties, TestResult, Verdict};
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::identify::agreement::{Difference, Outcome};
 use massline_shared::identify::{Estimate, HALF_WIDTH_95, Method};
@@ -15,7 +15,8 @@ use crate::table::table;
 use crate::tone::Tone;
 use massline_analysis::suspension::Comparison;
 
-/// All answers of a result with their standard deviations, the combined one, and whether they agree; empty for fewer than two.
+/// All answers of a result with their standard deviations, the combined one, and whether they agree; empty for fewer
+/// than two.
 pub fn agreement_text(result: &TestResult) -> String {
     let (Some(agreement), [_, _, ..]) = (&result.agreement, result.results.as_slice()) else {
         return String::new();
@@ -29,7 +30,7 @@ pub fn agreement_text(result: &TestResult) -> String {
         rows.push(("combined", combined.value.in_order(), Some(half_widths)));
     }
     let tables: String = [0..4, 4..7, 7..10].map(|columns| table_of(&rows, columns)).concat();
-    let tone = match (agreement.doubt, agreement.outcome.map(|of| of.0)) {
+    let tone = match (agreement.doubt, agreement.outcome.map(|outcome| outcome.0)) {
         (Some(Doubt::Misfit), _) => Tone::Bad,
         (_, Some(Outcome::Agree)) if result.verdict != Some(Verdict::DoNotUse) => Tone::Good,
         _ => Tone::Warning,
@@ -45,11 +46,11 @@ type Row = (&'static str, [f64; 10], Option<[f64; 10]>);
 
 /// Some of the ten properties of every row, each with half the width of its 95 % interval below.
 fn table_of(rows: &[Row], columns: Range<usize>) -> String {
-    let mut all = table();
+    let mut table = table();
     let parameters = &INERTIAL_PARAMETERS[columns.clone()];
     let header = parameters.iter().map(|p| format!("{}, {}", p.symbol, p.table_unit));
-    all.set_header(std::iter::once(String::new()).chain(header));
-    align_right(&mut all, 1..=parameters.len());
+    table.set_header(std::iter::once(String::new()).chain(header));
+    align_right(&mut table, 1..=parameters.len());
     for (name, theta, half_widths) in rows {
         let cells = columns.clone().zip(parameters).map(|(k, parameter)| {
             let factor = parameter.table_factor;
@@ -60,13 +61,13 @@ fn table_of(rows: &[Row], columns: Range<usize>) -> String {
                 None => value,
             }
         });
-        all.add_row(std::iter::once((*name).to_owned()).chain(cells));
+        table.add_row(std::iter::once((*name).to_owned()).chain(cells));
     }
-    format!("{all}\n")
+    format!("{table}\n")
 }
 
-/// Standard deviations of a difference from which methods hardly agree. Of a hundred differences by noise alone one in twenty sets
-/// has one as large.
+/// Standard deviations of a difference from which methods hardly agree. Of a hundred differences by noise alone one in
+/// twenty sets has one as large.
 const HARDLY: f64 = 3.5;
 
 /// Whether the methods agree, or which ones are off.
@@ -78,8 +79,8 @@ fn sentence(
 ) -> String {
     match comparison.doubt {
         Some(Doubt::FlexibleMode) => {
-            return "a flexible mode above the band moves the apparent mass, which only the global fit takes into account: \
-                    rely on it; the others are off by about their distance from it"
+            return "a flexible mode above the band moves the apparent mass, which only the global fit takes into \
+                    account: rely on it; the others are off by about their distance from it"
                 .into();
         }
         Some(Doubt::Misfit) => {
@@ -99,8 +100,8 @@ fn sentence(
     let outcome = agreement.outcome();
     if outcome == Outcome::Agree && judged == Some(Verdict::DoNotUse) {
         return format!(
-            "none of these answers is to be used: that the methods agree with each other ({difference} at most) does not \
-             make the data right"
+            "none of these answers is to be used: that the methods agree with each other ({difference} at most) does \
+             not make the data right"
         );
     }
     if outcome == Outcome::Agree {
@@ -130,28 +131,28 @@ fn sentence(
 }
 
 /// A difference of two methods with these names, as a clause.
-pub(super) fn difference_text(of: &Difference<f64>, [first, second]: [&str; 2]) -> String {
-    let parameter = &INERTIAL_PARAMETERS[of.property];
+pub(super) fn difference_text(difference: &Difference<f64>, [first, second]: [&str; 2]) -> String {
+    let parameter = &INERTIAL_PARAMETERS[difference.property];
     format!(
         "{} of {first} and {second} differ by {} {}, {:.1} standard deviations of the difference",
         parameter.symbol,
-        two_digits(of.difference.abs() * parameter.table_factor),
+        two_digits(difference.difference.abs() * parameter.table_factor),
         parameter.table_unit,
-        of.difference.abs() / of.sigma,
+        difference.difference.abs() / difference.sigma,
     )
 }
 
 /// A difference of two methods as part of a result.
 pub(super) fn pair(
-    of: &Difference<f64>,
-    methods: [Option<Named<Method>>; 2],
+    difference: &Difference<f64>,
+    methods: [Option<NamedValue<Method>>; 2],
 ) -> massline_result::Pair {
     massline_result::Pair {
         methods,
-        property: INERTIAL_PARAMETERS[of.property].symbol.into(),
-        difference: of.difference,
-        sigma: of.sigma,
-        significant: of.significant,
+        property: INERTIAL_PARAMETERS[difference.property].symbol.into(),
+        difference: difference.difference,
+        sigma: difference.sigma,
+        significant: difference.significant,
     }
 }
 
@@ -171,16 +172,18 @@ fn method_at(comparison: &Comparison, place: usize) -> Option<Method> {
 /// What puts methods off while the others agree: what was found about the modes, or else what is known of the methods.
 fn reasons(off: &[Method], estimates: &[Estimate<f64>], layout: &HostLayout) -> String {
     let of_off = estimates.iter().filter(|estimate| off.contains(&estimate.method));
-    let mut found: Vec<String> = of_off
-        .flat_map(|of| of.diagnostics.iter().map(move |d| (of.method.entry().doubted_by, d)))
+    let mut reasons: Vec<String> = of_off
+        .flat_map(|estimate| {
+            estimate.diagnostics.iter().map(move |d| (estimate.method.entry().doubted_by, d))
+        })
         .filter(|(doubts, d)| doubts.contains(&d.code))
         .map(|(_, d)| message_in(d, layout))
         .collect();
-    if found.is_empty() {
-        found = off.iter().map(|method| reason(*method, layout)).collect();
+    if reasons.is_empty() {
+        reasons = off.iter().map(|method| reason(*method, layout)).collect();
     }
     let mut distinct = Vec::new();
-    for reason in found {
+    for reason in reasons {
         if !distinct.contains(&reason) {
             distinct.push(reason);
         }
@@ -198,7 +201,8 @@ fn reason(method: Method, layout: &HostLayout) -> String {
     format!("{name} is off when {}", entry.off_when)
 }
 
-/// What all methods say together, as part of a result; `None` for fewer than two. `judged` is the verdict on the best of them.
+/// What all methods say together, as part of a result; `None` for fewer than two. `judged` is the verdict on the best
+/// of them.
 pub fn agreement(
     comparison: &Comparison,
     estimates: &[Estimate<f64>],
@@ -208,23 +212,23 @@ pub fn agreement(
     if comparison.methods.iter().flatten().count() < 2 {
         return None;
     }
-    let named = |place: usize| method_at(comparison, place).map(Named);
+    let named = |place: usize| method_at(comparison, place).map(NamedValue);
     let of_ten = |values: &SVector<f64, 10>| Properties::of((*values).into());
     let of_method = |(method, sigma): (&Option<Method>, &Option<SVector<f64, 10>>)| {
         let sigma = sigma.as_ref().map(of_ten);
-        method.map(|method| massline_result::OfMethod { method: method.into(), sigma })
+        method.map(|method| massline_result::MethodSigma { method: method.into(), sigma })
     };
     let agreement = comparison.agreement.as_ref();
     let combined = agreement.map(|agreement| {
         let sigma = agreement.covariance.diagonal().map(|v| v.max(0.0).sqrt());
-        massline_result::Combined {
+        massline_result::CombinedAnswer {
             value: of_ten(&agreement.theta),
             sigma: of_ten(&sigma),
             half_width95: of_ten(&(sigma * HALF_WIDTH_95)),
             between_methods: of_ten(&agreement.between),
         }
     });
-    let of_two = |of: &Difference<f64>| pair(of, of.methods.map(named));
+    let of_two = |difference: &Difference<f64>| pair(difference, difference.methods.map(named));
     let outliers = agreement.iter().flat_map(|agreement| &agreement.outliers);
     Some(massline_result::Agreement {
         outcome: agreement.map(|agreement| agreement.outcome().into()),

@@ -22,26 +22,27 @@ pub fn fit_details(
     influences: &[Influence<f64>],
     layout: &HostLayout,
 ) -> massline_result::Details {
-    let sensor =
-        |(found, sensor): (&SensorNuisances<f64>, &Sensor<f64>)| massline_result::SensorDetails {
+    let sensor = |(correction, sensor): (&SensorNuisances<f64>, &Sensor<f64>)| {
+        massline_result::SensorDetails {
             node: sensor.node,
-            sensitivity: found.sensitivity.map(|row| row.map(Spread::from)),
-            rotation_rad: found.rotation.map(Spread::from),
-            position_m: found.position.map(Spread::from),
-            pull: known(found.pull),
-        };
-    let hit = |found: &HitNuisances<f64>| massline_result::HitDetails {
-        dof: hit_name(layout, found.index),
-        position_m: found.position.map(Spread::from),
-        direction_rad: found.direction.map(Spread::from),
-        pull: known(found.pull),
-        normalized_residual: known(found.normalized_residual),
+            sensitivity: correction.sensitivity.map(|row| row.map(Spread::from)),
+            rotation_rad: correction.rotation.map(Spread::from),
+            position_m: correction.position.map(Spread::from),
+            pull: known(correction.pull),
+        }
+    };
+    let hit = |correction: &HitNuisances<f64>| massline_result::HitDetails {
+        dof: hit_name(layout, correction.index),
+        position_m: correction.position.map(Spread::from),
+        direction_rad: correction.direction.map(Spread::from),
+        pull: known(correction.pull),
+        normalized_residual: known(correction.normalized_residual),
     };
     massline_result::Details {
         hammer_gain: nuisances.hammer_gain.into(),
         sensors: nuisances.sensors.iter().zip(&layout.sensors).map(sensor).collect(),
         hits: nuisances.hits.iter().map(hit).collect(),
-        influence: influences.iter().map(|of| influence_in(of, layout)).collect(),
+        influence: influences.iter().map(|influence| influence_in(influence, layout)).collect(),
         error_budget: None,
     }
 }
@@ -88,11 +89,13 @@ pub fn details_text(details: &Details) -> String {
     }
     let hammer = details.hammer_gain;
     let mut text = format!(
-        "corrections that the fit made (± posterior standard deviation; pull in units of the uncertainty in use, residual in \
-         units of the noise)\n{sensors}\n{hits}\nhammer gain: {} %\n",
+        "corrections that the fit made (± posterior standard deviation; pull in units of the uncertainty in use, \
+         residual in units of the noise)\n{sensors}\n{hits}\nhammer gain: {} %\n",
         deviation(100.0 * hammer.value, 100.0 * hammer.sigma.unwrap_or(f64::NAN))
     );
-    for influence in details.influence.iter().filter(|of| of.largest_shift().1 > MIN_INFLUENCE) {
+    for influence in
+        details.influence.iter().filter(|influence| influence.largest_shift().1 > MIN_INFLUENCE)
+    {
         text += &influence_line(influence);
     }
     text
@@ -105,8 +108,9 @@ fn hundredths(value: Option<f64>) -> String {
 
 /// Three values and the largest of their standard deviations.
 fn triple(spread: &[Spread<f64>; 3], factor: f64) -> String {
-    let sigma = spread.iter().map(|of| of.sigma.unwrap_or(f64::NAN) * factor).fold(0.0, f64::max);
-    let [x, y, z] = spread.map(|of| signed_as_exact_as(of.value * factor, sigma));
+    let sigma =
+        spread.iter().map(|axis| axis.sigma.unwrap_or(f64::NAN) * factor).fold(0.0, f64::max);
+    let [x, y, z] = spread.map(|axis| signed_as_exact_as(axis.value * factor, sigma));
     format!("{x} {y} {z} ± {}", two_digits(sigma))
 }
 

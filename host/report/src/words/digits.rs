@@ -26,8 +26,8 @@ fn telling(sigma: Option<f64>) -> Option<f64> {
     sigma.filter(|sigma| sigma.is_finite() && *sigma > 0.0)
 }
 
-/// A number with the decimals of a standard deviation that has two significant digits; without one, or with one of zero,
-/// four significant digits.
+/// A number with the decimals of a standard deviation that has two significant digits; without one, or with one of
+/// zero, four significant digits.
 pub fn as_exact_as(value: f64, sigma: Option<f64>) -> String {
     let decimals = match telling(sigma) {
         Some(sigma) => decimals(sigma, 2),
@@ -59,8 +59,8 @@ pub fn with_sigma(value: f64, sigma: f64) -> String {
     if sigma.is_finite() { format!("{number} ± {}", two_digits(sigma)) } else { number }
 }
 
-/// A number with the decimals of a value whose 95 % interval has this half width, as [`as_exact_as`]: those of a standard
-/// deviation of half / 1.96. The interval of a learned budget is wider than 1.96 standard deviations.
+/// A number with the decimals of a value whose 95 % interval has this half width, as [`as_exact_as`]: those of a
+/// standard deviation of half / 1.96. The interval of a learned budget is wider than 1.96 standard deviations.
 pub fn in_interval(value: f64, half: Option<f64>) -> String {
     as_exact_as(value, half.map(|half| half / HALF_WIDTH_95))
 }

@@ -49,7 +49,8 @@ pub fn estimate_of(
     }
 }
 
-/// The bounds of the 95 % interval of each of the ten properties; `None` where the scatter between hits is all that is known.
+/// The bounds of the 95 % interval of each of the ten properties; `None` where the scatter between hits is all that is
+/// known.
 fn intervals(estimate: &Estimate<f64>) -> Option<Properties<[f64; 2]>> {
     let widths = estimate.half_widths().filter(|_| estimate.has_complete_uncertainty())?;
     let values = estimate.theta();

@@ -7,27 +7,28 @@ use nalgebra::Matrix6;
 use massline_result::GlobalFit;
 
 /// How many terms the suspension needed; empty for stiffness and damping alone.
-pub fn global_fit_text(found: &GlobalFit) -> String {
-    let z = found.extra_terms_z.iter().flatten().next().copied().unwrap_or_default();
-    let terms = match found.extra_terms {
+pub fn global_fit_text(fit: &GlobalFit) -> String {
+    let z = fit.extra_terms_z.iter().flatten().next().copied().unwrap_or_default();
+    let terms = match fit.extra_terms {
         0 => return String::new(),
         1 => "s⁴ R",
         _ => "s⁴ R and s⁶ Q",
     };
     format!(
-        "global fit: a flexible mode above the band shows (z = {z:.1}, {REJECTION_Z} is the limit); the fit includes {terms}\n"
+        "global fit: a flexible mode above the band shows (z = {z:.1}, {REJECTION_Z} is the limit); the fit includes \
+         {terms}\n"
     )
 }
 
 /// Stiffness and damping about the origin of the body frame, extra terms and noise.
-pub fn global_fit(found: &GlobalFitSolution<f64>) -> GlobalFit {
+pub fn global_fit(solution: &GlobalFitSolution<f64>) -> GlobalFit {
     GlobalFit {
-        stiffness: rows(&found.stiffness),
-        damping: found.damping.as_ref().map(rows),
-        extra_terms: found.extra_terms,
-        extra_terms_z: found.extra_terms_z.to_vec(),
+        stiffness: rows(&solution.stiffness),
+        damping: solution.damping.as_ref().map(rows),
+        extra_terms: solution.extra_terms,
+        extra_terms_z: solution.extra_terms_z.to_vec(),
         // Of a complex number, as that of the modes.
-        noise_m_per_s2_per_n: found.noise * std::f64::consts::SQRT_2,
+        noise_m_per_s2_per_n: solution.noise * std::f64::consts::SQRT_2,
     }
 }
 

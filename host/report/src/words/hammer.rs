@@ -7,8 +7,8 @@ use massline_shared::layout::HostLayout;
 pub fn calibrate_hammer(by_rig: bool) -> &'static str {
     match by_rig {
         true => {
-            "calibrate it with a block of known mass (`massline calibrate block`), or weigh the object and state the mass in \
-             [prior]"
+            "calibrate it with a block of known mass (`massline calibrate block`), or weigh the object and state the \
+             mass in [prior]"
         }
         false => {
             "calibrate it against a known mass, or weigh the object and state the mass in [prior]"

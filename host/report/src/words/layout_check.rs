@@ -11,7 +11,8 @@ use massline_shared::identify::Method;
 use massline_shared::layout::{Dof, HostLayout, RIG_SENSORS, RigLayout};
 
 use massline_analysis::design::{
-    Advice, DesignReport, Forecast, LayoutCriterion, LayoutFindings, Options, Predicted, Suggestion,
+    Advice, DesignReport, Forecast, LayoutCriterion, LayoutFindings, Options, PredictedUncertainty,
+    Suggestion,
 };
 
 use super::{
@@ -37,7 +38,7 @@ pub fn design_report_json(
     forecast: Option<&Forecast>,
     notes: Vec<String>,
 ) -> LayoutCheck {
-    let judged = Judged {
+    let judged = LayoutJudgement {
         layout: &file.layout,
         predicted: design_report.predicted.as_ref(),
         findings: &design_report.findings,
@@ -60,7 +61,7 @@ pub fn suggestion_json(
     forecast: Option<&Forecast>,
     notes: Vec<String>,
 ) -> LayoutSuggestion {
-    let judged = Judged {
+    let judged = LayoutJudgement {
         layout: &suggestion.layout,
         predicted: Some(&suggestion.predicted),
         findings: &suggestion.findings,
@@ -83,9 +84,9 @@ pub fn suggestion_json(
 }
 
 /// A layout and what is predicted for it.
-struct Judged<'a> {
+struct LayoutJudgement<'a> {
     layout: &'a HostLayout,
-    predicted: Option<&'a Predicted>,
+    predicted: Option<&'a PredictedUncertainty>,
     findings: &'a LayoutFindings,
     criterion: &'a LayoutCriterion,
     whose: &'a str,
@@ -93,16 +94,19 @@ struct Judged<'a> {
     forecast: Option<&'a Forecast>,
 }
 
-impl Judged<'_> {
+impl LayoutJudgement<'_> {
     /// The keys that `layout check` and `layout suggest` have in common; they are equal for the same layout.
     fn to_json(&self, notes: Vec<String>) -> JudgedLayout {
         let Self { layout, predicted, findings, criterion, whose, noise, forecast } = *self;
-        let found = &findings.diagnostics;
+        let diagnostics = &findings.diagnostics;
         JudgedLayout {
             prediction: prediction_json(predicted),
             identifiable: predicted.is_some() && forecast.is_none_or(Forecast::has_answer),
             rank: findings.equations.map(|(rank, _)| rank),
-            condition: findings.equations.map(|of| of.1).filter(|condition| condition.is_finite()),
+            condition: findings
+                .equations
+                .map(|equations| equations.1)
+                .filter(|condition| condition.is_finite()),
             methods: findings.methods.iter().map(method_json).collect(),
             noise_m_per_s2_per_n: criterion.noise(),
             noise,
@@ -117,15 +121,15 @@ impl Judged<'_> {
             hits: layout.hits.iter().map(|hit| hit.dof.to_string()).collect(),
             hits_per_dof: layout.test.hits_per_dof,
             layout_hash: layout.cast().and_then(|rig: RigLayout| hash_text(rig.hash())),
-            codes: found.iter().map(|d| d.code.name().to_owned()).collect(),
-            diagnostics: super::findings(found, |d| message_in(d, layout)),
+            codes: diagnostics.iter().map(|d| d.code.name().to_owned()).collect(),
+            diagnostics: super::findings(diagnostics, |d| message_in(d, layout)),
             notes,
         }
     }
 }
 
 fn forecast_json(forecast: &Forecast, layout: &HostLayout) -> document::Forecast {
-    let answer = |(method, predicted): &(Method, Predicted)| ForecastAnswer {
+    let answer = |(method, predicted): &(Method, PredictedUncertainty)| ForecastAnswer {
         method: method.name().into(),
         prediction: prediction_json(Some(predicted)),
     };
@@ -137,9 +141,9 @@ fn forecast_json(forecast: &Forecast, layout: &HostLayout) -> document::Forecast
     }
 }
 
-fn prediction_json(predicted: Option<&Predicted>) -> Prediction {
-    let ten = |of: fn(&Predicted) -> [f64; 10]| match predicted {
-        Some(predicted) => Properties::of(of(predicted).map(Some)),
+fn prediction_json(predicted: Option<&PredictedUncertainty>) -> Prediction {
+    let ten = |quantity: fn(&PredictedUncertainty) -> [f64; 10]| match predicted {
+        Some(predicted) => Properties::of(quantity(predicted).map(Some)),
         None => Properties::of([None; 10]),
     };
     Prediction {
@@ -175,8 +179,10 @@ fn advice_json(advice: &Advice, file: &LayoutFile) -> document::Advice {
     document::Advice {
         further_hit: advice.further_hit.map(|(dof, total)| hit(dof, Some(total))),
         further_sensor: advice.further_sensor.map(|(node, total)| sensor(node, Some(total))),
-        without_hits: hits.map(|(of, total)| hit(of.dof, *total)).collect(),
-        without_sensors: sensors.map(|(of, total)| sensor(of.node, *total)).collect(),
+        without_hits: hits.map(|(layout_hit, total)| hit(layout_hit.dof, *total)).collect(),
+        without_sensors: sensors
+            .map(|(layout_sensor, total)| sensor(layout_sensor.node, *total))
+            .collect(),
     }
 }
 
@@ -216,7 +222,7 @@ pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> St
 
 /// What each method would answer as text: how uncertain, and why some have no answer; then the modes.
 pub fn forecast_text(forecast: &Forecast, layout: &HostLayout) -> String {
-    let mut rows: Vec<(&str, &Predicted)> =
+    let mut rows: Vec<(&str, &PredictedUncertainty)> =
         forecast.answers.iter().map(|(method, predicted)| (method.name(), predicted)).collect();
     rows.extend(forecast.combined.iter().map(|predicted| ("combined", predicted)));
     let mut text = String::new();
@@ -242,20 +248,25 @@ fn modes_of(forecast: &Forecast, layout: &HostLayout) -> Vec<Mode> {
 }
 
 /// Standard deviations of some properties, and if wanted of all in % of scale: a row for each method.
-fn deviations(rows: &[(&str, &Predicted)], columns: Range<usize>, with_total: bool) -> String {
-    let mut all = table();
+fn deviations(
+    rows: &[(&str, &PredictedUncertainty)],
+    columns: Range<usize>,
+    with_total: bool,
+) -> String {
+    let mut table = table();
     let parameters = &INERTIAL_PARAMETERS[columns.clone()];
     let header = parameters.iter().map(|p| format!("{}, {}", p.symbol, p.table_unit));
     let total = with_total.then(|| "all ten, % of scale".to_owned());
-    all.set_header(std::iter::once(String::new()).chain(header).chain(total));
-    align_right(&mut all, 1..=parameters.len() + usize::from(with_total));
+    table.set_header(std::iter::once(String::new()).chain(header).chain(total));
+    align_right(&mut table, 1..=parameters.len() + usize::from(with_total));
     for (name, predicted) in rows {
         let cells = columns.clone().zip(parameters);
-        let cells = cells.map(|(k, of)| two_digits(predicted.sigma[k] * of.table_factor));
+        let cells =
+            cells.map(|(k, parameter)| two_digits(predicted.sigma[k] * parameter.table_factor));
         let total = with_total.then(|| format!("{:.2}", predicted.total_percent_of_scale));
-        all.add_row(std::iter::once((*name).to_owned()).chain(cells).chain(total));
+        table.add_row(std::iter::once((*name).to_owned()).chain(cells).chain(total));
     }
-    format!("{all}\n")
+    format!("{table}\n")
 }
 
 /// The error sources with the largest shares.
@@ -317,8 +328,8 @@ pub fn advice_text(advice: &Advice, layout: &HostLayout, of_rig: bool) -> String
 }
 
 /// The entry whose removal costs least; `None` when none can be removed.
-fn least<'a, T>(all: &'a [T], totals: &[Option<f64>]) -> Option<(&'a T, f64)> {
-    let known = all.iter().zip(totals).filter_map(|(one, total)| Some((one, (*total)?)));
+fn least<'a, T>(items: &'a [T], totals: &[Option<f64>]) -> Option<(&'a T, f64)> {
+    let known = items.iter().zip(totals).filter_map(|(one, total)| Some((one, (*total)?)));
     known.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 

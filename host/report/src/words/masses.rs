@@ -12,8 +12,8 @@ pub fn masses_text(masses: &MassRange) -> String {
     let upper = heaviest
         .map_or_else(String::new, |heaviest| format!(" to about {} kg", two_digits(heaviest)));
     format!(
-        "masses: sensors of ±{range:.0} g and hits from {weakest_n:.0} N measure objects of this shape from about {} kg{upper}; \
-         below {} kg every hit exceeds the range of a sensor",
+        "masses: sensors of ±{range:.0} g and hits from {weakest_n:.0} N measure objects of this shape from about {} \
+         kg{upper}; below {} kg every hit exceeds the range of a sensor",
         two_digits(*lightest_everywhere),
         two_digits(*lightest),
     )
@@ -25,9 +25,9 @@ pub fn mass_warning(masses: &MassRange, mass: f64) -> Option<String> {
     let range = Calibration::ADXL326_RANGE_G;
     let too_light = |hits: &str| {
         format!(
-            "{hits} of {weakest_n:.0} N, the weakest that is accepted, exceeds ±{range:.0} g of a sensor on an object of {} kg \
-             and is rejected: use a softer tip with a smaller test.min_peak_force_n and test.trigger_n, sensors of a larger \
-             range, or a known body glued to the object ([[attached]])",
+            "{hits} of {weakest_n:.0} N, the weakest that is accepted, exceeds ±{range:.0} g of a sensor on an object \
+             of {} kg and is rejected: use a softer tip with a smaller test.min_peak_force_n and test.trigger_n, \
+             sensors of a larger range, or a known body glued to the object ([[attached]])",
             two_digits(mass)
         )
     };
@@ -35,8 +35,8 @@ pub fn mass_warning(masses: &MassRange, mass: f64) -> Option<String> {
         () if mass < lightest => Some(too_light("every hit")),
         () if mass < lightest_everywhere => Some(too_light("at some of the hit points a hit")),
         () if heaviest.is_some_and(|heaviest| mass > heaviest) => Some(format!(
-            "an object of {} kg answers the hardest hit that the hammer's channel shows with little more than noise: average \
-             more hits (test.hits_per_dof), or use a heavier hammer and more sensitive sensors",
+            "an object of {} kg answers the hardest hit that the hammer's channel shows with little more than noise: \
+             average more hits (test.hits_per_dof), or use a heavier hammer and more sensitive sensors",
             two_digits(mass)
         )),
         () => None,

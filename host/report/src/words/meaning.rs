@@ -1,6 +1,6 @@
 //! What a factor smells of: a unit, a converter, a reversed sign.
 
-use massline_shared::Estimated;
+use massline_shared::EstimatedValue;
 
 /// Factors that come from units and instruments, with their meaning.
 const MEANINGS: [(f64, &str); 15] = [
@@ -28,7 +28,7 @@ const KNOWN: f64 = 0.1;
 const SIGMAS: f64 = 2.0;
 
 /// The meaning of a factor, when it is near one that has a meaning: the readings over their true values.
-pub(super) fn of_gain(gain: Estimated<f64>) -> Option<&'static str> {
+pub(super) fn of_gain(gain: EstimatedValue<f64>) -> Option<&'static str> {
     let near = MEANINGS.into_iter().filter_map(|(factor, meaning)| {
         let relative = gain.value / factor - 1.0;
         let sigma = (gain.sigma / gain.value).abs();
@@ -39,7 +39,10 @@ pub(super) fn of_gain(gain: Estimated<f64>) -> Option<&'static str> {
 }
 
 /// The meaning of a displaced coordinate that is written as `written`, m: the true value over it.
-pub(super) fn of_coordinate(written: f64, displacement: Estimated<f64>) -> Option<&'static str> {
+pub(super) fn of_coordinate(
+    written: f64,
+    displacement: EstimatedValue<f64>,
+) -> Option<&'static str> {
     let is_near = |factor: f64| {
         let missed = (displacement.value - (factor - 1.0) * written).abs();
         missed < (SIGMAS * displacement.sigma).max(RECOGNIZED * (factor * written).abs())
@@ -60,7 +63,7 @@ mod tests {
     use super::*;
 
     fn gain(value: f64) -> Option<&'static str> {
-        of_gain(Estimated { value, sigma: 0.01 * value })
+        of_gain(EstimatedValue { value, sigma: 0.01 * value })
     }
 
     #[test]
@@ -73,12 +76,12 @@ mod tests {
         for other in [1.0, 1.3, 0.77, 3.0, 7.0, -2.0] {
             assert_eq!(gain(other), None, "{other}");
         }
-        assert_eq!(of_gain(Estimated { value: 9.8, sigma: 3.0 }), None);
+        assert_eq!(of_gain(EstimatedValue { value: 9.8, sigma: 3.0 }), None);
     }
 
     #[test]
     fn a_reversed_sign_is_recognized() {
-        let moved = |value| Estimated { value, sigma: 0.002 };
+        let moved = |value| EstimatedValue { value, sigma: 0.002 };
         assert_eq!(of_coordinate(0.25, moved(-0.501)), Some("its sign is reversed"));
         assert_eq!(of_coordinate(0.25, moved(-0.05)), None);
         assert_eq!(of_coordinate(0.0, moved(0.001)), None);

@@ -43,7 +43,7 @@ pub fn answered_by_rig(result: &MeasurementResult) -> TestResult {
     let estimates = estimates_of(result);
     TestResult {
         solved_by: SolvedBy::Rig,
-        results: estimates.iter().map(|of| estimate_of(of, message_of)).collect(),
+        results: estimates.iter().map(|estimate| estimate_of(estimate, message_of)).collect(),
         diagnostics: findings(&result.diagnostics, message_of),
         ..measured(result)
     }

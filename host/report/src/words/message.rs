@@ -11,7 +11,7 @@ use super::as_exact_as;
 
 /// Looks up what is known of a subject besides its index: the node of a sensor, the DOF of a hit, the prior
 /// of a property.
-type Known<'k> = &'k dyn Fn(Subject) -> Option<String>;
+type SubjectNames<'k> = &'k dyn Fn(Subject) -> Option<String>;
 
 /// The message of a diagnostic, with what to do; sensors and hits are counted from 1.
 pub fn message(diagnostic: &Diagnostic) -> String {
@@ -25,7 +25,8 @@ pub fn messages(diagnostics: &[Diagnostic]) -> String {
     each.map(|(_, message)| message).collect::<Vec<_>>().join("; ")
 }
 
-/// As [`messages`], with the names of the layout: the first diagnostic of every code with the message of all that have it.
+/// As [`messages`], with the names of the layout: the first diagnostic of every code with the message of all that have
+/// it.
 pub fn by_code<'d, R: Real, C: Capacity>(
     diagnostics: &'d [Diagnostic],
     layout: &Layout<R, C>,
@@ -33,12 +34,15 @@ pub fn by_code<'d, R: Real, C: Capacity>(
     grouped(diagnostics, &|subject| name_in(subject, layout))
 }
 
-fn grouped<'d>(diagnostics: &'d [Diagnostic], known: Known<'_>) -> Vec<(&'d Diagnostic, String)> {
+fn grouped<'d>(
+    diagnostics: &'d [Diagnostic],
+    known: SubjectNames<'_>,
+) -> Vec<(&'d Diagnostic, String)> {
     let of_code = |code: Code| diagnostics.iter().filter(move |d| d.code == code);
     let is_first = |(place, d): &(usize, &Diagnostic)| {
         diagnostics[..*place].iter().all(|earlier| earlier.code != d.code)
     };
-    let told = diagnostics.iter().enumerate().filter(is_first).map(|(_, first)| {
+    let messages = diagnostics.iter().enumerate().filter(is_first).map(|(_, first)| {
         let others: Vec<_> = of_code(first.code)
             .skip(1)
             .map(|other| format!("{} {}", subject(other, known), value(other)))
@@ -49,7 +53,7 @@ fn grouped<'d>(diagnostics: &'d [Diagnostic], known: Known<'_>) -> Vec<(&'d Diag
             others => (first, format!("{message} (also {})", others.join(", "))),
         }
     });
-    told.collect()
+    messages.collect()
 }
 
 /// As [`message`], with the node and DOF names of the layout.
@@ -82,9 +86,10 @@ fn name_in<R: Real, C: Capacity>(subject: Subject, layout: &Layout<R, C>) -> Opt
 /// As [`message`], with the DOF names of a result.
 pub fn message_of_result(diagnostic: &Diagnostic, result: &MeasurementResult) -> String {
     sentence(diagnostic, &|subject| match subject {
-        Subject::Hit(index) => {
-            result.measured().find(|(_, of, _)| *of == index).map(|(dof, ..)| dof.to_string())
-        }
+        Subject::Hit(index) => result
+            .measured()
+            .find(|(_, measured_index, _)| *measured_index == index)
+            .map(|(dof, ..)| dof.to_string()),
         _ => None,
     })
 }
@@ -95,7 +100,7 @@ pub fn code_name(diagnostic: &Diagnostic) -> String {
 }
 
 /// The sentence of the code with its placeholders filled in.
-fn sentence(d: &Diagnostic, known: Known<'_>) -> String {
+fn sentence(d: &Diagnostic, known: SubjectNames<'_>) -> String {
     let (hit, response) = match d.subject {
         Subject::Response { hit, response } => {
             let sensor = counted("sensor", Subject::Sensor(response / 3), response / 3, known);
@@ -115,15 +120,15 @@ fn sentence(d: &Diagnostic, known: Known<'_>) -> String {
 }
 
 /// The subject of a diagnostic; a general term when the diagnostic does not name one.
-fn subject(d: &Diagnostic, known: Known<'_>) -> String {
+fn subject(d: &Diagnostic, known: SubjectNames<'_>) -> String {
     match d.subject {
         Subject::Sensor(index) => counted("sensor", d.subject, index, known),
         Subject::Hit(index) => counted("hit", d.subject, index, known),
         Subject::Channel(channel) => channel_name(channel.into()),
         Subject::Mode(index) => format!("mode {}", u16::from(index) + 1),
         Subject::Hits { first, second } => {
-            let of = |index: u8| counted("hit", Subject::Hit(index), index, known);
-            format!("{} and {}", of(first), of(second))
+            let hit = |index: u8| counted("hit", Subject::Hit(index), index, known);
+            format!("{} and {}", hit(first), hit(second))
         }
         Subject::Property(property) if d.code == Code::PriorInconsistentWithData => {
             known(d.subject).map_or_else(
@@ -138,10 +143,10 @@ fn subject(d: &Diagnostic, known: Known<'_>) -> String {
 }
 
 /// `hit 2 (2:+Z)`, or `hit 2` when the DOF is not known.
-fn counted(what: &str, subject: Subject, index: u8, known: Known<'_>) -> String {
+fn counted(noun: &str, subject: Subject, index: u8, known: SubjectNames<'_>) -> String {
     let number = u16::from(index) + 1;
     known(subject)
-        .map_or_else(|| format!("{what} {number}"), |name| format!("{what} {number} ({name})"))
+        .map_or_else(|| format!("{noun} {number}"), |name| format!("{noun} {number} ({name})"))
 }
 
 fn one_of(kind: SubjectKind) -> &'static str {
@@ -233,7 +238,7 @@ mod tests {
     use super::*;
     use massline_shared::diagnosis::Severity;
 
-    fn said(code: Code, subject: Subject, value: f32) -> Diagnostic {
+    fn diagnostic_of(code: Code, subject: Subject, value: f32) -> Diagnostic {
         Diagnostic::about(code, Severity::Warning, subject, value)
     }
 
@@ -241,7 +246,7 @@ mod tests {
     fn every_sentence_is_filled_in() {
         for &code in Code::ALL {
             for subject in [code.subject_kind().at(1), Subject::Whole] {
-                let sentence = message(&said(code, subject, 0.25));
+                let sentence = message(&diagnostic_of(code, subject, 0.25));
                 assert!(!sentence.contains(['{', '}']), "{sentence}");
                 // Keys of the layout and symbols of properties may have underscores.
                 let words = sentence.replace("senses_gravity", "").replace("c_x", "");
@@ -268,26 +273,26 @@ mod tests {
 
     #[test]
     fn channels_are_named() {
-        let overload = |k| message(&said(Code::Overload, Subject::Channel(k), 170.0));
+        let overload = |k| message(&diagnostic_of(Code::Overload, Subject::Channel(k), 170.0));
         assert!(overload(0).starts_with("the hammer") && overload(0).contains(" N"));
         assert!(overload(5).starts_with("sensor 2 y"));
     }
 
     #[test]
     fn what_is_said_of_several_channels_is_said_once() {
-        let overload = |k, value| said(Code::Overload, Subject::Channel(k), value);
-        let weak = said(Code::TooWeak, Subject::Whole, 2.0);
+        let overload = |k, value| diagnostic_of(Code::Overload, Subject::Channel(k), value);
+        let weak = diagnostic_of(Code::TooWeak, Subject::Whole, 2.0);
         let one = messages(&[overload(0, 128.4)]);
         assert_eq!(one, message(&overload(0, 128.4)));
-        let all = messages(&[overload(0, 128.4), weak, overload(2, -153.6), overload(3, 147.3)]);
+        let text = messages(&[overload(0, 128.4), weak, overload(2, -153.6), overload(3, 147.3)]);
         let others = "(also sensor 1 y -153.6 m/s², sensor 1 z 147.3 m/s²)";
-        assert_eq!(all, format!("{one} {others}; {}", message(&weak)));
+        assert_eq!(text, format!("{one} {others}; {}", message(&weak)));
         assert_eq!(messages(&[]), "");
     }
 
     #[test]
     fn data_of_a_hit_that_is_not_there_do_not_blame_a_sensor() {
-        let text = message(&said(Code::HitNotInLayout, Subject::Hit(8), 0.0));
+        let text = message(&diagnostic_of(Code::HitNotInLayout, Subject::Hit(8), 0.0));
         assert!(
             text.starts_with("there are data of hit 9, which the layout does not have"),
             "{text}"
@@ -301,10 +306,10 @@ mod tests {
             "t",
         )
         .unwrap();
-        let d = said(Code::DofSkipped, Subject::Hit(1), 0.0);
+        let d = diagnostic_of(Code::DofSkipped, Subject::Hit(1), 0.0);
         assert_eq!(message_in(&d, &file.layout), "hit 2 (2:+Z) was left out");
         assert_eq!(message(&d), "hit 2 was left out");
-        let d = said(Code::TwoSensorsOnOneNode, Subject::Sensor(2), 3.0);
+        let d = diagnostic_of(Code::TwoSensorsOnOneNode, Subject::Sensor(2), 3.0);
         assert!(message_in(&d, &file.layout).starts_with("sensor 3 (on node 3) "));
     }
 }

@@ -18,8 +18,8 @@ use massline_analysis::where_to_hit::{better_hit, new_direction};
 /// Length of the longest bar, characters.
 const BAR: f64 = 4.0;
 
-/// Frequencies, damping ratios and Norm Indicators: one row per mode, then what follows from them; `flexible` where a flexible
-/// mode shows above the band.
+/// Frequencies, damping ratios and Norm Indicators: one row per mode, then what follows from them; `flexible` where a
+/// flexible mode shows above the band.
 pub fn modes_text(modes: &Modes, flexible: bool) -> String {
     let mut of_modes = table();
     of_modes.set_header(["mode", "Hz", "± sd", "damping, %", "± sd", "complexity, %"]);
@@ -48,8 +48,8 @@ pub fn modes_text(modes: &Modes, flexible: bool) -> String {
             format!("{which} at {highest:.2} Hz\n")
         } else {
             format!(
-                "{which} at {highest:.2} Hz: a mass line {begins} at {:.0} Hz, provided that no elastic mode lies below \
-                 {:.0} Hz\n",
+                "{which} at {highest:.2} Hz: a mass line {begins} at {:.0} Hz, provided that no elastic mode lies \
+                 below {:.0} Hz\n",
                 ABOVE_SUSPENSION * highest,
                 // The band is at least an octave wide.
                 ABOVE_SUSPENSION * highest * 2.0 / BELOW_ELASTIC,
@@ -94,64 +94,65 @@ pub fn better_hits_text(modes: &[Mode]) -> Vec<String> {
 
 /// The mass-normalised shapes at the origin of the body frame, with their standard deviations.
 pub fn shapes_text(modes: &[Mode]) -> String {
-    let mut all = table();
-    all.set_header(["mode", "x", "y", "z", "θx", "θy", "θz"]);
-    align_right(&mut all, 1..7);
+    let mut table = table();
+    table.set_header(["mode", "x", "y", "z", "θx", "θy", "θz"]);
+    align_right(&mut table, 1..7);
     for (place, Mode { shape, .. }) in modes.iter().enumerate() {
         let cells = shape.value.iter().enumerate().map(|(k, value)| {
             let exact = shape.sigma.map(|sigma| sigma[k]);
             let spread = exact.map_or("-".into(), |sigma| as_exact_as(sigma, exact));
             format!("{}\n± {spread}", as_exact_as(*value, exact))
         });
-        all.add_row(std::iter::once((place + 1).to_string()).chain(cells));
+        table.add_row(std::iter::once((place + 1).to_string()).chain(cells));
     }
-    format!("shapes at the origin, 1/√kg and 1/(m √kg)\n{all}\n")
+    format!("shapes at the origin, 1/√kg and 1/(m √kg)\n{table}\n")
 }
 
 /// How alike the shapes are: the modal assurance criterion.
 pub fn assurance_text(assurance: &[Vec<f64>]) -> String {
-    let mut all = table();
+    let mut table = table();
     let header = (1..=assurance.len()).map(|mode| mode.to_string());
-    all.set_header(std::iter::once("mode".to_owned()).chain(header));
-    align_right(&mut all, 1..=assurance.len());
+    table.set_header(std::iter::once("mode".to_owned()).chain(header));
+    align_right(&mut table, 1..=assurance.len());
     for (place, row) in assurance.iter().enumerate() {
         let cells = row.iter().map(|value| format!("{value:.3}"));
-        all.add_row(std::iter::once((place + 1).to_string()).chain(cells));
+        table.add_row(std::iter::once((place + 1).to_string()).chain(cells));
     }
-    format!("modal assurance criterion\n{all}\n")
+    format!("modal assurance criterion\n{table}\n")
 }
 
 /// The poles of every order, marked where the next smaller order also has them.
 pub fn orders_text(orders: &[Order]) -> String {
-    let mut all = table();
-    all.set_header(["order", "poles, Hz; ● is also in the row above"]);
+    let mut table = table();
+    table.set_header(["order", "poles, Hz; ● is also in the row above"]);
     for (place, Order { used, poles }) in orders.iter().enumerate() {
         let poles = poles
             .iter()
             .map(|pole| format!("{:.3}{}", pole.frequency_hz, if pole.stable { " ●" } else { "" }));
         let mark = if *used { "used" } else { "" };
-        all.add_row([format!("{} {mark}", place + 1), poles.collect::<Vec<_>>().join("  ")]);
+        table.add_row([format!("{} {mark}", place + 1), poles.collect::<Vec<_>>().join("  ")]);
     }
-    format!("stabilisation\n{all}\n")
+    format!("stabilisation\n{table}\n")
 }
 
 /// Norm Indicators with bars, one row per hit and one column per mode.
 fn indicators(modes: &[Mode]) -> Table {
-    let mut all = table();
+    let mut table = table();
     let header = (1..=modes.len()).map(|mode| mode.to_string());
-    all.set_header(std::iter::once("hit \\ mode".to_owned()).chain(header));
+    table.set_header(std::iter::once("hit \\ mode".to_owned()).chain(header));
     let every = modes.iter().flat_map(|mode| &mode.norm_indicators);
-    let largest = every.map(|of| of.value).fold(f64::MIN_POSITIVE, f64::max);
+    let largest = every.map(|indicator| indicator.value).fold(f64::MIN_POSITIVE, f64::max);
     let hits = modes.first().map_or(&[][..], |mode| &mode.norm_indicators);
     for (place, hit) in hits.iter().enumerate() {
         let cells = modes.iter().map(|mode| {
-            let indicator = mode.norm_indicators.get(place).map_or(0.0, |of| of.value);
+            let indicator =
+                mode.norm_indicators.get(place).map_or(0.0, |indicator| indicator.value);
             let length = (BAR * indicator / largest).round() as usize;
             format!("{indicator:.3} {}", "█".repeat(length))
         });
-        all.add_row(std::iter::once(hit.dof.clone()).chain(cells));
+        table.add_row(std::iter::once(hit.dof.clone()).chain(cells));
     }
-    all
+    table
 }
 
 /// The modes as part of a result.
@@ -190,7 +191,7 @@ pub fn suspension_mode(row: &ModeRow, layout: &HostLayout) -> massline_result::M
         damping_ratio: spread(row.damping_ratio),
         shape: Spread {
             value: row.shape.into(),
-            sigma: Some(sigma).filter(|all| all.iter().all(|s| s.is_finite())),
+            sigma: Some(sigma).filter(|sigma| sigma.iter().all(|s| s.is_finite())),
         },
         complexity: known(row.complexity),
         norm_indicators: indicators.map(indicator).collect(),

@@ -1,6 +1,6 @@
 //! What the points of a campaign have shown so far, and what readings lack, in words.
 
-use massline_analysis::modes_so_far::{Lacking, WELL};
+use massline_analysis::modes_so_far::{MissingModes, WELL};
 use massline_result::{ModesSoFar, NextPoint, SeenMode};
 
 use super::two_digits;
@@ -8,27 +8,27 @@ use super::where_to_hit::do_not_show;
 use crate::words::counted;
 
 /// What readings lack, and a hit that would show it.
-pub fn lacking(of: &Lacking) -> String {
-    let shown = match of.hardly {
+pub fn lacking(missing_modes: &MissingModes) -> String {
+    let shown = match missing_modes.hardly {
         Some((frequency_hz, share)) => format!(
             "the mode of {frequency_hz:.2} Hz hardly shows ({:.0} % of the largest possible)",
             100.0 * share
         ),
-        None => do_not_show(of.missing),
+        None => do_not_show(missing_modes.missing),
     };
-    match &of.hit {
+    match &missing_modes.hit {
         None => shown,
         Some(dof) => format!("{shown}; a hit at {dof} (axes of the body) would show more"),
     }
 }
 
 /// `2 of 5 points`.
-pub fn progress(of: &ModesSoFar) -> String {
-    format!("{} of {} points", of.dofs_measured, of.dofs)
+pub fn progress(modes: &ModesSoFar) -> String {
+    format!("{} of {} points", modes.dofs_measured, modes.dofs)
 }
 
 /// A line for each mode: frequency, the hit that shows it best, its Norm Indicator.
-pub fn rows(of: &ModesSoFar) -> Vec<String> {
+pub fn rows(modes: &ModesSoFar) -> Vec<String> {
     let row = |mode: &SeenMode| {
         let SeenMode { frequency_hz, dof, norm_indicator, share_of_possible, .. } = mode;
         format!(
@@ -38,27 +38,27 @@ pub fn rows(of: &ModesSoFar) -> Vec<String> {
             100.0 * share_of_possible,
         )
     };
-    of.modes.iter().map(row).collect()
+    modes.modes.iter().map(row).collect()
 }
 
 /// What is missing, and what to hit next.
-pub fn advice(of: &ModesSoFar) -> String {
-    let seen = match of.modes_missing {
-        0 => all_show(of),
-        missing if of.dofs_measured < of.dofs => {
+pub fn advice(modes: &ModesSoFar) -> String {
+    let seen = match modes.modes_missing {
+        0 => all_show(modes),
+        missing if modes.dofs_measured < modes.dofs => {
             format!("{} yet", do_not_show(missing))
         }
         missing => do_not_show(missing),
     };
-    let why = match of.modes_missing {
+    let why = match modes.modes_missing {
         0 => "shows that mode better",
         _ => "pushes most unlike the points so far",
     };
-    match &of.next {
-        None if of.modes_missing > 0 => {
+    match &modes.next {
+        None if modes.modes_missing > 0 => {
             format!("{seen}, and the points push in all directions: hit harder or more often")
         }
-        None if of.dofs_measured < of.dofs => {
+        None if modes.dofs_measured < modes.dofs => {
             format!("{seen}; the points to come make the answer more certain")
         }
         None => seen,
@@ -76,8 +76,9 @@ pub fn advice(of: &ModesSoFar) -> String {
 }
 
 /// That all six modes show, and which of them does not show well.
-fn all_show(of: &ModesSoFar) -> String {
-    let worst = of.modes.iter().min_by(|a, b| a.share_of_possible.total_cmp(&b.share_of_possible));
+fn all_show(modes: &ModesSoFar) -> String {
+    let worst =
+        modes.modes.iter().min_by(|a, b| a.share_of_possible.total_cmp(&b.share_of_possible));
     match worst.filter(|mode| mode.share_of_possible < WELL) {
         None => "all six modes show".into(),
         Some(mode) => format!(
@@ -89,13 +90,14 @@ fn all_show(of: &ModesSoFar) -> String {
 }
 
 /// The report as text: a heading, a line for each mode, the advice.
-pub fn text(of: &ModesSoFar) -> String {
+pub fn text(modes: &ModesSoFar) -> String {
     let heading = format!(
         "after {}, modes seen, each with the hit that shows it best and its Norm Indicator:",
-        progress(of)
+        progress(modes)
     );
-    let heading = if of.modes.is_empty() { format!("after {}:", progress(of)) } else { heading };
-    let lines = [vec![heading], rows(of), vec![advice(of)]].concat();
+    let heading =
+        if modes.modes.is_empty() { format!("after {}:", progress(modes)) } else { heading };
+    let lines = [vec![heading], rows(modes), vec![advice(modes)]].concat();
     lines.join("\n  ")
 }
 
@@ -132,16 +134,16 @@ mod tests {
             text.contains("   2.82 Hz  101:+X   0.42 (90 % of the largest possible)"),
             "{text}"
         );
-        let said = "4 of the six modes do not show yet; hit 104:+Y next: it pushes most unlike the points so far";
-        assert!(text.ends_with(said), "{text}");
+        let end = "4 of the six modes do not show yet; hit 104:+Y next: it pushes most unlike the points so far";
+        assert!(text.ends_with(end), "{text}");
         let later = ModesSoFar { next: next("104:+Y", Some(2)), ..third.clone() };
         assert!(advice(&later).ends_with(
             "104:+Y, after 2 more points, pushes most unlike the points so far: do not leave it out"
         ));
         let last = ModesSoFar { dofs: 3, modes_missing: 1, next: next("7:+Z", None), ..third };
-        let said = "one of the six modes does not show; add 7:+Z (axes of the body) to the layout: it pushes most unlike the \
-                    points so far";
-        assert_eq!(advice(&last), said);
+        let end = "one of the six modes does not show; add 7:+Z (axes of the body) to the layout: it pushes most \
+                    unlike the points so far";
+        assert_eq!(advice(&last), end);
     }
 
     #[test]
@@ -157,9 +159,9 @@ mod tests {
         let mut hardly = good.clone();
         hardly.modes[1] = mode(3.22, 0.17);
         hardly.next = next("105:+X", Some(0));
-        let said = "all six modes show, that of 3.22 Hz with only 17 % of the largest possible; hit 105:+X next: it shows that \
-                    mode better";
-        assert_eq!(advice(&hardly), said);
+        let end = "all six modes show, that of 3.22 Hz with only 17 % of the largest possible; hit 105:+X next: it \
+                    shows that mode better";
+        assert_eq!(advice(&hardly), end);
         let early = ModesSoFar { dofs_measured: 4, ..good };
         assert_eq!(
             advice(&early),

@@ -103,7 +103,7 @@ fn method_json(method: &MethodStatistics) -> MethodOverRuns {
         worst_ratio: method.worst_ratio(),
         geometric_mean_width: method.geometric_mean_width(),
         pooled_coverage95: method.pooled_coverage95(),
-        properties: properties.map(|(p, of)| property_json(of.symbol, p)).collect(),
+        properties: properties.map(|(p, parameter)| property_json(parameter.symbol, p)).collect(),
     }
 }
 
@@ -131,17 +131,17 @@ pub fn measure_error_text<R: Real, C: Capacity>(
             format!("no hit at DOF {} reaches test.trigger_n; lower it or hit harder", dof + 1)
         }
         MeasureError::AlwaysRejected { dof, .. } => format!(
-            "{MOST_REJECTED} hits at DOF {} were rejected; look at test.min_peak_force_n or test.impulse_ns, and at the force of \
-             the bench's taps",
+            "{MOST_REJECTED} hits at DOF {} were rejected; look at test.min_peak_force_n or test.impulse_ns, and at \
+             the force of the bench's taps",
             dof + 1
         ),
-        MeasureError::Refused(error, found) if found.is_empty() => error.to_string(),
-        MeasureError::Refused(_, found) => {
-            let sentences: Vec<_> = found.iter().map(|d| message_in(d, layout)).collect();
+        MeasureError::Refused(error, diagnostics) if diagnostics.is_empty() => error.to_string(),
+        MeasureError::Refused(_, diagnostics) => {
+            let sentences: Vec<_> = diagnostics.iter().map(|d| message_in(d, layout)).collect();
             sentences.join("; ")
         }
-        MeasureError::MassLine(found) => {
-            let why = message_in(found, layout);
+        MeasureError::MassLine(diagnostic) => {
+            let why = message_in(diagnostic, layout);
             format!("no mass line can be fitted: {why}; look at test.band_hz")
         }
     }

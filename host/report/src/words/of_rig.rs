@@ -80,22 +80,22 @@ mod tests {
     /// The panel of a rig and the program state the same verdict on what the rig has found, whatever that is.
     #[test]
     fn a_rig_s_own_verdict_is_that_of_the_program() {
-        let all = [Method::MaximumLikelihood, Method::InertiaRestraint];
-        for methods in [&all[..], &all[..1], &all[1..]] {
+        let all_methods = [Method::MaximumLikelihood, Method::InertiaRestraint];
+        for methods in [&all_methods[..], &all_methods[..1], &all_methods[1..]] {
             for (chi_squared, mass) in [(17.0, 1.23), (60.0, 1.23), (272.0, 1.23), (17.0, -1.23)] {
                 let mut result = result(methods, chi_squared, mass);
                 let answer = result.estimates[0].estimate().unwrap();
-                let is_complete = methods.len() == all.len();
+                let is_complete = methods.len() == all_methods.len();
                 // Which form of damping fits, a rig never says.
                 for code in Code::ALL.iter().filter(|code| !is_of_other_form(**code)) {
                     for severity in [Severity::Note, Severity::Warning, Severity::Error] {
-                        let found = Diagnostic::about(*code, severity, Subject::Whole, 4.0);
+                        let diagnostic = Diagnostic::about(*code, severity, Subject::Whole, 4.0);
                         result.diagnostics.clear();
-                        result.diagnostics.push(found).unwrap();
+                        result.diagnostics.push(diagnostic).unwrap();
                         let verdict = judgement_of(&result).unwrap().verdict();
                         let of_rig =
                             identify::Verdict::on(&answer, &result.diagnostics, is_complete);
-                        assert_eq!(Verdict::from(of_rig), verdict, "{methods:?} {found:?}");
+                        assert_eq!(Verdict::from(of_rig), verdict, "{methods:?} {diagnostic:?}");
                     }
                 }
             }

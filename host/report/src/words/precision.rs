@@ -7,27 +7,27 @@ use massline_shared::design::{FurtherHit, Widths};
 use super::two_digits;
 
 /// `4 of 12 DOFs`.
-pub fn progress(of: &PrecisionReport<'_>) -> String {
-    format!("{} of {} DOFs", of.measured, of.layout.hits.len())
+pub fn progress(report: &PrecisionReport<'_>) -> String {
+    format!("{} of {} DOFs", report.measured, report.layout.hits.len())
 }
 
 /// The half widths of the intervals; empty when more DOFs are needed.
-pub fn widths(of: &PrecisionReport<'_>) -> String {
-    of.precision.as_ref().map_or_else(String::new, |known| in_words(&known.widths()))
+pub fn widths(report: &PrecisionReport<'_>) -> String {
+    report.precision.as_ref().map_or_else(String::new, |known| in_words(&known.widths()))
 }
 
 /// The report: one or two lines.
-pub fn text(of: &PrecisionReport<'_>) -> String {
-    if of.precision.is_none() {
-        return format!("after {}: {}", progress(of), advice(of));
+pub fn text(report: &PrecisionReport<'_>) -> String {
+    if report.precision.is_none() {
+        return format!("after {}: {}", progress(report), advice(report));
     }
-    let (widths, advice) = (widths(of), advice(of).replace('\n', "\n  "));
-    format!("after {}, 95 % intervals: {widths}\n  {advice}", progress(of))
+    let (widths, advice) = (widths(report), advice(report).replace('\n', "\n  "));
+    format!("after {}, 95 % intervals: {widths}\n  {advice}", progress(report))
 }
 
 /// What is known worst and what helps, one or two lines.
-pub fn advice(of: &PrecisionReport<'_>) -> String {
-    let Some(precision) = &of.precision else {
+pub fn advice(report: &PrecisionReport<'_>) -> String {
+    let Some(precision) = &report.precision else {
         return "more DOFs are needed for the ten properties".into();
     };
     let mut text = String::new();
@@ -38,15 +38,15 @@ pub fn advice(of: &PrecisionReport<'_>) -> String {
     let now = precision.in_target_units(worst, precision.half_widths[worst]);
     let symbol = INERTIAL_PARAMETERS[worst].symbol;
     text += &format!("the worst is {symbol}, {}", width(worst, now));
-    if let Some(FurtherHit { dof, property, half_width }) = of.further {
+    if let Some(FurtherHit { dof, property, half_width }) = report.further {
         text += &format!(
             "; a further hit helps most at {}: about {}",
-            of.dof(dof),
+            report.dof(dof),
             width(property, precision.in_target_units(property, half_width)),
         );
-    } else if of.measured < of.layout.hits.len() {
-        text += "; no further hit of the layout would narrow it by 1 %: what limits it is the same in every hit, such as the \
-                 gain of the hammer";
+    } else if report.measured < report.layout.hits.len() {
+        text += "; no further hit of the layout would narrow it by 1 %: what limits it is the same in every hit, such \
+                 as the gain of the hammer";
     }
     text
 }

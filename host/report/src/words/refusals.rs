@@ -28,16 +28,16 @@ pub fn refusals<R: AsRef<[Diagnostic]>>(
 
 /// The refusals as lines: `maximum-likelihood: not applicable: <reason>`. Methods with the same reasons share one.
 pub fn refusals_text(refused: &[Refusal]) -> String {
-    let mut all: Vec<(String, String)> = Vec::new();
+    let mut lines: Vec<(String, String)> = Vec::new();
     for Refusal { method, code, message, .. } in refused {
-        let what = if is_failure(code) { "no answer" } else { "not applicable" };
-        let said = format!("{what}: {message}");
-        match all.iter_mut().find(|(_, of)| *of == said) {
+        let outcome = if is_failure(code) { "no answer" } else { "not applicable" };
+        let reason = format!("{outcome}: {message}");
+        match lines.iter_mut().find(|(_, earlier)| *earlier == reason) {
             Some((methods, _)) => *methods += &format!(", {method}"),
-            None => all.push((method.to_string(), said)),
+            None => lines.push((method.to_string(), reason)),
         }
     }
-    all.iter().map(|(methods, said)| format!("{methods}: {said}\n")).collect()
+    lines.iter().map(|(methods, reason)| format!("{methods}: {reason}\n")).collect()
 }
 
 /// True for a failure on the way to an answer, as opposed to a reason why the method is not applicable.
@@ -71,15 +71,15 @@ mod tests {
         [(Method::MaximumLikelihood, [Diagnostic::whole(code, Severity::Error, 0.0)])]
     }
 
-    fn said(refused: &[(Method, [Diagnostic; 1])]) -> String {
+    fn text_of(refused: &[(Method, [Diagnostic; 1])]) -> String {
         refusals_text(&refusals(refused, message))
     }
 
     #[test]
     fn a_layout_that_does_not_admit_a_method_is_told_from_a_fit_that_failed() {
-        let text = said(&refused(Code::HitsConcurrent));
+        let text = text_of(&refused(Code::HitsConcurrent));
         assert!(text.starts_with("maximum-likelihood: not applicable: "), "{text}");
-        let text = said(&refused(Code::NotConverged));
+        let text = text_of(&refused(Code::NotConverged));
         assert!(text.starts_with("maximum-likelihood: no answer: "), "{text}");
     }
 
@@ -88,8 +88,8 @@ mod tests {
         let [concurrent] = refused(Code::HitsConcurrent);
         let (_, reasons) = concurrent;
         let [other] = refused(Code::NotConverged);
-        let all = [concurrent, (Method::GlobalFit, other.1), (Method::Dppim, reasons)];
-        let text = said(&all);
+        let refused_methods = [concurrent, (Method::GlobalFit, other.1), (Method::Dppim, reasons)];
+        let text = text_of(&refused_methods);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 2, "{text}");
         let both = "maximum-likelihood, dppim: not applicable: ";
@@ -99,10 +99,10 @@ mod tests {
 
     #[test]
     fn programs_read_method_code_and_message() {
-        let told = refusals(&refused(Code::NotConverged), message);
-        assert_eq!(told[0].method, Method::MaximumLikelihood);
-        assert_eq!(told[0].code, "not_converged");
-        assert_eq!(told[0].codes, ["not_converged"]);
-        assert!(told[0].message.contains("did not converge"), "{told:?}");
+        let refusals = refusals(&refused(Code::NotConverged), message);
+        assert_eq!(refusals[0].method, Method::MaximumLikelihood);
+        assert_eq!(refusals[0].code, "not_converged");
+        assert_eq!(refusals[0].codes, ["not_converged"]);
+        assert!(refusals[0].message.contains("did not converge"), "{refusals:?}");
     }
 }

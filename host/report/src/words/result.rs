@@ -95,7 +95,7 @@ fn title_text(result: &TestResult) -> String {
     let mut parts = Vec::new();
     parts.extend(result.answer().map(|answer| answer.method.to_string()));
     let dofs = result.measured_dofs();
-    let of_modes = result.suspension.as_ref().and_then(|of| of.modes.first());
+    let of_modes = result.suspension.as_ref().and_then(|modes| modes.modes.first());
     if let (true, Some(mode)) = (dofs.is_empty(), of_modes) {
         parts.push(counted(mode.norm_indicators.len(), "DOF"));
     }
@@ -137,16 +137,17 @@ pub fn limits_text(result: &TestResult) -> String {
     if result.answer().is_none_or(|answer| answer.complete_sigma().is_none()) {
         return String::new();
     }
-    let is_told = |of: &&ErrorSource| of.share >= LEAST_SHARE;
+    let is_told = |error_source: &&ErrorSource| error_source.share >= LEAST_SHARE;
     let mut sources: Vec<_> = result.error_sources.iter().filter(is_told).collect();
     sources.sort_by(|a, b| b.share.total_cmp(&a.share));
-    let source =
-        |of: &&ErrorSource| format!("{} {:.0} %", source_words(&of.source), 100.0 * of.share);
+    let source = |error_source: &&ErrorSource| {
+        format!("{} {:.0} %", source_words(&error_source.source), 100.0 * error_source.share)
+    };
     match sources.as_slice() {
         [] => hammer_limit(result)
             .map_or_else(String::new, |message| format!("what limits it: {message}\n")),
-        all => {
-            let named: Vec<_> = all.iter().take(MOST_SOURCES).map(source).collect();
+        sources => {
+            let named: Vec<_> = sources.iter().take(MOST_SOURCES).map(source).collect();
             format!("what limits it: {}\n", named.join(", "))
         }
     }
@@ -204,14 +205,14 @@ fn warnings_text(result: &TestResult, extent: Extent) -> String {
     text
 }
 
-/// What the ten properties would be without each of the mistakes that explain the data, of which at most so many are told; empty
-/// without such a mistake.
+/// What the ten properties would be without each of the mistakes that explain the data, of which at most so many are
+/// told; empty without such a mistake.
 pub fn corrected_text(faults: &SingleFaults, most: usize) -> String {
     let count = faults.suspects.len();
     let first =
         if most < count { format!("; the first of {count} mistakes") } else { String::new() };
-    let told = faults.suspects.iter().take(most);
-    told.filter_map(|suspect| {
+    let suspects = faults.suspects.iter().take(most);
+    suspects.filter_map(|suspect| {
         let corrected = suspect.corrected.as_ref()?;
         let condition = suspected_text(suspect);
         Some(format!(
@@ -254,7 +255,7 @@ fn rest_text(result: &TestResult) -> String {
     }
     text += &result.global_fit.as_ref().map_or_else(String::new, global_fit_text);
     if let Some(details) = &result.details {
-        let learned = result.results.iter().find_map(|of| of.learned_budget.as_ref());
+        let learned = result.results.iter().find_map(|estimate| estimate.learned_budget.as_ref());
         if let (Some(budget), Some(learned)) = (&details.error_budget, learned) {
             text += &budget_text(budget, learned);
         }
@@ -262,9 +263,11 @@ fn rest_text(result: &TestResult) -> String {
     }
     text += &result.single_faults.as_ref().map_or_else(String::new, faults_text);
     text += &settings_text(result);
-    let said = |finding: &Finding| result.verdict_reasons.iter().any(|reason| reason.says(finding));
+    let is_reason =
+        |finding: &Finding| result.verdict_reasons.iter().any(|reason| reason.says(finding));
     let limits = hammer_limit(result).filter(|_| result.error_sources.is_empty());
-    let is_left = |of: &&Finding| !said(of) && Some(of.message.as_str()) != limits;
+    let is_left =
+        |finding: &&Finding| !is_reason(finding) && Some(finding.message.as_str()) != limits;
     text.extend(result.findings().into_iter().filter(is_left).map(line_of));
     for other in result.results.iter().skip(1) {
         for finding in &other.diagnostics {
@@ -280,8 +283,10 @@ fn rest_text(result: &TestResult) -> String {
 /// What the search for single mistakes has found, where that is nothing.
 fn faults_text(faults: &SingleFaults) -> String {
     match (faults.outcome, faults.chi_squared, faults.degrees_of_freedom) {
-        (FaultOutcome::NothingSuspicious, Some(chi_squared), Some(of)) => {
-            format!("single mistakes: nothing suspicious (χ² {chi_squared:.1} of {of})\n")
+        (FaultOutcome::NothingSuspicious, Some(chi_squared), Some(degrees_of_freedom)) => {
+            format!(
+                "single mistakes: nothing suspicious (χ² {chi_squared:.1} of {degrees_of_freedom})\n"
+            )
         }
         _ => String::new(),
     }
@@ -296,7 +301,7 @@ fn settings_text(result: &TestResult) -> String {
     } else if of_modes {
         parts.push(format!("frequency responses{}", bands_text(result)));
     }
-    parts.extend(result.frf_estimator.map(|of| format!("estimator {of}")));
+    parts.extend(result.frf_estimator.map(|estimator| format!("estimator {estimator}")));
     parts.extend(
         result.reference_point.as_ref().map(|point| format!("linear equations about the {point}")),
     );
@@ -316,7 +321,7 @@ fn bands_text(result: &TestResult) -> String {
     let bands: Vec<_> = dofs.iter().filter_map(|dof| Some((&dof.dof, dof.band_hz?))).collect();
     match (result.band_hz, bands.first()) {
         (Some(band), _) => format!(" over {}{origin}", ends(band)),
-        (None, Some((_, band))) if bands.iter().all(|(_, of)| of == band) => {
+        (None, Some((_, band))) if bands.iter().all(|(_, other)| other == band) => {
             format!(" over {}{origin}", ends(*band))
         }
         (None, Some(_)) => {

@@ -18,21 +18,24 @@ use super::{estimate_of, message_in};
 const MAX_LISTED: usize = 6;
 
 /// The suspected mistakes with their χ², the runner-up, and the mistakes that the data would not reveal.
-pub fn single_faults_in(found: &Examination, layout: &HostLayout) -> massline_result::SingleFaults {
+pub fn single_faults_in(
+    examination: &Examination,
+    layout: &HostLayout,
+) -> massline_result::SingleFaults {
     let suspect = |s: &Suspect| suspect_in(s, layout);
     massline_result::SingleFaults {
-        outcome: match found.outcome {
+        outcome: match examination.outcome {
             Outcome::NothingSuspicious => FaultOutcome::NothingSuspicious,
             Outcome::Suspected(_) => FaultOutcome::Suspected,
             Outcome::LargerErrors(_) => FaultOutcome::LargerErrors,
             Outcome::Unexplained => FaultOutcome::Unexplained,
         },
-        chi_squared: found.plain.map(|c| c.chi_squared),
-        degrees_of_freedom: found.plain.map(|c| c.degrees_of_freedom),
-        tested: found.tested,
-        suspects: found.suspects().iter().map(suspect).collect(),
-        runner_up: found.runner_up.as_ref().map(suspect),
-        errors_over_stated: match &found.outcome {
+        chi_squared: examination.plain.map(|c| c.chi_squared),
+        degrees_of_freedom: examination.plain.map(|c| c.degrees_of_freedom),
+        tested: examination.tested,
+        suspects: examination.suspects().iter().map(suspect).collect(),
+        runner_up: examination.runner_up.as_ref().map(suspect),
+        errors_over_stated: match &examination.outcome {
             Outcome::LargerErrors(scales) => Some(massline_result::ErrorsOverStated {
                 hit_position: scales.hit_position,
                 hit_direction: scales.hit_direction,
@@ -40,8 +43,8 @@ pub fn single_faults_in(found: &Examination, layout: &HostLayout) -> massline_re
             }),
             _ => None,
         },
-        not_tried: found.untried.iter().map(|fault| fault_in(fault, layout)).collect(),
-        not_visible: found
+        not_tried: examination.untried.iter().map(|fault| fault_in(fault, layout)).collect(),
+        not_visible: examination
             .hidden
             .as_ref()
             .map(|hidden| hidden.iter().map(|fault| fault_in(fault, layout)).collect()),
@@ -49,68 +52,76 @@ pub fn single_faults_in(found: &Examination, layout: &HostLayout) -> massline_re
 }
 
 /// Entries for the diagnostics of a result.
-pub fn findings_in(found: &Examination, layout: &HostLayout) -> Vec<Finding> {
+pub fn findings_in(examination: &Examination, layout: &HostLayout) -> Vec<Finding> {
     let entry = |(code, severity, message): (Code, Severity, String)| Finding {
         code: code.into(),
         severity: severity.into(),
         message,
     };
-    said(found, layout).into_iter().map(entry).collect()
+    coded_sentences(examination, layout).into_iter().map(entry).collect()
 }
 
-fn said(found: &Examination, layout: &HostLayout) -> Vec<(Code, Severity, String)> {
-    let mut said = Vec::new();
-    if let [best, tied @ ..] = found.suspects() {
-        let message = suspicion(found, best, tied, layout);
-        said.push((words::code(&best.mistake), Severity::Warning, message));
+fn coded_sentences(
+    examination: &Examination,
+    layout: &HostLayout,
+) -> Vec<(Code, Severity, String)> {
+    let mut sentences = Vec::new();
+    if let [best, tied @ ..] = examination.suspects() {
+        let message = suspicion(examination, best, tied, layout);
+        sentences.push((words::code(&best.mistake), Severity::Warning, message));
     }
-    if let Outcome::LargerErrors(scales) = &found.outcome {
+    if let Outcome::LargerErrors(scales) = &examination.outcome {
         let message = format!(
             "the data contradict the stated errors ({}), and no single mistake that was tried explains them; {}",
-            plain_text(found),
+            plain_text(examination),
             larger_errors_text(scales)
         );
-        said.push((Code::ErrorsLargerThanStated, Severity::Warning, message));
+        sentences.push((Code::ErrorsLargerThanStated, Severity::Warning, message));
     }
-    if found.outcome == Outcome::Unexplained {
-        let best = found.runner_up.as_ref().map_or(String::new(), |best| {
+    if examination.outcome == Outcome::Unexplained {
+        let best = examination.runner_up.as_ref().map_or(String::new(), |best| {
             format!("; the best of them: {}", with_chi_squared(best, layout))
         });
         let message = format!(
             "the data contradict the layout and its budget ({}) and no single mistake that was tried explains \
              them{best}{}; look for several mistakes, or widen [uncertainty]",
-            plain_text(found),
-            untried_text(&found.untried, layout)
+            plain_text(examination),
+            untried_text(&examination.untried, layout)
         );
-        said.push((Code::NoSingleFaultExplains, Severity::Warning, message));
+        sentences.push((Code::NoSingleFaultExplains, Severity::Warning, message));
     }
-    if let Some(hidden) = found.hidden.as_ref().filter(|hidden| !hidden.is_empty()) {
+    if let Some(hidden) = examination.hidden.as_ref().filter(|hidden| !hidden.is_empty()) {
         let message = hidden_text(hidden, layout);
-        said.push((Code::FaultsNotVisible, Severity::Note, message));
+        sentences.push((Code::FaultsNotVisible, Severity::Note, message));
     }
-    said
+    sentences
 }
 
-fn suspicion(found: &Examination, best: &Suspect, tied: &[Suspect], layout: &HostLayout) -> String {
+fn suspicion(
+    examination: &Examination,
+    best: &Suspect,
+    tied: &[Suspect],
+    layout: &HostLayout,
+) -> String {
     let mut text = format!(
         "{}: that explains the data, {} instead of {}",
         words::suspect_clause(best, layout),
         chi_squared_text(&best.consistency),
-        plain_text(found)
+        plain_text(examination)
     );
     for other in tied.iter().take(MAX_LISTED) {
         text += &format!("; indistinguishable from it: {}", with_chi_squared(other, layout));
     }
     text += &more_than_listed(tied.len());
-    if let Some(next) = &found.runner_up {
+    if let Some(next) = &examination.runner_up {
         text += &format!("; next best: {}", with_chi_squared(next, layout));
     }
-    text += advice_on(found.suspects());
+    text += advice_on(examination.suspects());
     text
 }
 
-fn plain_text(found: &Examination) -> String {
-    found.plain.as_ref().map_or("no fit at all".into(), chi_squared_text)
+fn plain_text(examination: &Examination) -> String {
+    examination.plain.as_ref().map_or("no fit at all".into(), chi_squared_text)
 }
 
 /// What to do about one of these mistakes, as a further clause.
@@ -144,9 +155,9 @@ fn with_chi_squared(suspect: &Suspect, layout: &HostLayout) -> String {
 /// What larger errors explain the data.
 fn larger_errors_text(scales: &BudgetScales<f64>) -> String {
     format!(
-        "errors of the stated kinds explain them that are larger: positions of the hits {:.1} times, directions of the hits \
-         {:.1} times, sensors and marks {:.1} times those stated; hit more carefully, check how the sensors are mounted, or \
-         state the larger errors in [uncertainty]",
+        "errors of the stated kinds explain them that are larger: positions of the hits {:.1} times, directions of the \
+         hits {:.1} times, sensors and marks {:.1} times those stated; hit more carefully, check how the sensors are \
+         mounted, or state the larger errors in [uncertainty]",
         scales.hit_position, scales.hit_direction, scales.constant
     )
 }
@@ -210,7 +221,7 @@ fn suspect_in(suspect: &Suspect, layout: &HostLayout) -> massline_result::Suspec
         corrected: suspect
             .corrected
             .as_ref()
-            .map(|of| estimate_of(of, |found| message_in(found, layout))),
+            .map(|estimate| estimate_of(estimate, |diagnostic| message_in(diagnostic, layout))),
     }
 }
 

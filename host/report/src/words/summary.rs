@@ -56,7 +56,8 @@ impl ResultVerdict {
 impl Summary {
     /// The summary of a result.
     pub fn of(result: &TestResult) -> Self {
-        let has_error = result.diagnostics.iter().any(|of| of.severity == Severity::Error);
+        let has_error =
+            result.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error);
         let is_unsolved = result.solved_by == SolvedBy::Rig && !result.lines.is_empty();
         Self {
             title: result.title.clone(),
@@ -98,7 +99,7 @@ impl Summary {
             self.title.clone(),
             or_dash(self.measured.as_ref().map(minute)),
             or_dash(self.answer.map(|(method, _)| method.to_owned())),
-            or_dash(self.answer.map(|(_, of)| mass(of))),
+            or_dash(self.answer.map(|(_, spread)| mass(spread))),
             self.verdict.text().to_owned(),
         ]
     }

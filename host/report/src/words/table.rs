@@ -10,8 +10,8 @@ use crate::table::Table;
 /// What stands under every table of the ten properties. Books differ in the sign of a product of inertia.
 pub const INERTIA_CONVENTION: &str = "J about the centre of mass, body axes; J_xy = −∫xy dm";
 
-/// The values that are 100 % of the ten properties: m, L, L, L and m L² (six times), with the expected mass where one is stated.
-/// `None` where L, m, is not known.
+/// The values that are 100 % of the ten properties: m, L, L, L and m L² (six times), with the expected mass where one
+/// is stated. `None` where L, m, is not known.
 pub fn scale_of(
     estimate: &Estimate,
     expected: &[Option<f64>; 10],
@@ -53,7 +53,7 @@ pub fn table(estimate: &Estimate, expected: &[Option<f64>; 10], length: Option<f
         if has_expected {
             row.push(expected[k].map_or("-".into(), number));
             if scale.is_some() {
-                let error = expected[k].and_then(|of| percent(theta[k] - of));
+                let error = expected[k].and_then(|value| percent(theta[k] - value));
                 row.push(error.map_or("-".into(), error_percent));
             }
         }

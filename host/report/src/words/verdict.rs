@@ -144,10 +144,11 @@ mod tests {
             let subject = Subject::Response { hit: 0, response };
             Diagnostic::about(Code::NoPlateau, Severity::Warning, subject, value)
         };
-        let reasons = |of: &Estimate<f64>| {
-            let judgement = Evidence::of(of).judge();
-            let all = verdict_reasons(&judgement, &HostLayout::default(), |d| d.value.to_string());
-            all.into_iter().map(|reason| (reason.message, reason.alike)).collect::<Vec<_>>()
+        let reasons = |judged: &Estimate<f64>| {
+            let judgement = Evidence::of(judged).judge();
+            let entries =
+                verdict_reasons(&judgement, &HostLayout::default(), |d| d.value.to_string());
+            entries.into_iter().map(|reason| (reason.message, reason.alike)).collect::<Vec<_>>()
         };
         estimate.diagnostics.extend([line(1, 0.02), line(2, 0.04)]);
         assert_eq!(reasons(&estimate), [("0.02".into(), 0), ("0.04".into(), 0)]);

@@ -11,7 +11,7 @@ use massline_shared::layout::RigLayout;
 use massline_shared::signal::HAMMER;
 use serde_json::json;
 
-use super::rig::{BlockRig, BlockShown, RigArgs};
+use super::rig::{BlockRig, DisplayedBlockTest, RigArgs};
 use super::{OriginArgs, Warnings, conversion_order, store};
 use crate::commands::measure::{ScreenArgs, make_room, paused};
 use crate::output::Output;
@@ -71,8 +71,9 @@ this gives the hammer's own sensitivity; without one, the sensors against the ha
 of each axis is found against the hammer's, which stays as it is; one below 300 Hz is refused, because
 the breakout's own capacitor makes it. Hits from both sides also show what the channel converted after
 the hammer keeps of its voltage (memory of the multiplexer) and whether the sensors answer pushes from
-both sides alike; mains hum is taken out and named. Good hits are accepted by themselves. The rig keeps them: after Ctrl-C the same command goes on, but what was hit before gives
-no cutoffs any more (--restart hits it again).
+both sides alike; mains hum is taken out and named. Good hits are accepted by themselves. The rig
+keeps them: after Ctrl-C the same command goes on, but what was hit before gives no cutoffs any more
+(--restart hits it again).
 
 Examples:
   massline calibrate block --mass 2.000 --mass-sigma 0.001
@@ -123,18 +124,18 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let origin = args.origin.origin(test.layout.sensors.len())?;
     let mut rig = args.block.rig.block_rig(&test.file.layout, output)?;
     let before = rig.client.calibration()?;
-    let found = test.run(&mut rig, &before, output)?;
-    let mut warnings = judge(&found, &before, &test.layout, output)?;
-    if let Some(why) = find_implausibility(&found, &before, args.block.mass, args.new_hammer) {
+    let block = test.run(&mut rig, &before, output)?;
+    let mut warnings = judge(&block, &before, &test.layout, output)?;
+    if let Some(why) = find_implausibility(&block, &before, args.block.mass, args.new_hammer) {
         return Err(plausible::refusal(&why));
     }
     let mut record = before;
-    found.write(&mut record);
+    block.write(&mut record);
     origin.write(&mut record);
     if !args.dry_run {
         store(&mut rig.client, &record)?;
     }
-    if let Some(hammer) = found.hammer.filter(|hammer| !hammer.is_consistent()) {
+    if let Some(hammer) = block.hammer.filter(|hammer| !hammer.is_consistent()) {
         let text = format!(
             "the directions disagree by {:.2} %: a sensor has changed since its tumble test, or some \
              hits missed the centre of mass",
@@ -145,11 +146,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let value = BlockCalibration {
         verdict: warnings.verdict(),
         calibration: report::record_json(&record),
-        block: report::block_json(&found),
+        block: report::block_json(&block),
         stored: !args.dry_run,
     };
     output.answer(&value, |output| {
-        format!("{}\n{}", warnings.first_line(output), report::block_text(&found, &record))
+        format!("{}\n{}", warnings.first_line(output), report::block_text(&block, &record))
     })
 }
 
@@ -158,25 +159,25 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 /// # Errors
 /// Exit 3 with the axes whose cutoff has turned out to be too low.
 fn judge(
-    found: &Block,
+    block: &Block,
     before: &CalibrationRecord,
     layout: &RigLayout,
     output: &mut Output,
 ) -> Result<Warnings> {
-    let low = extra_capacitors(&found.cutoffs);
+    let low = extra_capacitors(&block.cutoffs);
     if let Some(error) = capacitor::refusal(&low) {
         if !output.json() {
             let hammer = before.calibration.channels[HAMMER].cutoff;
-            output.text(report::cutoffs_text(&found.cutoffs, hammer))?;
+            output.text(report::cutoffs_text(&block.cutoffs, hammer))?;
         }
-        output.explain(&json!({ "block": report::block_json(found) }));
+        output.explain(&json!({ "block": report::block_json(block) }));
         return Err(error);
     }
-    show::list(&found.warnings, |d| message_in(d, layout), output);
-    let grave = found.warnings.iter().filter(|warning| warning.severity > Severity::Note);
+    show::list(&block.warnings, |d| message_in(d, layout), output);
+    let grave = block.warnings.iter().filter(|warning| warning.severity > Severity::Note);
     let mut warnings = Warnings { count: grave.count() };
     capacitor::sentence(&low).into_iter().for_each(|text| warnings.add(text, output));
-    electronics::warnings(&found.electronics)
+    electronics::warnings(&block.electronics)
         .into_iter()
         .for_each(|text| warnings.add(text, output));
     Ok(warnings)
@@ -200,21 +201,21 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
              `massline calibrate tumble` and `calibrate block` make one",
         );
     }
-    let found = test.run(&mut rig, &record, output)?;
-    let warnings = judge(&found, &record, &test.layout, output)?;
-    if let Some(why) = find_wrong_mass(&found, &record, args.block.mass, false) {
+    let block = test.run(&mut rig, &record, output)?;
+    let warnings = judge(&block, &record, &test.layout, output)?;
+    if let Some(why) = find_wrong_mass(&block, &record, args.block.mass, false) {
         return Err(plausible::refusal(&why));
     }
-    let all = drifts(&found.sensors, args.tolerance);
-    let worst = all.iter().map(|drift| drift.verdict).max().unwrap_or(DriftVerdict::Good);
+    let drifts = drifts(&block.sensors, args.tolerance);
+    let worst = drifts.iter().map(|drift| drift.verdict).max().unwrap_or(DriftVerdict::Good);
     let verdict = worst.on_calibration().max(warnings.verdict());
-    let value = report::drifts_json(&all, args.tolerance, verdict, &record, &found);
+    let value = report::drifts_json(&drifts, args.tolerance, verdict, &record, &block);
     let text = |output: &Output| {
         let first = match worst {
             DriftVerdict::Good if warnings.verdict() > Verdict::Good => warnings.first_line(output),
             _ => output.verdict_line(verdict, report::check_line(worst, from_data_sheets)),
         };
-        format!("{first}\n{}", report::drifts_text(&all, args.tolerance))
+        format!("{first}\n{}", report::drifts_text(&drifts, args.tolerance))
     };
     let error = match worst {
         DriftVerdict::Good => return output.answer(&value, text),
@@ -311,7 +312,7 @@ impl BlockTest {
         }
         let mut collection = SpectraCollection::default();
         let title = if self.layout.title.is_empty() { "block" } else { &self.layout.title };
-        let shown = BlockShown { screen: self.screen, title, calibration: record };
+        let shown = DisplayedBlockTest { screen: self.screen, title, calibration: record };
         let result = match rig.follow(&self.layout, &mut collection, shown, output)? {
             CampaignOutcome::Done(number) => rig.client.result(number)?,
             CampaignOutcome::Stopped(status) => return Err(show::stopped(&status)),

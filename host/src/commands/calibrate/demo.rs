@@ -49,14 +49,14 @@ pub struct Args {
 /// # Errors
 /// When the rig does not start or gets stuck.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let found = calibrate(args.seed, output)?;
+    let record = calibrate(args.seed, output)?;
     let bench = Bench::named("uncalibrated").map_err(bench_error)?;
-    let errors = sensitivity_errors(&bench, args.seed, &found)?;
+    let errors = sensitivity_errors(&bench, args.seed, &record)?;
     let [gain, cross_axis, hammer] = errors.largest_percent();
     let before = nominal_calibration(&bench).into();
     let mut rows = Vec::new();
     for (name, text) in LAYOUTS {
-        let [before, after] = [&before, &found].map(|calibration| {
+        let [before, after] = [&before, &record].map(|calibration| {
             error_of_scale(&bench, (name, text), args.seed, calibration, output)
         });
         rows.push((name, before?, after?));
@@ -66,7 +66,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         rms_error_percent_of_scale: BeforeAndAfter { data_sheet, calibrated },
     };
     let value = CalibrationDemo {
-        calibration: report::record_json(&found),
+        calibration: report::record_json(&record),
         largest_error_percent: CalibrationErrors { gain, cross_axis, hammer },
         tests: rows.iter().map(test).collect(),
     };
@@ -77,9 +77,10 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             table.add_row([(*name).to_owned(), format!("{before:.3}"), format!("{after:.3}")]);
         }
         format!(
-            "{}\n{}\nlargest error of the calibration: gain {gain:.3} %, cross-axis {cross_axis:.3} %, hammer {hammer:.3} %\n\n{}\n{table}",
+            "{}\n{}\nlargest error of the calibration: gain {gain:.3} %, cross-axis {cross_axis:.3} %, hammer \
+             {hammer:.3} %\n\n{}\n{table}",
             output.toned("calibration", Tone::Strong),
-            report::record_text(&found),
+            report::record_text(&record),
             output.toned("before and after", Tone::Strong),
         )
     })
@@ -101,9 +102,9 @@ pub fn calibrate(seed: u64, output: &mut Output) -> Result<CalibrationRecord> {
         let mut readings = TumbleFile::new(&directory.path().join("tumble.toml"));
         tumble::take(&mut rig, &mut readings, &limits, &mut Lines::new(output))?;
         let mut record = CalibrationRecord::from(nominal_calibration(&bench));
-        let found = readings.solve(&limits)?;
-        tumble::judge_level(&found, &limits)?;
-        record.take_tumble(&found.sensors, found.hammer_zero);
+        let tumble = readings.solve(&limits)?;
+        tumble::judge_level(&tumble, &limits)?;
+        record.take_tumble(&tumble.sensors, tumble.hammer_zero);
         store(&mut rig.client, &record)?;
         record
     };
@@ -154,11 +155,11 @@ pub fn sensitivity_errors(
     let nominal = nominal_calibration(bench);
     let mut errors = SensitivityErrors::default();
     for (k, sensor) in truth.sensors.iter().enumerate() {
-        let found = record.calibration.sensor_sensitivity(k);
+        let sensitivity = record.calibration.sensor_sensitivity(k);
         let true_one = nominal.sensor_sensitivity(k) * sensor.sensitivity;
         for row in 0..3 {
             for column in 0..3 {
-                let off = (found - true_one)[(row, column)] / true_one[(row, row)];
+                let off = (sensitivity - true_one)[(row, column)] / true_one[(row, row)];
                 if row == column { &mut errors.gain } else { &mut errors.cross_axis }.push(off);
             }
         }

@@ -11,7 +11,7 @@ use massline_shared::calibration::tumble::{Position, TumbleLimits};
 use massline_shared::signal::{HAMMER, RestStatistics};
 
 use crate::output::Output;
-use crate::screen::positions::{Lying, Positions, in_words};
+use crate::screen::positions::{Positions, SensorOrientation, in_words};
 use crate::screen::{Screen, View};
 use crate::support::keyboard::{Keyboard, no_terminal};
 use crate::{Error, Result};
@@ -85,7 +85,7 @@ impl Helper for Lines<'_> {
 }
 
 /// Shows on a full screen how the sensors lie until Enter is pressed.
-pub struct OnScreen {
+pub struct ScreenHelper {
     screen: Screen<Positions>,
     keyboard: Keyboard,
     interrupt: Interrupt,
@@ -95,7 +95,7 @@ pub struct OnScreen {
     unrest: f64,
 }
 
-impl OnScreen {
+impl ScreenHelper {
     /// Takes the terminal.
     ///
     /// # Errors
@@ -122,7 +122,7 @@ impl OnScreen {
     }
 
     /// What each sensor reads.
-    fn lies(&self, statistics: &RestStatistics, identity: &Identity) -> Vec<Lying> {
+    fn lies(&self, statistics: &RestStatistics, identity: &Identity) -> Vec<SensorOrientation> {
         let per_code = identity.adc.volts_per_code();
         let volts = statistics.mean.map(|mean| f64::from(mean * per_code));
         let scale = |channel: usize| self.record.calibration.per_code(&identity.adc, channel);
@@ -132,13 +132,13 @@ impl OnScreen {
         let sensors = orientation::readings(&volts, &self.record, identity).into_iter().enumerate();
         let lying = |(sensor, reads)| {
             let first = HAMMER + 1 + 3 * sensor;
-            Lying { reads, moves: (first..first + 3).any(moves) }
+            SensorOrientation { reads, moves: (first..first + 3).any(moves) }
         };
         sensors.map(lying).collect()
     }
 }
 
-impl Helper for OnScreen {
+impl Helper for ScreenHelper {
     fn ask(&mut self, position: Position, client: &mut Client, identity: &Identity) -> Result<()> {
         self.screen.update(|view| view.ask(position));
         loop {

@@ -13,11 +13,11 @@ use massline_shared::layout::HostLayout;
 use massline_virtual::flash::FlashBacking;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 
-use crate::commands::measure::{ScreenArgs, Shown, Watching, watch};
+use crate::commands::measure::{DisplayedCampaign, ScreenArgs, Watching, watch};
 use crate::output::Output;
 use crate::rig::PipeTransport;
 use crate::support::bench_test::{bench_help, open_bench};
-use crate::support::collected::spectra::{Collecting, SpectraCollection};
+use crate::support::collected::spectra::{CollectingObserver, SpectraCollection};
 use crate::support::connect::PortArgs;
 use crate::support::progress::{Progress, Prompts};
 use crate::{Error, Result};
@@ -35,7 +35,7 @@ pub struct RigArgs {
     port: PortArgs,
     /// Use a simulated rig instead of one at a port.
     #[arg(long, value_enum, value_name = "RIG", conflicts_with = "port")]
-    rig: Option<Simulated>,
+    rig: Option<SimulatedKind>,
     /// Seed of all random numbers on the simulated bench: equal seeds give equal sensors.
     #[arg(long, value_name = "N", default_value_t = 1, requires = "rig")]
     seed: u64,
@@ -56,7 +56,7 @@ pub struct RigArgs {
 
 /// A simulated rig.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Simulated {
+enum SimulatedKind {
     /// The firmware application on a thread of this process.
     Virtual,
 }
@@ -70,7 +70,7 @@ impl RigArgs {
     /// # Errors
     /// When there is no rig, or the bench is bad.
     pub fn tumble_rig(&self, output: &Output) -> Result<TumbleRig> {
-        let Some(Simulated::Virtual) = self.rig else {
+        let Some(SimulatedKind::Virtual) = self.rig else {
             let (client, identity) = self.port.connect(output)?;
             return Ok(TumbleRig { client, identity, turner: Turner::Person, _rig: None });
         };
@@ -82,7 +82,7 @@ impl RigArgs {
     /// # Errors
     /// When there is no rig, the bench is bad, or the layout does not fit it.
     pub fn block_rig(&self, layout: &HostLayout, output: &Output) -> Result<BlockRig> {
-        let Some(Simulated::Virtual) = self.rig else {
+        let Some(SimulatedKind::Virtual) = self.rig else {
             let (client, identity) = self.port.connect(output)?;
             return Ok(BlockRig { client, identity, rig: None });
         };
@@ -169,7 +169,7 @@ impl TumbleRig {
 
 /// What a person sees of a block test.
 #[derive(Clone, Copy, Debug)]
-pub struct BlockShown<'a> {
+pub struct DisplayedBlockTest<'a> {
     /// Whether it is a full screen.
     pub screen: ScreenArgs,
     /// What is measured.
@@ -213,13 +213,13 @@ impl BlockRig {
         &mut self,
         layout: &massline_shared::layout::RigLayout,
         collection: &mut SpectraCollection,
-        shown: BlockShown<'_>,
+        shown: DisplayedBlockTest<'_>,
         output: &mut Output,
     ) -> Result<CampaignOutcome> {
         if self.rig.is_none() {
-            let BlockShown { screen, title, calibration } = shown;
+            let DisplayedBlockTest { screen, title, calibration } = shown;
             let identity = &self.identity;
-            let shown = Shown { kind: "block test", title, identity, calibration };
+            let shown = DisplayedCampaign { kind: "block test", title, identity, calibration };
             let shown = screen.wants_screen(output).then_some(shown);
             let watching = Watching { collection: Some(collection), shown, ..Watching::default() };
             return watch(&mut self.client, layout, watching, output);
@@ -229,7 +229,7 @@ impl BlockRig {
         let mut looker = Looker(progress);
         let (records, log) = (None, None);
         let mut collecting =
-            Collecting { observer: &mut looker, collection, records, log, accepts: true };
+            CollectingObserver { observer: &mut looker, collection, records, log, accepts: true };
         follow(&mut self.client, &interrupt, Some(PATIENCE), &mut collecting)
     }
 }

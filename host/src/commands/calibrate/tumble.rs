@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use massline_shared::calibration::tumble::{Position, RestHum, RestVoltages, Tumble, TumbleLimits};
 use massline_shared::layout::RIG_SENSORS;
 
-use super::helper::{Helper, Lines, OnScreen};
+use super::helper::{Helper, Lines, ScreenHelper};
 use super::rig::{RigArgs, TumbleRig};
 use super::{OriginArgs, Warnings, conversion_order, store};
 use crate::output::Output;
@@ -73,7 +73,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let on_screen = rig.can_repeat() && args.rig.screen.wants_screen(output);
     let hum = if on_screen {
-        let mut helper = OnScreen::open(&mut rig.client, &readings.wanted(), output)?;
+        let mut helper =
+            ScreenHelper::open(&mut rig.client, &readings.missing_positions(), output)?;
         let taken = take(&mut rig, &mut readings, &limits, &mut helper);
         // Who leaves during the last reading wants nothing stored.
         taken.and_then(|hum| helper.unless_interrupted().map(|()| hum)).map_err(goes_on)
@@ -84,8 +85,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if let Some(loudest) = hum.iter().max_by(|a, b| a.volts().total_cmp(&b.volts())) {
         warnings.add(loudest.text(), output);
     }
-    let found = readings.solve(&limits)?;
-    judge_level(&found, &limits)?;
+    let tumble = readings.solve(&limits)?;
+    judge_level(&tumble, &limits)?;
     let order = conversion_order(&rig.identity);
     let memory = Memory::of_readings(readings.readings(), &order);
     memory
@@ -93,7 +94,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         .filter_map(electronics::memory_warning)
         .for_each(|text| warnings.add(text, output));
     let mut record = rig.client.calibration()?;
-    record.take_tumble(&found.sensors, found.hammer_zero);
+    record.take_tumble(&tumble.sensors, tumble.hammer_zero);
     origin.write(&mut record);
     if !args.dry_run {
         store(&mut rig.client, &record)?;
@@ -103,12 +104,12 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let value = TumbleCalibration {
         verdict: warnings.verdict(),
         calibration: report::record_json(&record),
-        tumble: report::tumble_json(&found, hum, memory),
+        tumble: report::tumble_json(&tumble, hum, memory),
         stored: !args.dry_run,
     };
     output.answer(&value, |output| {
         let text =
-            report::tumble_text(&found, &record, &report::tumble_memory_text(memory.as_ref()));
+            report::tumble_text(&tumble, &record, &report::tumble_memory_text(memory.as_ref()));
         format!("{}\n{text}", warnings.first_line(output))
     })
 }
@@ -199,7 +200,7 @@ pub fn take(
 ) -> Result<Vec<PositionHum>> {
     let mut heard = Vec::new();
     let record = rig.client.calibration()?;
-    for position in readings.wanted() {
+    for position in readings.missing_positions() {
         let (reading, hum) = loop {
             rig.turn_to(position, |client, identity| helper.ask(position, client, identity))?;
             let (reading, hum) = read(rig)?;
@@ -227,12 +228,12 @@ pub fn take(
 ///
 /// # Errors
 /// Exit 3 with the sensor and axis of the largest deviation.
-pub fn judge_level(found: &Tumble<f64>, limits: &TumbleLimits<f64>) -> Result<()> {
-    if found.is_level(limits) {
+pub fn judge_level(tumble: &Tumble<f64>, limits: &TumbleLimits<f64>) -> Result<()> {
+    if tumble.is_level(limits) {
         return Ok(());
     }
     let worst =
-        found.sensors.iter().zip(1..).max_by(|(a, _), (b, _)| a.worst.1.total_cmp(&b.worst.1));
+        tumble.sensors.iter().zip(1..).max_by(|(a, _), (b, _)| a.worst.1.total_cmp(&b.worst.1));
     let Some((sensor, number)) = worst else { return Ok(()) };
     let (axis, angle) = sensor.worst;
     Err(Error::undetermined(

@@ -1,5 +1,5 @@
-//! `massline demo wheel`: the methods that use the suspension modes, on the frequency responses of a simulated wheel, or on
-//! those that a simulated rig measures.
+//! `massline demo wheel`: the methods that use the suspension modes, on the frequency responses of a simulated wheel,
+//! or on those that a simulated rig measures.
 
 mod on_rig;
 mod study;
@@ -21,7 +21,7 @@ use crate::support::show::DetailsArgs;
 use crate::support::simulated::ReportArgs;
 use crate::{Error, Result};
 use massline_analysis::identification::Selection;
-use massline_files::file::{self, Existing};
+use massline_files::file::{self, ExistingFile};
 use massline_files::layout_file::LayoutFile;
 use massline_files::uff::UffFile;
 use massline_report::document::{DemoWheel, DemoWheelFiles};
@@ -113,8 +113,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if let Some(path) = &args.write {
         return write_files(&wheel, args.seed, path, existing, output);
     }
-    let all = || SET_NAMES.map(str::to_owned).to_vec();
-    let sets = if args.set.is_empty() { all() } else { args.set.clone() };
+    let all_sets = || SET_NAMES.map(str::to_owned).to_vec();
+    let sets = if args.set.is_empty() { all_sets() } else { args.set.clone() };
     let runs = u64::from(args.runs.get());
     let mut studies = Vec::new();
     for set in &sets {
@@ -193,11 +193,12 @@ fn warnings_of(answer: &Solution, file: &LayoutFile) -> String {
     let mass = answer.answer().map_or(f64::NAN, |estimate| estimate.body.mass);
     let [low, high] = BELOW_TYRE;
     let mut text = format!(
-        "from {low:.0} to {high:.0} Hz, beside the modes of the tyre, they give a mass of {mass:.1} kg and not that of the wheel"
+        "from {low:.0} to {high:.0} Hz, beside the modes of the tyre, they give a mass of {mass:.1} kg and not that of \
+         the wheel"
     );
-    let said = answer.diagnostics.iter().map(|d| message_in(d, &file.layout));
-    if let Some(first) = said.clone().next() {
-        text += &format!(", with {} warnings: {first}", said.count());
+    let messages = answer.diagnostics.iter().map(|d| message_in(d, &file.layout));
+    if let Some(first) = messages.clone().next() {
+        text += &format!(", with {} warnings: {first}", messages.count());
     }
     text
 }
@@ -207,7 +208,7 @@ fn write_files(
     wheel: &Wheel,
     seed: u64,
     path: &Path,
-    existing: Existing,
+    existing: ExistingFile,
     output: &mut Output,
 ) -> Result<()> {
     let layout = path.with_extension("toml");
@@ -231,19 +232,19 @@ fn write_files(
 /// The error of each method under each set of forces, in one table.
 fn methods_text(studies: &[Study]) -> String {
     let Some(first) = studies.first() else { return String::new() };
-    let mut all = table();
+    let mut table = table();
     let sets = studies.iter().map(|study| match study.set.as_str() {
         "all" => "all forces".to_owned(),
         set => format!("set {set}"),
     });
-    all.set_header(std::iter::once("rms error, %".to_owned()).chain(sets));
-    align_right(&mut all, 1..=studies.len());
+    table.set_header(std::iter::once("rms error, %".to_owned()).chain(sets));
+    align_right(&mut table, 1..=studies.len());
     for (k, row) in first.rows.iter().enumerate() {
         let cells = studies.iter().map(|study| {
             let error = study.rows.get(k).and_then(|row| row.error);
             error.map_or("-".into(), |error| format!("{error:.4}"))
         });
-        all.add_row(std::iter::once(row.name.clone()).chain(cells));
+        table.add_row(std::iter::once(row.name.clone()).chain(cells));
     }
     let flexible = studies.iter().any(|study| study.flexible > 0);
     let warning = if flexible {
@@ -257,7 +258,7 @@ fn methods_text(studies: &[Study]) -> String {
         }
         false => "",
     };
-    format!("{all}\n{of_sets}{warning}")
+    format!("{table}\n{of_sets}{warning}")
 }
 
 /// What one set of forces after the other says.
@@ -272,8 +273,8 @@ fn details_text(studies: &[Study], output: &Output) -> String {
                 &format!("a flexible mode above the band shows in {} of {runs}\n", study.flexible);
         }
     }
-    text + "\nerror: root mean square of the ten properties, relative to m, L, L, L and m L² (six times); over the bound: \
-            of Cramér and Rao; coverage: part of the 95 % intervals that contain the truth\n"
+    text + "\nerror: root mean square of the ten properties, relative to m, L, L, L and m L² (six times); over the \
+            bound: of Cramér and Rao; coverage: part of the 95 % intervals that contain the truth\n"
 }
 
 fn table_of(study: &Study) -> String {

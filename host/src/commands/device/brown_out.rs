@@ -59,7 +59,7 @@ pub fn raise(client: &mut Client) -> std::result::Result<Option<u16>, ClientErro
 
 /// What became of the level of a board that was flashed.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum AfterStart {
+pub enum LevelOutcome {
     /// It is this, mV.
     Raised(u16),
     /// The rig could not set it.
@@ -69,7 +69,7 @@ pub enum AfterStart {
 }
 
 /// Raises the level of a board that has just been flashed and starts.
-pub fn raise_after_start(board: &str, output: &mut Output) -> AfterStart {
+pub fn raise_after_start(board: &str, output: &mut Output) -> LevelOutcome {
     /// How long a rig takes to start and to appear as a port.
     const PATIENCE: Duration = Duration::from_secs(8);
     /// Interval between two looks for its port.
@@ -82,12 +82,12 @@ pub fn raise_after_start(board: &str, output: &mut Output) -> AfterStart {
             && identity.board == board
         {
             return match raise(&mut client) {
-                Ok(Some(level)) => AfterStart::Raised(level),
-                Ok(None) => AfterStart::Refused("it has no such level to set".into()),
-                Err(error) => AfterStart::Refused(error.to_string()),
+                Ok(Some(level)) => LevelOutcome::Raised(level),
+                Ok(None) => LevelOutcome::Refused("it has no such level to set".into()),
+                Err(error) => LevelOutcome::Refused(error.to_string()),
             };
         }
         std::thread::sleep(LOOK);
     }
-    AfterStart::Silent
+    LevelOutcome::Silent
 }

@@ -34,8 +34,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if !is_in_safe_mode(&identity) {
         return Err(Error::input(
             "not_in_safe_mode",
-            "the rig runs as usual, and only a rig in safe mode is erased as a whole; `massline results delete` deletes \
-             results",
+            "the rig runs as usual, and only a rig in safe mode is erased as a whole; `massline results delete` \
+             deletes results",
         ));
     }
     if !args.yes && !output.confirm("erase all results, layouts and the calibration?")? {

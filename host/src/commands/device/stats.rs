@@ -31,13 +31,13 @@ const LITTLE_STACK: &str = "less than an eighth of the stack has never been used
                             please report it with these counters";
 /// Below this supply an STM32 cannot be relied on to write its flash, mV.
 const LOWEST_BROWN_OUT_MV: u16 = 2700;
-const NO_CRYSTAL: &str = "the crystal does not oscillate, so the rig runs on the chip's own oscillator, which is a few per \
-                          cent off: frequencies are wrong by as much, and USB may fail. Look for a broken joint at the crystal; \
-                          else use another board";
+const NO_CRYSTAL: &str = "the crystal does not oscillate, so the rig runs on the chip's own oscillator, which is a few \
+                          per cent off: frequencies are wrong by as much, and USB may fail. Look for a broken joint at \
+                          the crystal; else use another board";
 const DEEP_BROWN_OUT: &str = "when its supply fails, the chip goes on for too long, and may spoil what it stores: \
                               `massline device brown-out` mends it";
-const SUPPLY_LOW: &str = "its supply is too low to write flash, so nothing is stored: charge its battery, or try another \
-                          cable or USB port";
+const SUPPLY_LOW: &str = "its supply is too low to write flash, so nothing is stored: charge its battery, or try \
+                          another cable or USB port";
 const BATTERY_LOW: &str = "its cell is below 3.5 V: charge it";
 const RESTARTED: &str = "it has restarted by itself and data that were not stored are lost: please report it with \
                          the last panic, if one is shown";
@@ -166,13 +166,13 @@ impl Report<'_> {
         let Hardware { clock, brown_out_mv, supply_is_low, .. } = self.hardware;
         let is_internal = Clock::from(clock) == Clock::Internal;
         let is_deep = brown_out_mv.is_some_and(|level| level < LOWEST_BROWN_OUT_MV);
-        let all = [
+        let conditions = [
             (is_internal, ("clock", NO_CRYSTAL)),
             (is_deep, ("brown_out_mv", DEEP_BROWN_OUT)),
             (supply_is_low, ("supply_is_low", SUPPLY_LOW)),
             (self.battery.is_some_and(|battery| battery.is_low()), ("battery", BATTERY_LOW)),
         ];
-        all.into_iter().filter(|(applies, _)| *applies).map(|(_, finding)| finding)
+        conditions.into_iter().filter(|(applies, _)| *applies).map(|(_, finding)| finding)
     }
 
     fn groups(&self) -> [(&'static str, Vec<StatLine>); 5] {

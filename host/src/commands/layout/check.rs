@@ -50,8 +50,9 @@ pub struct Args {
 /// What a prediction assumes.
 #[derive(Clone, Debug, clap::Args)]
 pub struct AssumptionArgs {
-    /// Standard deviation of the noise of one accelerance of one hit, relative to 1/mass, up to 1 for mass lines; default:
-    /// 0.005, in the suspension profile what sensors and converter leave after the window and the impulses of [test].
+    /// Standard deviation of the noise of one accelerance of one hit, relative to 1/mass, up to 1 for mass lines;
+    /// default: 0.005, in the suspension profile what sensors and converter leave after the window and the impulses of
+    /// [test].
     #[arg(long, value_name = "PART", allow_negative_numbers = true, value_parser = positive)]
     noise: Option<f64>,
     /// Predict for the object of this bench, and in the suspension profile as it hangs there: a bundled bench or a TOML
@@ -106,18 +107,19 @@ pub fn forecast_of(
 ) -> Result<Option<Forecast>> {
     let Some(hanging) = &assumed.hanging else { return Ok(None) };
     let bar = output.bar(0, "changes");
-    let found = forecast(layout, hanging, criterion, |done, all| {
-        bar.set_length(all.into());
+    let forecast = forecast(layout, hanging, criterion, |done, total| {
+        bar.set_length(total.into());
         bar.set_position(done.into());
     });
     bar.finish_and_clear();
-    found.map(Some)
+    forecast.map(Some)
 }
 
 /// Asks for the mass of the sensors, with what to write.
 fn ask_for_mass(file: &LayoutFile) -> String {
-    let entry =
-        |of: &Sensor<f64>| format!("    {{ node = {}, attached_mass_kg = 0.005 }},\n", of.node);
+    let entry = |sensor: &Sensor<f64>| {
+        format!("    {{ node = {}, attached_mass_kg = 0.005 }},\n", sensor.node)
+    };
     let entries: String = glued(&file.layout).map(entry).collect();
     format!(
         "no mass of the sensors is declared, so it counts as the object's: weigh a sensor with its glue and the cable \
@@ -138,7 +140,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let forecast = forecast_of(&file.layout, &assumed, &design_report.criterion, output)?;
     let is_determined = design_report.predicted.is_some();
     let is_possible = is_determined && forecast.as_ref().is_none_or(Forecast::has_answer);
-    let found = &design_report.findings.diagnostics;
+    let diagnostics = &design_report.findings.diagnostics;
     let message_of = |d: &Diagnostic| message_in(d, &file.layout);
     let asked = has_undeclared_mass(&file.layout).then(|| ask_for_mass(&file));
     let masses = MassRange::of(&file.layout, &assumed.body);
@@ -150,17 +152,17 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         report::design_report_json(&design_report, &file, noise, forecast.as_ref(), notes);
     if !output.json() {
         // The errors are reported together at the end.
-        let lesser: Vec<_> = found.iter().copied().filter(|d| !d.is_error()).collect();
+        let lesser: Vec<_> = diagnostics.iter().copied().filter(|d| !d.is_error()).collect();
         show::list(&lesser, message_of, output);
-        if let Some(found) = not_for_a_rig(&file) {
-            output.warn(format!("{found}; only `massline solve` takes it"));
+        if let Some(reason) = not_for_a_rig(&file) {
+            output.warn(format!("{reason}; only `massline solve` takes it"));
         }
         outside.iter().for_each(|text| output.warn(text));
         output.note(&design_report.whose);
         asked.iter().for_each(|text| output.note(format!("note: {text}")));
     }
     if is_possible {
-        let forecast = forecast.map(|of| report::forecast_text(&of, &file.layout));
+        let forecast = forecast.map(|forecast| report::forecast_text(&forecast, &file.layout));
         return output.answer(&document, |_| {
             format!(
                 "{} sensors, {} hits: this layout determines all ten properties\n{}\n{}\n{}",
@@ -175,7 +177,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         });
     }
     output.explain(&document);
-    Err(show::first_error(found, message_of).unwrap_or_else(|| {
+    Err(show::first_error(diagnostics, message_of).unwrap_or_else(|| {
         let refusal = forecast.as_ref().and_then(Forecast::first_reason);
         if let Some((method, reason)) = refusal.filter(|_| is_determined) {
             let text = format!(
@@ -185,9 +187,10 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             );
             return Error::undetermined(reason.code.name(), text);
         }
-        let unmoved = forecast.map(|of| report::unmoved(&of, &file.layout)).unwrap_or_default();
+        let unmoved =
+            forecast.map(|forecast| report::unmoved(&forecast, &file.layout)).unwrap_or_default();
         let text = "the layout does not determine the ten properties; spread sensors and hits";
-        let all: Vec<&str> = std::iter::once(text).chain(unmoved.lines()).collect();
-        Error::undetermined("ten_parameters_not_identifiable", all.join("; "))
+        let lines: Vec<&str> = std::iter::once(text).chain(unmoved.lines()).collect();
+        Error::undetermined("ten_parameters_not_identifiable", lines.join("; "))
     }))
 }

@@ -13,8 +13,8 @@ use crate::support::number::seed;
 use crate::support::rig_layout::not_for_a_rig;
 use crate::support::show;
 use crate::{Error, Result};
-use massline_analysis::design::{Options, Wanted, suggest};
-use massline_files::file::{self, Existing};
+use massline_analysis::design::{Options, RequestedCount, suggest};
+use massline_files::file::{self, ExistingFile};
 use massline_files::layout_file::{LayoutFile, MAX_BYTES};
 use massline_report::document::LayoutSuggestion;
 use massline_report::words::{layout_check as report, message_in};
@@ -93,27 +93,28 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let interrupt = output.interrupt();
     let guard = interrupt.guard();
     let is_interrupted = || interrupt.pressed();
-    let found = suggest(&file, &assumed, &options, &is_interrupted, |done| bar.set_position(done));
+    let suggestion =
+        suggest(&file, &assumed, &options, &is_interrupted, |done| bar.set_position(done));
     drop(guard);
     bar.finish_and_clear();
-    let suggestion = found.map_err(|error| error.within(args.layout.display()))?;
+    let suggestion = suggestion.map_err(|error| error.within(args.layout.display()))?;
     if let Some(path) = &args.write {
         write(&args.layout, path, &suggestion.layout, args.replace.existing())?;
     }
     let layout = &suggestion.layout;
     let forecast = forecast_of(layout, &assumed, &suggestion.criterion, output)?;
     let message_of = |d: &Diagnostic| message_in(d, layout);
-    let found = &suggestion.findings.diagnostics;
+    let diagnostics = &suggestion.findings.diagnostics;
     let notes = file.suspicions().into_iter().chain(not_for_a_rig(&file));
     let document = LayoutSuggestion {
         written: args.write.as_ref().map(FilePath::from),
         ..report::suggestion_json(&suggestion, &options, forecast.as_ref(), notes.collect())
     };
     if !output.json() {
-        if let Some(found) = not_for_a_rig(&file) {
-            output.warn(format!("{found}; only `massline solve` takes it"));
+        if let Some(reason) = not_for_a_rig(&file) {
+            output.warn(format!("{reason}; only `massline solve` takes it"));
         }
-        show::list(found, message_of, output);
+        show::list(diagnostics, message_of, output);
         output.note(&suggestion.whose);
         if layout.sensors.len() > RIG_SENSORS || layout.hits.len() > RIG_HITS {
             output.note(format!(
@@ -125,7 +126,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         }
     }
     output.answer(&document, |_| {
-        let forecast = forecast.map(|of| report::forecast_text(&of, layout)).unwrap_or_default();
+        let forecast =
+            forecast.map(|forecast| report::forecast_text(&forecast, layout)).unwrap_or_default();
         format!("{}{forecast}{}", report::suggestion_text(&suggestion), report::lines(layout))
     })
 }
@@ -148,7 +150,11 @@ fn there_is_something_to_keep(args: &Args, file: &LayoutFile) -> Result<()> {
 fn options(args: &Args, file: &LayoutFile, noise: f64) -> Options {
     let wanted = |keep, given: Option<u8>, present: usize, usual| {
         let present = if present == 0 { usual } else { present };
-        if keep { Wanted::Keep } else { Wanted::Best(given.map_or(present, usize::from)) }
+        if keep {
+            RequestedCount::Keep
+        } else {
+            RequestedCount::Best(given.map_or(present, usize::from))
+        }
     };
     let layout = &file.layout;
     Options {
@@ -162,7 +168,7 @@ fn options(args: &Args, file: &LayoutFile, noise: f64) -> Options {
 }
 
 /// Copies a layout file with other sensors and hits.
-fn write(from: &Path, to: &Path, layout: &HostLayout, existing: Existing) -> Result<()> {
+fn write(from: &Path, to: &Path, layout: &HostLayout, existing: ExistingFile) -> Result<()> {
     let bytes = file::read(from, MAX_BYTES).map_err(|e| file::cannot(to, e))?;
     let text = edited(&String::from_utf8_lossy(&bytes), layout).map_err(|e| file::cannot(to, e))?;
     file::write(to, text.as_bytes(), existing)

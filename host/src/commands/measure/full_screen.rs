@@ -12,7 +12,7 @@ use massline_shared::measurement::campaign::Phase;
 use super::presenter::Presenter;
 use crate::Result;
 use crate::output::{Output, harmless};
-use crate::screen::guide::{Guide, HitReadings, Wanted};
+use crate::screen::guide::{Guide, GuideOptions, HitReadings};
 use crate::screen::{Screen, View};
 use crate::support::keyboard::{Keyboard, no_terminal};
 use massline_analysis::precision::PrecisionReport;
@@ -42,7 +42,7 @@ impl ScreenArgs {
 
 /// What the full screen needs to know of a campaign.
 #[derive(Clone, Copy, Debug)]
-pub struct Shown<'a> {
+pub struct DisplayedCampaign<'a> {
     /// `measurement` or `block test`.
     pub kind: &'static str,
     /// What is measured.
@@ -77,12 +77,12 @@ impl FullScreen {
     /// # Errors
     /// When the terminal cannot be taken.
     pub fn open(
-        shown: Shown<'_>,
+        shown: DisplayedCampaign<'_>,
         layout: &RigLayout,
-        wanted: Wanted,
+        wanted: GuideOptions,
         (keyboard, output): (&Keyboard, &Output),
     ) -> Result<Self> {
-        let Shown { kind, title, identity, calibration } = shown;
+        let DisplayedCampaign { kind, title, identity, calibration } = shown;
         let guide = Guide::new(&harmless(title), kind, layout, identity.adc.bits, wanted);
         let screen = Screen::open(guide, keyboard.raw_mode(), output).map_err(no_terminal)?;
         Ok(Self {
@@ -162,7 +162,7 @@ impl FullScreen {
 /// What a rig refuses to send is not shown.
 fn unless_refused<T>(answer: Result<T, ClientError>) -> Result<Option<T>> {
     match answer {
-        Ok(found) => Ok(Some(found)),
+        Ok(value) => Ok(Some(value)),
         Err(e) if e.refusal().is_some() => Ok(None),
         Err(e) => Err(e.into()),
     }

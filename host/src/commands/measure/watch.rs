@@ -10,11 +10,11 @@ use massline_shared::measurement::campaign::{Command, Phase};
 
 use crate::output::{Output, counted};
 use crate::rig_lines::lines_of;
-use crate::screen::guide::{AnswerSoFar, Wanted};
+use crate::screen::guide::{AnswerSoFar, GuideOptions};
 use crate::support::collected::hit_log::HitLog;
 use crate::support::collected::hit_records::RecordCollection;
-use crate::support::collected::spectra::{Collecting, SpectraCollection};
-use crate::support::keyboard::{self, Keyboard, Pressed};
+use crate::support::collected::spectra::{CollectingObserver, SpectraCollection};
+use crate::support::keyboard::{self, KeyMeaning, Keyboard};
 use crate::support::progress::{Progress, Prompts};
 use crate::{Error, Result};
 use massline_analysis::modes_so_far::ModesMonitor;
@@ -23,7 +23,7 @@ use massline_client::Client;
 use massline_client::campaign::{CampaignOutcome, Observer, dofs_left, follow, open_dof};
 use massline_report::words::precision;
 
-use super::full_screen::{FullScreen, Shown};
+use super::full_screen::{DisplayedCampaign, FullScreen};
 use super::presenter::Presenter;
 use super::ringing::Ringing;
 
@@ -51,7 +51,7 @@ pub(in crate::commands) struct Watching<'a> {
     /// Length of a record after its hit, s, in the suspension profile.
     pub record_s: Option<f64>,
     /// What is shown on a full screen; lines without it, or without a terminal for it.
-    pub shown: Option<Shown<'a>>,
+    pub shown: Option<DisplayedCampaign<'a>>,
 }
 
 /// Follows the running campaign with a person at the keyboard.
@@ -76,7 +76,7 @@ pub(in crate::commands) fn watch(
                 (None, Some(_)) => Some(AnswerSoFar::Modes),
                 (None, None) => None,
             };
-            let wanted = Wanted { answer, verdicts: !accepts };
+            let wanted = GuideOptions { answer, verdicts: !accepts };
             Box::new(FullScreen::open(shown, layout, wanted, (keyboard, output))?)
         }
         None => {
@@ -93,7 +93,7 @@ pub(in crate::commands) fn watch(
         Some(collection) => {
             let records = records.map(|records| (records, layout));
             let mut collecting =
-                Collecting { observer: &mut person, collection, records, log, accepts };
+                CollectingObserver { observer: &mut person, collection, records, log, accepts };
             follow(client, &interrupt, None, &mut collecting)
         }
         None => follow(client, &interrupt, None, &mut person),
@@ -183,7 +183,7 @@ impl Person<'_> {
         let presenter = &mut self.presenter;
         let phase = Phase::try_from(status.phase).ok();
         match keyboard.poll(phase, |key| presenter.key(key))? {
-            Pressed::QuitOnce => {
+            KeyMeaning::QuitOnce => {
                 let hits: u32 = status.accepted.iter().map(|&hits| u32::from(hits)).sum();
                 self.presenter.line(&format!(
                     "q again aborts the campaign and discards its {}; p pauses it",
@@ -191,7 +191,7 @@ impl Person<'_> {
                 ));
                 None
             }
-            Pressed::Command(command) => {
+            KeyMeaning::Command(command) => {
                 self.presenter.acted();
                 Some(command)
             }
@@ -219,8 +219,8 @@ pub(super) fn read_new(
     Ok(new)
 }
 
-/// Reads the lines of the DOFs of a result, or of the campaign, that are `closed` and not known yet; returns whether there
-/// were any.
+/// Reads the lines of the DOFs of a result, or of the campaign, that are `closed` and not known yet; returns whether
+/// there were any.
 pub(super) fn read_new_lines(
     client: &mut Client,
     monitor: &mut ModesMonitor,

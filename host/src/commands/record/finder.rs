@@ -8,7 +8,7 @@ use massline_shared::signal::{
 use massline_shared::units::{Newtons, ScanIndex};
 
 /// What a scan has shown.
-pub(super) enum Found {
+pub(super) enum ScanOutcome {
     /// Nothing new.
     Nothing,
     /// The object rings after a hit, for as long as a record of the suspension profile lasts.
@@ -53,7 +53,7 @@ impl<'r> HitFinder<'r> {
     }
 
     /// Processes the next scan.
-    pub fn feed(&mut self, scan: &Scan, index: u64) -> Found {
+    pub fn feed(&mut self, scan: &Scan, index: u64) -> ScanOutcome {
         let (record, index) = (&mut *self.record, ScanIndex(index));
         let (state, extremes) = match &mut self.capture {
             HitCapture::MassLine(capture) => (capture.feed(record, scan, index), None),
@@ -69,13 +69,13 @@ impl<'r> HitFinder<'r> {
                 self.ringing = false;
                 self.capture = HitCapture::new(self.settings, &mut self.record);
                 let start = trigger_scan.0.saturating_sub(self.scans_before());
-                Found::Hit { start, report: Box::new(report) }
+                ScanOutcome::Hit { start, report: Box::new(report) }
             }
             CaptureState::Filling if extremes.is_some() && !self.ringing => {
                 self.ringing = true;
-                Found::Ringing
+                ScanOutcome::Ringing
             }
-            _ => Found::Nothing,
+            _ => ScanOutcome::Nothing,
         }
     }
 
@@ -134,12 +134,12 @@ mod tests {
         let find = |scans: &[Scan]| {
             let (mut finder, mut rings) = (HitFinder::new(settings), None);
             let hit = (0..).zip(scans).find_map(|(index, scan)| match finder.feed(scan, index) {
-                Found::Nothing => None,
-                Found::Ringing => {
+                ScanOutcome::Nothing => None,
+                ScanOutcome::Ringing => {
                     assert_eq!(rings.replace(index), None, "said once");
                     None
                 }
-                Found::Hit { start, report } => Some((start, *report)),
+                ScanOutcome::Hit { start, report } => Some((start, *report)),
             });
             let (start, report) = hit.expect("a hit");
             (start, rings.expect("it rings"), report)

@@ -8,9 +8,9 @@ use massline_shared::measurement::campaign::Command;
 use massline_shared::signal::{HitReport, ringing_s};
 
 use super::Recording;
-use super::finder::{Found, HitFinder, Settings};
+use super::finder::{HitFinder, ScanOutcome, Settings};
 use crate::output::Output;
-use crate::support::keyboard::{Keyboard, Pressed};
+use crate::support::keyboard::{KeyMeaning, Keyboard};
 use crate::{Error, Result};
 use massline_client::campaign::is_out_of_reach;
 use massline_client::{Client, Event, scans_of};
@@ -44,7 +44,8 @@ pub(super) fn record(
             TestProfile::Suspension => "",
         };
         output.note(format!(
-            "a simulated rig taps by itself only in a campaign: press Enter at `massline virtual --manual`{or_triggered}"
+            "a simulated rig taps by itself only in a campaign: press Enter at `massline virtual \
+             --manual`{or_triggered}"
         ));
     }
     client.set_stream(true)?;
@@ -55,8 +56,8 @@ pub(super) fn record(
         }
         tape.prompt(output);
         let ended = match keyboard.as_mut().and_then(|keyboard| keyboard.poll(None, |_| false)) {
-            Some(Pressed::Command(command)) => tape.steer(command),
-            Some(Pressed::QuitOnce) => {
+            Some(KeyMeaning::Command(command)) => tape.steer(command),
+            Some(KeyMeaning::QuitOnce) => {
                 output.note("q again ends the recording");
                 false
             }
@@ -212,13 +213,13 @@ impl<'r> Stream<'r> {
         self.indices = Some((base, next + scans.len() as u64));
         for (scan, index) in scans.iter().zip(next - base..) {
             match self.finder.feed(scan, index) {
-                Found::Nothing => {}
-                Found::Ringing => {
+                ScanOutcome::Nothing => {}
+                ScanOutcome::Ringing => {
                     let left = ringing_s(&self.recording.identity.adc);
                     output.note(format!("ringing for {left:.0} s: do not touch it"));
                 }
-                Found::Hit { start, report } => {
-                    self.found(start, &report, output);
+                ScanOutcome::Hit { start, report } => {
+                    self.take_hit(start, &report, output);
                     writer.set_segments(&self.segments)?;
                     self.last_hit = index;
                 }
@@ -238,7 +239,7 @@ impl<'r> Stream<'r> {
         Ok(())
     }
 
-    fn found(&mut self, start: u64, report: &HitReport, output: &mut Output) {
+    fn take_hit(&mut self, start: u64, report: &HitReport, output: &mut Output) {
         let Some(hit) = self.recording.layout.hits.get(self.dof) else { return };
         let force = report.peak_force.0;
         if !report.good() {

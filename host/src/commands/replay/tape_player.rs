@@ -18,15 +18,15 @@ const NONE: usize = usize::MAX;
 
 /// Plays a tape as a source of scans.
 ///
-/// When the rig is armed at a DOF, the next unused segment of that DOF is played from its start to the start
-/// of the next segment, but always for more than the length of a record; past the end of the tape its last
-/// scan is repeated for the length of a record, so that a record that has begun ends. Then no scans follow until the next arming. [`TapeProgress`] reports the state to the
-/// host.
+/// When the rig is armed at a DOF, the next unused segment of that DOF is played from its start to the start of the
+/// next segment, but always for more than the length of a record; past the end of the tape its last scan is repeated
+/// for the length of a record, so that a record that has begun ends. Then no scans follow until the next arming.
+/// [`TapeProgress`] reports the state to the host.
 #[derive(Debug)]
 pub struct TapeSource {
     adc: AdcProperties,
     scans: Scans,
-    segments: Vec<Played>,
+    segments: Vec<PlayedSegment>,
     dofs: Vec<Dof>,
     armed: Option<(u32, usize)>,
     /// Index of the next scan, and of the scan after the last of the current segment.
@@ -36,7 +36,7 @@ pub struct TapeSource {
 }
 
 #[derive(Debug)]
-struct Played {
+struct PlayedSegment {
     segment: Segment,
     used: bool,
 }
@@ -88,10 +88,10 @@ impl TapeSource {
     pub fn new(tape: Tape, layout: &RigLayout) -> Result<(Self, Option<String>)> {
         let Tape { sidecar, scans, .. } = tape;
         let dofs: Vec<Dof> = layout.hits.iter().map(|hit| hit.dof).collect();
-        let there = sensors(&sidecar.adc);
-        if layout.sensors.len() > there {
+        let sensor_count = sensors(&sidecar.adc);
+        if layout.sensors.len() > sensor_count {
             let message = format!(
-                "the layout has {} sensors and the tape {there}; use the layout of the tape",
+                "the layout has {} sensors and the tape {sensor_count}; use the layout of the tape",
                 layout.sensors.len()
             );
             return Err(Error::input("tape_wrong_layout", message));
@@ -119,8 +119,11 @@ impl TapeSource {
                 return Err(Error::input("tape_wrong_layout", message));
             }
         };
-        let segments: Vec<Played> =
-            sidecar.segments.into_iter().map(|segment| Played { segment, used: false }).collect();
+        let segments: Vec<PlayedSegment> = sidecar
+            .segments
+            .into_iter()
+            .map(|segment| PlayedSegment { segment, used: false })
+            .collect();
         let progress = TapeProgress(Arc::new(Shared {
             exhausted: AtomicUsize::new(NONE),
             played_out: AtomicBool::new(false),

@@ -67,7 +67,8 @@ fn chosen(args: &Args, stored: &[u32]) -> Result<Vec<u32>> {
             return Err(Error::input("no_such_result", message));
         }
     }
-    let named = |number: u32| args.all || args.numbers.iter().any(|of| of.contains(number));
+    let named =
+        |number: u32| args.all || args.numbers.iter().any(|numbers| numbers.contains(number));
     Ok(stored.iter().copied().filter(|&number| named(number)).collect())
 }
 

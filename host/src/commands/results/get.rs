@@ -11,7 +11,7 @@ use crate::rig_solution::solve_test;
 use crate::support::archive::ArchiveArgs;
 use crate::support::connect::PortArgs;
 use crate::support::files;
-use crate::support::show::{self, DetailsArgs, Next};
+use crate::support::show::{self, DetailsArgs, NextStep};
 use crate::{Error, Result};
 use massline_analysis::identification::Selection;
 use massline_analysis::single_fault::NominalTest;
@@ -66,17 +66,17 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let test = StoredTest { result: &result, lines: &lines };
     let next = match (args.archive.path(), &layout) {
         // Said once the file is there.
-        (Some(_), _) => Next::Other(String::new()),
+        (Some(_), _) => NextStep::Other(String::new()),
         (None, Some(_)) => {
             let layout = args.layout.as_deref().map(shell_path);
             let layout = layout.map(|path| format!(" --layout {path}")).unwrap_or_default();
-            Next::Other(format!(
+            NextStep::Other(format!(
                 "next: `massline results get {} -o result-{0}.{EXTENSION}{layout}{}` keeps it in a file",
                 args.number,
                 args.port.as_typed()
             ))
         }
-        (None, None) => Next::Other(
+        (None, None) => NextStep::Other(
             "next: with the layout of the test (--layout FILE) the program solves it itself".into(),
         ),
     };
@@ -109,8 +109,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     printed
 }
 
-/// The layout of the test: that of the file, in the profile that was measured, or that of the rig unless it has replaced it by
-/// another one.
+/// The layout of the test: that of the file, in the profile that was measured, or that of the rig unless it has
+/// replaced it by another one.
 fn layout(
     args: &Args,
     client: &mut Client,
@@ -129,8 +129,8 @@ fn layout(
         }
         if file.hash() != Some(wanted) {
             let message = format!(
-                "{}: this layout is not that of result {} (layout {} was measured): give the file as it was then, or leave \
-                 --layout out for the layout that the rig has stored",
+                "{}: this layout is not that of result {} (layout {} was measured): give the file as it was then, or \
+                 leave --layout out for the layout that the rig has stored",
                 path.display(),
                 args.number,
                 hash_text(wanted).unwrap_or_default()
@@ -145,7 +145,8 @@ fn layout(
 
 fn no_layout(result: &MeasurementResult) -> Error {
     let message = format!(
-        "an archive needs the layout of the test ({}), and the rig has replaced it by others; give its file with --layout",
+        "an archive needs the layout of the test ({}), and the rig has replaced it by others; give its file with \
+         --layout",
         hash_text(result.head.layout_hash).unwrap_or_default()
     );
     Error::input("layout_unknown", message)

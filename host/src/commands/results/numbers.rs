@@ -44,12 +44,13 @@ mod tests {
 
     #[test]
     fn numbers_and_ranges_are_read() {
-        let of = |text: &str| text.parse::<Numbers>().ok().map(|of| (of.first, of.last));
-        assert_eq!(of("3"), Some((3, 3)));
-        assert_eq!(of("2-5"), Some((2, 5)));
-        assert_eq!(of("2-"), Some((2, u32::MAX)));
+        let parse =
+            |text: &str| text.parse::<Numbers>().ok().map(|numbers| (numbers.first, numbers.last));
+        assert_eq!(parse("3"), Some((3, 3)));
+        assert_eq!(parse("2-5"), Some((2, 5)));
+        assert_eq!(parse("2-"), Some((2, u32::MAX)));
         for wrong in ["", "0", "-", "-3", "5-2", "a", "1-b", "1.5"] {
-            assert_eq!(of(wrong), None, "{wrong}");
+            assert_eq!(parse(wrong), None, "{wrong}");
         }
     }
 }

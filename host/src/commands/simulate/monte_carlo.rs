@@ -24,7 +24,8 @@ pub struct MonteCarloArgs {
     /// Error budget that the methods assume; the bound is always that of the errors of the bench.
     #[arg(long, value_enum, default_value_t, value_name = "BUDGET", requires = "runs")]
     budget: Budget,
-    /// Take the hammer as calibrated with a block of known mass: its gain is uncertain by 0.3 %, unless the layout states it.
+    /// Take the hammer as calibrated with a block of known mass: its gain is uncertain by 0.3 %, unless the layout
+    /// states it.
     #[arg(long, requires = "runs", conflicts_with = "budget")]
     calibrated_hammer: bool,
     /// Number of threads; default: all cores.

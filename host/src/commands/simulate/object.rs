@@ -17,8 +17,8 @@ use massline_analysis::bench_error::bench_error;
 use massline_files::layout_file::LayoutFile;
 use massline_report::words::as_exact_as;
 
-/// Frequency of the highest suspension mode of an object whose mass lines are measured, Hz: cords that are soft enough for
-/// the default band.
+/// Frequency of the highest suspension mode of an object whose mass lines are measured, Hz: cords that are soft enough
+/// for the default band.
 const SOFT_HZ: f64 = 3.0;
 /// The same where the suspension modes themselves are measured, Hz: as on the wheel of the literature.
 const STIFF_HZ: f64 = 7.5;
@@ -40,7 +40,8 @@ pub(super) struct SimulatedObject {
 }
 
 impl SimulatedObject {
-    /// The object of `--bench` or, without it, the one that the layout's `[reference]` states, as a rigid body on soft cords.
+    /// The object of `--bench` or, without it, the one that the layout's `[reference]` states, as a rigid body on soft
+    /// cords.
     ///
     /// # Errors
     /// When the bench is bad, or the layout does not state an object.

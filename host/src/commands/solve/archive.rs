@@ -9,15 +9,15 @@ use crate::output::Output;
 use crate::rig_lines::{RigLines, StoredTest};
 use crate::rig_solution::solve_test;
 use crate::support::files;
-use crate::support::show::{self, Next};
+use crate::support::show::{self, NextStep};
 use crate::{Error, Result};
 use massline_analysis::identification::Selection;
 use massline_analysis::single_fault::NominalTest;
 use massline_files::archive::Archive;
 use massline_report::words::Extent;
 
-/// Prints what this program finds from the mass lines of an archive, or from its lines about the suspension modes, with the
-/// archive's layout or the one of a file.
+/// Prints what this program finds from the mass lines of an archive, or from its lines about the suspension modes, with
+/// the archive's layout or the one of a file.
 ///
 /// # Errors
 /// When a file is bad, the layout is that of another test, or the data cannot determine the answer.
@@ -41,8 +41,8 @@ pub(super) fn solve(
     let solution = solve_test(test, &nominal, selection);
     // A page shows the answer by all methods with the archive's own layout.
     let next = match (layout, selection) {
-        (None, Selection::All) => Next::Page(path),
-        _ => Next::Details,
+        (None, Selection::All) => NextStep::Page(path),
+        _ => NextStep::Details,
     };
     output.conclude(solution.verdict());
     show::print(&solution, &solution.result(), (extent, &next), output)
@@ -87,9 +87,9 @@ pub(in super::super) fn with_layout(
             differ.then_some(text)
         }
     };
-    if let Some(what) = without_effect {
+    if let Some(sentence) = without_effect {
         let layout = layout.display();
-        output.warn(format!("{layout}: {what} of an archive stay as they were measured"));
+        output.warn(format!("{layout}: {sentence} of an archive stay as they were measured"));
     }
     Ok(nominal)
 }
@@ -112,7 +112,7 @@ fn suits(method: Method, path: &Path, profile: TestProfile) -> Result<()> {
 
 /// True when the sensors are on the same nodes and the hits at the same DOFs, in the same order.
 fn is_same_test(one: &HostLayout, other: &HostLayout) -> bool {
-    let nodes = |of: &HostLayout| of.sensors.iter().map(|s| s.node).collect::<Vec<_>>();
-    let dofs = |of: &HostLayout| of.hits.iter().map(|hit| hit.dof).collect::<Vec<_>>();
+    let nodes = |layout: &HostLayout| layout.sensors.iter().map(|s| s.node).collect::<Vec<_>>();
+    let dofs = |layout: &HostLayout| layout.hits.iter().map(|hit| hit.dof).collect::<Vec<_>>();
     nodes(one) == nodes(other) && dofs(one) == dofs(other)
 }

@@ -2,10 +2,10 @@
 
 use massline_virtual::pipe::HostEnd;
 
-use super::{Served, serve_tcp};
+use super::{ServedPort, serve_tcp};
 use crate::Result;
 
 /// Serves the rig behind `link`.
-pub fn serve(link: HostEnd) -> Result<Served> {
+pub fn serve(link: HostEnd) -> Result<ServedPort> {
     serve_tcp(link, "127.0.0.1:0")
 }

@@ -3,14 +3,14 @@
 use massline_virtual::pipe::HostEnd;
 use massline_virtual::pty::PtyServer;
 
-use super::Served;
+use super::ServedPort;
 use crate::{Error, Result};
 
 /// Serves the rig behind `link`.
-pub fn serve(link: HostEnd) -> Result<Served> {
+pub fn serve(link: HostEnd) -> Result<ServedPort> {
     let server = PtyServer::serve(link)
         .map_err(|e| Error::internal("no_pty", format!("the system gives no pty: {e}")))?;
-    Ok(Served {
+    Ok(ServedPort {
         is_open_to_others: false,
         port: server.path().display().to_string(),
         _server: Box::new(server),

@@ -50,8 +50,8 @@ fn property([name, value, half, unit]: &[String; 4]) -> String {
 /// The widths after each of the last DOFs, as many as fit.
 fn trend(estimates: &[InterimEstimate], room: usize, theme: Theme) -> Vec<Line<'static>> {
     let known: Vec<Widths<f64>> = estimates.iter().filter_map(|estimate| estimate.widths).collect();
-    let row = |name: &'static str, unit: &'static str, of: fn(&Widths<f64>) -> f64| {
-        let widths: Vec<String> = known.iter().map(|widths| two_digits(of(widths))).collect();
+    let row = |name: &'static str, unit: &'static str, property: fn(&Widths<f64>) -> f64| {
+        let widths: Vec<String> = known.iter().map(|widths| two_digits(property(widths))).collect();
         let since = |first: usize| format!("±{} {unit}", widths[first..].join(" → "));
         let fits = |text: &String| NAME + columns(text) <= room;
         let text = (0..widths.len()).map(since).find(fits).unwrap_or_default();

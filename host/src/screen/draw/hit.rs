@@ -40,18 +40,18 @@ pub(super) fn verdict(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: T
     if let Some(swing) = &hit.swing {
         numbers += &format!(", {}", swing_words(swing));
     }
-    let said = guide.verdict().map(|said| {
-        let style = if said.tone == Tone::Good { theme.good() } else { theme.bad() };
-        Line::from(Span::styled(said.to_string(), style))
+    let verdict = guide.verdict().map(|verdict| {
+        let style = if verdict.tone == Tone::Good { theme.good() } else { theme.bad() };
+        Line::from(Span::styled(verdict.to_string(), style))
     });
-    let lines: Vec<_> = [Line::raw(numbers)].into_iter().chain(said).collect();
+    let lines: Vec<_> = [Line::raw(numbers)].into_iter().chain(verdict).collect();
     let text = Paragraph::new(lines).block(block).wrap(Wrap { trim: true });
     frame.render_widget(text, area);
 }
 
 /// Force and responses of the last hit that was read.
 pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    let Some(of) = &guide.readings else {
+    let Some(hit_readings) = &guide.readings else {
         let missing = match guide.layout.test.profile {
             TestProfile::Suspension => LONG,
             TestProfile::MassLine if guide.slow => SLOW,
@@ -62,22 +62,25 @@ pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: 
         return frame.render_widget(text, area);
     };
     let [force, responses] = pair(area, 50);
-    let is_last = guide.hit.as_ref().is_none_or(|hit| hit.number == of.number);
+    let is_last = guide.hit.as_ref().is_none_or(|hit| hit.number == hit_readings.number);
     let which = if is_last { "" } else { "last hit that was read: " };
     let title = format!(" {which}force, N, over ms ");
     let curves = Curves {
         title: &title,
         names: vec!["force".into()],
-        points: vec![points(of, &of.readings.force)],
+        points: vec![points(hit_readings, &hit_readings.readings.force)],
         x: SHOWN.map(|time| 1e3 * time),
         y: None,
     };
     plot(&curves, frame, force, theme);
-    let largest = largest(of, guide.layout.sensors.len());
+    let largest = largest(hit_readings, guide.layout.sensors.len());
     let curves = Curves {
         title: " largest responses, m/s², over ms ",
         names: largest.iter().map(|&k| guide.response(k)).collect(),
-        points: largest.iter().map(|&k| points(of, &of.readings.responses[k])).collect(),
+        points: largest
+            .iter()
+            .map(|&k| points(hit_readings, &hit_readings.readings.responses[k]))
+            .collect(),
         x: SHOWN.map(|time| 1e3 * time),
         y: None,
     };
@@ -85,12 +88,11 @@ pub(super) fn readings(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: 
 }
 
 /// Points over time in ms, as far as they are shown.
-fn points(of: &HitReadings, values: &[f64]) -> Vec<(f64, f64)> {
+fn points(hit_readings: &HitReadings, values: &[f64]) -> Vec<(f64, f64)> {
     let [from, to] = SHOWN;
-    let timed = values
-        .iter()
-        .enumerate()
-        .map(|(scan, value)| (scan as f64 * of.scan_interval_s - of.pre_trigger_s, *value));
+    let timed = values.iter().enumerate().map(|(scan, value)| {
+        (scan as f64 * hit_readings.scan_interval_s - hit_readings.pre_trigger_s, *value)
+    });
     timed
         .filter(|(time, _)| (from..=to).contains(time))
         .map(|(time, value)| (1e3 * time, value))
@@ -98,10 +100,12 @@ fn points(of: &HitReadings, values: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// The three responses that move most, the largest first.
-fn largest(of: &HitReadings, sensors: usize) -> Vec<usize> {
-    let peak = |k: &usize| of.readings.responses[*k].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-    let mut all: Vec<usize> = (0..of.readings.responses.len().min(3 * sensors)).collect();
-    all.sort_by(|a, b| peak(b).total_cmp(&peak(a)));
-    all.truncate(3);
-    all
+fn largest(hit_readings: &HitReadings, sensors: usize) -> Vec<usize> {
+    let peak =
+        |k: &usize| hit_readings.readings.responses[*k].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+    let mut responses: Vec<usize> =
+        (0..hit_readings.readings.responses.len().min(3 * sensors)).collect();
+    responses.sort_by(|a, b| peak(b).total_cmp(&peak(a)));
+    responses.truncate(3);
+    responses
 }

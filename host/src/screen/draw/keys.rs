@@ -18,7 +18,8 @@ const KEYS: [(&str, &str); 11] = [
     ("r  Backspace", "reject it"),
     (
         "u",
-        "undo the last accepted hit, even if it finished a DOF, until the next hit of any kind; not the test's last hit",
+        "undo the last accepted hit, even if it finished a DOF, until the next hit of any kind; not the test's last \
+         hit",
     ),
     ("d", "redo the DOF: its hits are discarded"),
     ("s", "skip the DOF"),

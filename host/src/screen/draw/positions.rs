@@ -12,7 +12,7 @@ use massline_shared::layout::AXIS_LETTERS;
 use super::small::SmallView;
 use super::{framed, keys, large};
 use crate::screen::Theme;
-use crate::screen::positions::{Lying, Positions, briefly, in_words};
+use crate::screen::positions::{Positions, SensorOrientation, briefly, in_words};
 use massline_analysis::calibration::orientation::lies_as;
 
 /// From this size on, everything is shown.
@@ -40,8 +40,9 @@ pub(super) fn all(view: &Positions, frame: &mut Frame<'_>, theme: Theme) {
     frame.render_widget(Paragraph::new(head).style(theme.bar()), title);
     if let Some(now) = view.now {
         large(&now.to_string(), frame, name, theme);
-        let what = Paragraph::new(what_to_do(view, in_words(now))).style(theme.strong()).centered();
-        frame.render_widget(what.wrap(Wrap { trim: true }), words);
+        let instruction =
+            Paragraph::new(what_to_do(view, in_words(now))).style(theme.strong()).centered();
+        frame.render_widget(instruction.wrap(Wrap { trim: true }), words);
     }
     positions(view, frame, table, theme);
     orientations(view, frame, sensors, theme);
@@ -67,8 +68,8 @@ fn small(view: &Positions, frame: &mut Frame<'_>, theme: Theme) {
 
 /// `2 of 6 positions read`.
 fn progress(view: &Positions) -> String {
-    let all = Position::ALL.len();
-    format!("{} of {all} positions read", all - view.wanted.len())
+    let total = Position::ALL.len();
+    format!("{} of {total} positions read", total - view.wanted.len())
 }
 
 /// The position asked for, in these words, until it is read.
@@ -123,7 +124,11 @@ fn bar(reads: f64, room: u16) -> String {
 }
 
 /// The orientation of a sensor in a few words.
-fn orientation(view: &Positions, Lying { reads, moves }: &Lying, theme: Theme) -> (String, Style) {
+fn orientation(
+    view: &Positions,
+    SensorOrientation { reads, moves }: &SensorOrientation,
+    theme: Theme,
+) -> (String, Style) {
     match lies_as(reads) {
         _ if *moves => ("moving".into(), theme.bad()),
         _ if !view.is_calibrated => ("at rest".into(), theme.good()),

@@ -69,11 +69,11 @@ impl<'g> Sketch<'g> {
         let ends = self.hit.iter().flat_map(|(at, tail, _)| [*at, *tail]);
         let axes = Vector3::from_element(self.axis);
         let axes = (0..3).map(|k| self.origin + axes.component_mul(&unit(k)));
-        let all: Vec<Vector2<f64>> =
+        let points: Vec<Vector2<f64>> =
             positions(self.layout).chain(axes).map(|p| across() * p).chain(ends).collect();
-        let start = all.first().copied().unwrap_or_default();
-        let low = all.iter().fold(start, |a, b| a.inf(b));
-        let high = all.iter().fold(start, |a, b| a.sup(b));
+        let start = points.first().copied().unwrap_or_default();
+        let low = points.iter().fold(start, |a, b| a.inf(b));
+        let high = points.iter().fold(start, |a, b| a.sup(b));
         // A cell has two dots across and four up, and room for a label at either side.
         let dots = [area.width.saturating_sub(8) * 2, area.height.saturating_sub(2) * 4];
         let [wide, tall] = dots.map(|dots| f64::from(dots.max(1)));
@@ -91,7 +91,7 @@ impl<'g> Sketch<'g> {
             context.print(end.x, end.y, Span::styled(name, self.theme.faint()));
         }
         let sensors: Vec<Vector3<f64>> =
-            self.layout.sensors.iter().map(|of| in_m(of.position)).collect();
+            self.layout.sensors.iter().map(|sensor| in_m(sensor.position)).collect();
         for (place, from) in sensors.iter().enumerate() {
             for to in &sensors[place + 1..] {
                 line(context, across() * from, across() * to, self.theme.faint());

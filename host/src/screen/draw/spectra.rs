@@ -66,10 +66,10 @@ fn strongest(spectra: &DofSpectra, responses: usize, band: [f64; 2]) -> Vec<(usi
         let (sum, count) = of_band.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
         (count > 0).then(|| (response, sum / f64::from(count)))
     };
-    let mut all: Vec<(usize, f64)> = (0..responses).filter_map(strength).collect();
-    all.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-    all.truncate(3);
-    all
+    let mut strengths: Vec<(usize, f64)> = (0..responses).filter_map(strength).collect();
+    strengths.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    strengths.truncate(3);
+    strengths
 }
 
 fn magnitude(spectra: &DofSpectra, response: usize, [from, to]: [f64; 2]) -> Vec<(f64, f64)> {

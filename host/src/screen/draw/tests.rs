@@ -15,14 +15,14 @@ use super::*;
 use crate::output::harmless;
 use crate::screen::guide::HitReadings;
 use crate::screen::guide::tests::{ALL, guide, layout, status};
-use crate::screen::positions::Lying;
+use crate::screen::positions::SensorOrientation;
 use massline_report::readings::Readings;
 
 /// Sizes below that of the full view.
 const SMALL: [[u16; 2]; 3] = [[20, 5], [40, 12], [59, 17]];
 
 /// What is on a terminal of this size.
-fn shown(view: &impl View, [width, height]: [u16; 2]) -> String {
+fn render(view: &impl View, [width, height]: [u16; 2]) -> String {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal.draw(|frame| view.draw(frame, Theme { color: true })).unwrap();
     terminal.backend().to_string()
@@ -30,7 +30,7 @@ fn shown(view: &impl View, [width, height]: [u16; 2]) -> String {
 
 /// The words on it, without the ends of its lines.
 fn words(view: &impl View, size: [u16; 2]) -> String {
-    let screen = shown(view, size).replace(['"', '\n'], " ");
+    let screen = render(view, size).replace(['"', '\n'], " ");
     screen.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
@@ -45,7 +45,7 @@ fn titles_are_text_at_every_size() {
         for size in [[1, 1], [40, 10], [60, 18], [80, 24], [200, 40], [200, 60]] {
             for help in [false, true] {
                 guide.pages.help = help;
-                let screen = shown(&guide, size);
+                let screen = render(&guide, size);
                 assert!(!screen.contains(['\u{202e}', '\u{1b}']), "{screen}");
                 if size[0] < 60 {
                     continue;
@@ -65,11 +65,11 @@ fn a_small_terminal_shows_what_is_asked_and_said_and_how_to_leave() {
     for size in SMALL {
         let mut guide = guide();
         guide.status(&status(1, &[5, 2, 0]), std::time::Duration::ZERO);
-        assert!(words(&guide, size).contains("2:+Z"), "{}", shown(&guide, size));
+        assert!(words(&guide, size).contains("2:+Z"), "{}", render(&guide, size));
         guide.keep_note("q again aborts the campaign and discards its 7 accepted hits");
-        let said = words(&guide, size);
+        let text = words(&guide, size);
         for word in ["q again aborts the campaign", "p pause", "q abort"] {
-            assert!(said.contains(word), "{word}: {}", shown(&guide, size));
+            assert!(text.contains(word), "{word}: {}", render(&guide, size));
         }
         let at_target = Phase::TargetReached.into();
         let reached =
@@ -78,7 +78,7 @@ fn a_small_terminal_shows_what_is_asked_and_said_and_how_to_leave() {
         guide.question(format!("target reached {}; finish now? [Y/n]", "±1 % ".repeat(20)));
         let asked = words(&guide, size);
         for word in ["finish now? [Y/n]", "y finish", "n go on"] {
-            assert!(asked.contains(word), "{word}: {}", shown(&guide, size));
+            assert!(asked.contains(word), "{word}: {}", render(&guide, size));
         }
     }
 }
@@ -88,12 +88,12 @@ fn the_keys_are_explained_as_far_as_there_is_room_and_the_way_back_is_shown() {
     let mut guide = guide();
     assert!(guide.key(KeyCode::Char('?')));
     for size in SMALL {
-        let screen = shown(&guide, size);
+        let screen = render(&guide, size);
         assert!(screen.contains("? back") && screen.contains("accept"), "{screen}");
     }
-    let all = words(&guide, SMALLEST);
+    let text = words(&guide, SMALLEST);
     for word in ["accept the hit", "this page", "finished."] {
-        assert!(all.contains(word), "{word}: {}", shown(&guide, SMALLEST));
+        assert!(text.contains(word), "{word}: {}", render(&guide, SMALLEST));
     }
 }
 
@@ -102,7 +102,7 @@ fn the_full_view_fits_at_its_smallest_size() {
     let mut guide = guide();
     guide.status(&status(0, &[2, 0, 0]), std::time::Duration::ZERO);
     guide.levels([3; 10]);
-    let screen = shown(&guide, SMALLEST);
+    let screen = render(&guide, SMALLEST);
     let words = ["hit 1:+Y now", "arrow: force on the body", "hammer", "z ", "p pause", "Tab page"];
     for word in words {
         assert!(screen.contains(word), "{word}: {screen}");
@@ -121,7 +121,7 @@ fn charts_grow_with_the_terminal() {
         Readings { force: (0..600).map(wave).collect(), responses: vec![vec![1.0; 600]; 9] };
     let (scan_interval_s, pre_trigger_s) = (5e-5, 4e-3);
     guide.readings = Some(HitReadings { number: 2, readings, scan_interval_s, pre_trigger_s });
-    let [small, large] = [[80, 24], [200, 60]].map(|size| shown(&guide, size));
+    let [small, large] = [[80, 24], [200, 60]].map(|size| render(&guide, size));
     let count = |screen: &str, signs: RangeInclusive<char>| {
         screen.chars().filter(|sign| signs.contains(sign)).count()
     };
@@ -137,8 +137,8 @@ fn charts_grow_with_the_terminal() {
 fn a_tall_terminal_draws_the_orientation_of_sensors_as_bars() {
     let mut view = Positions::new(&Position::ALL, true);
     view.ask(Position::ALL[0]);
-    view.lies(vec![Lying { reads: Vector3::new(-1.0, 0.5, 0.0), moves: false }; 3]);
-    let screen = shown(&view, [80, 40]);
+    view.lies(vec![SensorOrientation { reads: Vector3::new(-1.0, 0.5, 0.0), moves: false }; 3]);
+    let screen = render(&view, [80, 40]);
     for (bar, axis) in [("█│·", "x -1.00"), ("│█", "y +0.50"), ("·│·", "z +0.00")] {
         let line = screen.lines().find(|line| line.contains(axis)).unwrap_or_default();
         assert!(line.contains(bar), "{axis}: {screen}");
@@ -171,17 +171,17 @@ fn without_colours_the_legend_tells_curves_by_their_markers_also_where_they_coin
 fn a_tumble_test_on_a_small_terminal_says_what_to_do_first() {
     let mut view = Positions::new(&Position::ALL, true);
     view.ask(Position::ALL[0]);
-    let sensor = Lying { reads: Vector3::new(0.7, 0.7, 0.0), moves: false };
+    let sensor = SensorOrientation { reads: Vector3::new(0.7, 0.7, 0.0), moves: false };
     view.lies(vec![sensor; 3]);
     for size in SMALL {
-        let said = words(&view, size);
+        let text = words(&view, size);
         for word in ["+X: X axes of all sensors up, then press Enter", "Enter read"] {
-            assert!(said.contains(word), "{word}: {}", shown(&view, size));
+            assert!(text.contains(word), "{word}: {}", render(&view, size));
         }
     }
-    let said = words(&view, SMALL[1]);
+    let text = words(&view, SMALL[1]);
     for word in ["sensor 3: not aligned with an axis", "0 of 6 positions read", "p pause"] {
-        assert!(said.contains(word), "{word}: {}", shown(&view, SMALL[1]));
+        assert!(text.contains(word), "{word}: {}", render(&view, SMALL[1]));
     }
 }
 
@@ -196,7 +196,11 @@ fn a_record_of_the_suspension_profile_is_counted_down_and_its_hit_has_an_impulse
     guide.status(&now, std::time::Duration::ZERO);
     assert!(guide.rings(Some(31)) && !guide.rings(Some(31)), "drawn again only when it changes");
     assert_eq!(place::words(&guide), "ringing, 31 s left: do not touch it");
-    assert!(words(&guide, SMALL[1]).contains(&place::words(&guide)), "{}", shown(&guide, SMALL[1]));
+    assert!(
+        words(&guide, SMALL[1]).contains(&place::words(&guide)),
+        "{}",
+        render(&guide, SMALL[1])
+    );
     guide.rings(None);
     guide.hit(&HitEvent {
         number: 8,
@@ -209,7 +213,7 @@ fn a_record_of_the_suspension_profile_is_counted_down_and_its_hit_has_an_impulse
         findings: Default::default(),
     });
     assert_eq!(place::words(&guide), "measuring at 2:+Z");
-    let screen = shown(&guide, [200, 60]);
+    let screen = render(&guide, [200, 60]);
     let numbers = "2:+Z: 96.0 N, 4.1 m/s², 1.02 N s, moved 0.31 % before it, 0.080 % left";
     assert!(screen.contains(numbers), "{screen}");
     assert!(screen.contains("the records of 40 s stay on the rig"), "{screen}");

@@ -4,8 +4,8 @@ use massline_shared::layout::HostLayout;
 use super::*;
 use massline_files::layout_file::LayoutFile;
 
-pub(in crate::screen) const ALL: Wanted =
-    Wanted { answer: Some(AnswerSoFar::Intervals), verdicts: true };
+pub(in crate::screen) const ALL: GuideOptions =
+    GuideOptions { answer: Some(AnswerSoFar::Intervals), verdicts: true };
 
 pub(in crate::screen) fn layout() -> HostLayout {
     let text = include_str!("../../../examples/three-bar-test-1.toml");
@@ -36,13 +36,13 @@ pub(in crate::screen) fn guide() -> Guide {
 
 #[test]
 fn hits_of_a_dof_that_is_redone_or_skipped_are_said_to_be_discarded_and_not_counted_on() {
-    for (dof, what, hits) in [(0, "measured again", [0, 15]), (1, "skipped", [0, 10])] {
+    for (dof, action, hits) in [(0, "measured again", [0, 15]), (1, "skipped", [0, 10])] {
         let mut guide = guide();
         guide.status(&status(0, &[3, 0, 0]), Duration::ZERO);
         assert_eq!(guide.hits(), [3, 15]);
         guide.status(&status(dof, &[0, 0, 0]), Duration::ZERO);
         let note = guide.note.clone().unwrap();
-        assert!(note.contains(what) && note.contains("1:+Y"), "{note}");
+        assert!(note.contains(action) && note.contains("1:+Y"), "{note}");
         assert_eq!(guide.hits(), hits);
         guide.acted();
         assert_eq!(guide.note, None);

@@ -29,13 +29,13 @@ fn every_method_that_applies_answers_and_they_agree() {
     assert_eq!(json["agreement"]["outcome"], json!("agree"));
     assert_eq!(json["suspension"]["modes"].as_array().unwrap().len(), 6);
     let text = text_of(&solution);
-    for said in [
+    for sentence in [
         "the methods agree",
         "begins at 23 Hz",
         "inertia-restraint: not applicable",
         "Norm Indicator",
     ] {
-        assert!(text.contains(said), "{said}: {text}");
+        assert!(text.contains(sentence), "{sentence}: {text}");
     }
     // The lines do not reach into the band of mass lines.
     assert!(solution.measured.mass_lines.is_empty() && solution.measured.band_hz.is_none());
@@ -82,8 +82,8 @@ fn four_modes_have_rank_nine_and_a_prior_of_two_properties_closes_it() {
         truth.center_of_mass[2],
     );
     let known = solved(&prior, &uff, &options).unwrap();
-    let found = &known.identification.estimates[0].body;
-    let off = (found.inertia - truth.inertia).amax() / truth.inertia.amax();
+    let body = &known.identification.estimates[0].body;
+    let off = (body.inertia - truth.inertia).amax() / truth.inertia.amax();
     assert!(off < 0.02, "{off}");
     let error = solved(
         &noise_alone(),
@@ -105,8 +105,8 @@ fn a_single_hit_is_enough_and_the_modes_that_it_hardly_shows_are_named() {
     assert_eq!(global.method, Method::GlobalFit);
     assert_near_truth(global, &truth);
     let text = text_of(&solution);
-    for said in ["mode 2 hardly shows under any hit", "mode 6 hardly shows under any hit"] {
-        assert!(text.contains(said), "{said}: {text}");
+    for sentence in ["mode 2 hardly shows under any hit", "mode 6 hardly shows under any hit"] {
+        assert!(text.contains(sentence), "{sentence}: {text}");
     }
     // Three hits at least make a mass line.
     assert!(text.contains("modal-constant: not applicable"), "{text}");

@@ -6,14 +6,14 @@ use nalgebra::Vector3;
 
 use super::*;
 
-fn found(solution: &Solution, code: Code) -> Option<&Diagnostic> {
+fn find_diagnostic(solution: &Solution, code: Code) -> Option<&Diagnostic> {
     solution.diagnostics.iter().find(|d| d.code == code)
 }
 
 /// The estimate of a method.
-fn of(solution: &Solution, method: Method) -> &Estimate<f64> {
-    let mut all = solution.identification.estimates.iter();
-    all.find(|estimate| estimate.method == method).expect("an answer")
+fn answer_of(solution: &Solution, method: Method) -> &Estimate<f64> {
+    let mut estimates = solution.identification.estimates.iter();
+    estimates.find(|estimate| estimate.method == method).expect("an answer")
 }
 
 fn has(estimate: &Estimate<f64>, code: Code) -> bool {
@@ -38,7 +38,7 @@ fn sensors_that_sense_gravity_and_should_not_by_the_layout_are_named() {
 fn gravity_that_is_reversed_missing_or_along_another_axis_is_named() {
     let uff = unchanged(&lines(), NOTHING);
     let along = ["gravity_suspect", "gravity along -Z"];
-    for (stated, [code, said], text) in [
+    for (stated, [code, sentence], text) in [
         (
             "reversed",
             ["gravity_reversed", "change the signs"],
@@ -49,7 +49,7 @@ fn gravity_that_is_reversed_missing_or_along_another_axis_is_named() {
     ] {
         let error = solved(&text, &uff, &Options::default()).unwrap_err();
         assert_eq!((error.exit_code(), error.code()), (3, code), "{stated}: {error}");
-        assert!(error.to_string().contains(said), "{stated}: {error}");
+        assert!(error.to_string().contains(sentence), "{stated}: {error}");
     }
     let named = solved(&LAYOUT.replace("-9.80665]", "9.80665]"), &uff, &named(Method::Dppim));
     assert_eq!(named.unwrap_err().code(), "gravity_reversed");
@@ -64,16 +64,17 @@ fn tilted_gravity_is_no_flexible_mode_and_its_direction_is_found() {
     {
         let text = layout.replace("[0.0, 0.0, -9.80665]", &format!("{gravity:?}"));
         let solution = solved(&text, &unchanged(&lines(), NOTHING), &Options::default()).unwrap();
-        let warning = found(&solution, Code::GravityTilted).expect("a warning");
+        let warning = find_diagnostic(&solution, Code::GravityTilted).expect("a warning");
         let angle = (-gravity[2] / 9.80665_f64).acos().to_degrees();
         // The noise and the stated errors of sensors let the direction be found to within a degree.
         assert!((f64::from(warning.value) - angle).abs() < 1.0, "{warning:?}, {angle}°");
         let (modes, _) = solution.modes.as_ref().unwrap();
         let fitted = Vector3::from(modes.fitted_gravity.expect("a direction"));
         assert!((fitted - Vector3::new(0.0, 0.0, -9.80665)).norm() < 0.2, "{fitted}");
-        let all = [Method::GlobalFit, Method::ToivolaNuutila, Method::ContiBretl, Method::Dppim];
-        for method in all {
-            let estimate = of(&solution, method);
+        let methods =
+            [Method::GlobalFit, Method::ToivolaNuutila, Method::ContiBretl, Method::Dppim];
+        for method in methods {
+            let estimate = answer_of(&solution, method);
             assert!(has(estimate, Code::GravityTilted));
             assert!(!has(estimate, Code::FlexibleModeAboveBand));
             assert_near_truth(estimate, &truth);
@@ -86,14 +87,14 @@ fn tilted_gravity_is_no_flexible_mode_and_its_direction_is_found() {
 fn tilted_gravity_is_found_beside_structural_damping() {
     // Eight degrees.
     let text = LAYOUT.replace("[0.0, 0.0, -9.80665]", "[0.965, 0.965, -9.711]");
-    let uff = unchanged(&lines(), Besides { structural: true, ..NOTHING });
+    let uff = unchanged(&lines(), ObjectExtras { structural: true, ..NOTHING });
     let solution = solved(&text, &uff, &Options::default()).unwrap();
-    let warning = found(&solution, Code::GravityTilted).expect("a warning");
+    let warning = find_diagnostic(&solution, Code::GravityTilted).expect("a warning");
     // The stated errors of sensors let the direction be found to within a degree.
     assert!((warning.value - 8.0).abs() < 1.0, "{warning:?}");
     let truth = Bench::named("wheel").unwrap().truth();
     for method in [Method::GlobalFit, Method::ToivolaNuutila, Method::DppimStructural] {
-        assert_near_truth(of(&solution, method), &truth);
+        assert_near_truth(answer_of(&solution, method), &truth);
     }
 }
 
@@ -103,12 +104,12 @@ fn tilted_gravity_is_found_beside_hum_at_one_line() {
     let text = LAYOUT.replace("[0.0, 0.0, -9.80665]", "[0.965, 0.965, -9.711]");
     let uff = file(&lines(), NOTHING, hum);
     let solution = solved(&text, &uff, &Options::default()).unwrap();
-    let warning = found(&solution, Code::GravityTilted).expect("a warning");
+    let warning = find_diagnostic(&solution, Code::GravityTilted).expect("a warning");
     assert!((warning.value - 8.0).abs() < 1.0, "{warning:?}");
-    assert!(has(of(&solution, Method::GlobalFit), Code::LinesDisturbed));
+    assert!(has(answer_of(&solution, Method::GlobalFit), Code::LinesDisturbed));
     let truth = Bench::named("wheel").unwrap().truth();
     for method in [Method::GlobalFit, Method::ToivolaNuutila, Method::Dppim] {
-        assert_near_truth(of(&solution, method), &truth);
+        assert_near_truth(answer_of(&solution, method), &truth);
     }
 }
 
@@ -117,9 +118,9 @@ fn an_object_that_hangs_within_its_budget_of_gravity_needs_no_word() {
     // Three degrees about an oblique axis; the budget has 1.15 about each axis.
     let text = LAYOUT.replace("[0.0, 0.0, -9.80665]", "[0.363, 0.363, -9.793]");
     let truth = Bench::named("wheel").unwrap().truth();
-    for besides in [NOTHING, Besides { structural: true, ..NOTHING }] {
+    for besides in [NOTHING, ObjectExtras { structural: true, ..NOTHING }] {
         let solution = solved(&text, &unchanged(&lines(), besides), &Options::default()).unwrap();
-        assert!(found(&solution, Code::GravityTilted).is_none());
+        assert!(find_diagnostic(&solution, Code::GravityTilted).is_none());
         for estimate in &solution.identification.estimates {
             assert_near_truth(estimate, &truth);
         }
@@ -133,7 +134,7 @@ fn an_object_that_hangs_within_its_budget_of_gravity_needs_no_word() {
 fn a_slightly_wrong_gain_of_one_hit_pulls_it_and_answers_hold() {
     let gain = |_: f64, _: usize, hit: usize, h: Complex<f64>| if hit == 1 { h * 1.04 } else { h };
     let solution = solved(LAYOUT, &file(&lines(), NOTHING, gain), &Options::default()).unwrap();
-    let global = of(&solution, Method::GlobalFit);
+    let global = answer_of(&solution, Method::GlobalFit);
     let pull = global.diagnostics.iter().find(|d| d.code == Code::LargeHitPull).expect("a pull");
     assert_eq!(pull.subject, Subject::hit(1));
     for estimate in &solution.identification.estimates {
@@ -178,7 +179,7 @@ fn a_wrong_gain_of_one_hit_is_no_flexible_mode_and_the_hit_is_named() {
         let verdict = json["agreement"]["verdict"].as_str().unwrap();
         assert!(verdict.starts_with("no body on a suspension fits"), "{verdict}");
         let refused = json["not_applicable"].as_array().unwrap();
-        let global = refused.iter().find(|of| of["method"] == "global-fit").unwrap();
+        let global = refused.iter().find(|refusal| refusal["method"] == "global-fit").unwrap();
         assert_eq!(global["code"], "hit_contradicts_others", "{global}");
         assert_eq!(json["agreement"]["doubt"], "model_does_not_fit");
     }
@@ -200,7 +201,7 @@ fn readings_that_no_body_explains_put_every_answer_in_doubt() {
 #[test]
 fn hum_at_one_line_is_left_out_of_the_global_fit_and_all_agree() {
     let solution = solved(LAYOUT, &file(&lines(), NOTHING, hum), &Options::default()).unwrap();
-    let global = of(&solution, Method::GlobalFit);
+    let global = answer_of(&solution, Method::GlobalFit);
     assert_near_truth(global, &Bench::named("wheel").unwrap().truth());
     let agreement = solution.comparison.agreement.as_ref().unwrap();
     assert_eq!(agreement.outcome(), Outcome::Agree, "{}", json!(solution.result())["agreement"]);
@@ -212,7 +213,7 @@ fn a_hit_elsewhere_has_a_large_pull() {
     let text =
         LAYOUT.replace("position_m = [0.16, 0.12, 0.03]", "position_m = [0.16, 0.135, 0.03]");
     let solution = solved(&text, &unchanged(&lines(), NOTHING), &Options::default()).unwrap();
-    let global = of(&solution, Method::GlobalFit);
+    let global = answer_of(&solution, Method::GlobalFit);
     let pull = global.diagnostics.iter().find(|d| d.code == Code::LargeHitPull).expect("a pull");
     assert_eq!(pull.subject, Subject::hit(1));
     // Below 2, nothing is said.
@@ -234,21 +235,21 @@ fn a_part_that_swings_within_the_band_rules_out_an_answer() {
 fn a_small_part_that_swings_within_the_band_is_warned_of() {
     let part = SprungPart { share: 0.003, frequency_hz: 9.0, damping_ratio: 0.03 };
     let solution = solved(&noise_alone(), &unchanged(&lines(), part), &Options::default()).unwrap();
-    let warning = found(&solution, Code::MoreModesThanSix).expect("a warning");
+    let warning = find_diagnostic(&solution, Code::MoreModesThanSix).expect("a warning");
     assert!((warning.value - 9.0).abs() < 0.2, "{warning:?}");
 }
 
 /// A dashpot at the rim that makes the lowest mode complex.
-fn rubbing() -> Besides {
+fn rubbing() -> ObjectExtras {
     let dashpot = Dashpot { point: Vector3::new(0.19, 0.0, 0.03), coefficient: 25.0 };
-    Besides { dashpot: Some(dashpot), ..NOTHING }
+    ObjectExtras { dashpot: Some(dashpot), ..NOTHING }
 }
 
 #[test]
 fn complex_shapes_put_the_methods_off_that_use_shapes_and_the_verdict_names_both() {
     let uff = unchanged(&lines(), rubbing());
     let solution = solved(&noise_alone(), &uff, &Options::default()).unwrap();
-    let warning = found(&solution, Code::ModeComplex).expect("a warning");
+    let warning = find_diagnostic(&solution, Code::ModeComplex).expect("a warning");
     assert!(warning.value > 0.1, "{warning:?}");
     let with_shapes = [Method::ToivolaNuutila, Method::ContiBretl];
     for estimate in &solution.identification.estimates {
@@ -256,8 +257,8 @@ fn complex_shapes_put_the_methods_off_that_use_shapes_and_the_verdict_names_both
         assert_eq!(has(estimate, Code::ModeComplex), uses_shapes, "{:?}", estimate.method);
     }
     let truth = Bench::named("wheel").unwrap().truth();
-    assert_near_truth(of(&solution, Method::GlobalFit), &truth);
-    assert_near_truth(of(&solution, Method::Dppim), &truth);
+    assert_near_truth(answer_of(&solution, Method::GlobalFit), &truth);
+    assert_near_truth(answer_of(&solution, Method::Dppim), &truth);
     let json = json!(solution.result());
     let off: Vec<_> = json["agreement"]["off"].as_array().unwrap().to_vec();
     for method in with_shapes {
@@ -277,11 +278,11 @@ fn modes_within_a_bandwidth_and_at_the_end_of_the_band_are_named() {
     let bench = wheel_with_modes([2.8, 2.84, 3.6, 6.1, 7.2, 7.7], 0.014);
     let uff = file_of(&bench, LAYOUT, &lines(), NOTHING, |_, _, _, h| h);
     let solution = solved(&noise_alone(), &uff, &Options::default()).unwrap();
-    let close = found(&solution, Code::ModesClose).expect("a warning");
+    let close = find_diagnostic(&solution, Code::ModesClose).expect("a warning");
     assert_eq!(close.subject, Subject::mode(0));
     let options = Options { suspension_band_hz: Some([0.5, 7.8]), ..Options::default() };
     let solution = solved(&noise_alone(), &unchanged(&lines(), NOTHING), &options).unwrap();
-    let edge = found(&solution, Code::ModeAtBandEdge).expect("a warning");
+    let edge = find_diagnostic(&solution, Code::ModeAtBandEdge).expect("a warning");
     assert_eq!(edge.subject, Subject::mode(5));
 }
 
@@ -292,9 +293,9 @@ fn a_mode_that_no_hit_moves_is_poorly_excited_and_noise_decides_about_answers() 
         solved(&text, &uff, &Options::default())
     };
     let solution = solve_at(0.008).unwrap();
-    let poor = found(&solution, Code::ModePoorlyExcited).expect("a warning");
+    let poor = find_diagnostic(&solution, Code::ModePoorlyExcited).expect("a warning");
     assert!(poor.subject == Subject::mode(3) && poor.value < 0.1, "{poor:?}");
-    assert!(has(of(&solution, Method::ToivolaNuutila), Code::ModePoorlyExcited));
+    assert!(has(answer_of(&solution, Method::ToivolaNuutila), Code::ModePoorlyExcited));
     // Hit half as high above the plane, a mode is found in some draws of noise and not in others.
     let solution = solve_at(0.004).unwrap();
     let refused = &solution.identification.not_applicable;
@@ -304,23 +305,23 @@ fn a_mode_that_no_hit_moves_is_poorly_excited_and_noise_decides_about_answers() 
 
 #[test]
 fn structural_damping_is_told_from_viscous_damping() {
-    let uff = unchanged(&lines(), Besides { structural: true, ..NOTHING });
+    let uff = unchanged(&lines(), ObjectExtras { structural: true, ..NOTHING });
     let solution = solved(&noise_alone(), &uff, &Options::default()).unwrap();
     let refused = &solution.identification.not_applicable;
     let viscous = refused.iter().find(|(method, _)| *method == Method::Dppim).unwrap();
     assert_eq!(viscous.1[0].code, Code::DampingNotViscous);
     let truth = Bench::named("wheel").unwrap().truth();
-    assert_near_truth(of(&solution, Method::DppimStructural), &truth);
+    assert_near_truth(answer_of(&solution, Method::DppimStructural), &truth);
     // The global fit takes it into account.
-    assert_near_truth(of(&solution, Method::GlobalFit), &truth);
+    assert_near_truth(answer_of(&solution, Method::GlobalFit), &truth);
     assert_eq!(solution.comparison.agreement.as_ref().unwrap().outcome(), Outcome::Agree);
     // Asked for by name, it answers with a warning.
     let solution = solved(&noise_alone(), &uff, &named(Method::Dppim)).unwrap();
-    assert!(has(of(&solution, Method::Dppim), Code::DampingNotViscous));
+    assert!(has(answer_of(&solution, Method::Dppim), Code::DampingNotViscous));
     // And the other way round.
     let uff = unchanged(&lines(), NOTHING);
     let solution = solved(&noise_alone(), &uff, &named(Method::DppimStructural)).unwrap();
-    assert!(has(of(&solution, Method::DppimStructural), Code::DampingNotStructural));
+    assert!(has(answer_of(&solution, Method::DppimStructural), Code::DampingNotStructural));
 }
 
 #[test]
@@ -333,7 +334,7 @@ fn sensors_that_contradict_each_other_are_named() {
         solved(&noise_alone(), &file(&lines(), NOTHING, of_channel), &Options::default())
     };
     let half = gain(0.5).unwrap();
-    let warning = found(&half, Code::ReadingsNotRigid).expect("a warning");
+    let warning = find_diagnostic(&half, Code::ReadingsNotRigid).expect("a warning");
     assert!(warning.value > 0.1, "{warning:?}");
     // Four times as much is no reading of the same body.
     let error = gain(4.0).unwrap_err();
@@ -371,7 +372,7 @@ fn noise_in_proportion_to_the_response_is_no_record_that_ends_too_early() {
         };
         let uff = file(&lines(), NOTHING, noisy);
         let solution = solved(&noise_alone(), &uff, &Options::default()).unwrap();
-        assert!(found(&solution, Code::RecordTooShort).is_none(), "{seed}");
+        assert!(find_diagnostic(&solution, Code::RecordTooShort).is_none(), "{seed}");
     }
 }
 
@@ -379,5 +380,5 @@ fn noise_in_proportion_to_the_response_is_no_record_that_ends_too_early() {
 fn lines_of_a_logarithmic_scale_have_no_gap() {
     let lines: Vec<f64> = (0..97).map(|k| 0.5 * 25_f64.powf(f64::from(k) / 96.0)).collect();
     let solution = solved(&noise_alone(), &unchanged(&lines, NOTHING), &Options::default());
-    assert!(found(&solution.unwrap(), Code::FrequencyGap).is_none());
+    assert!(find_diagnostic(&solution.unwrap(), Code::FrequencyGap).is_none());
 }

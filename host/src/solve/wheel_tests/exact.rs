@@ -10,7 +10,7 @@ use super::*;
 const MOST: f64 = 2e-4;
 
 /// An object on its suspension, and the layout of its test with both bands.
-struct Exact {
+struct ExactTest {
     name: &'static str,
     bench: Bench,
     layout: String,
@@ -18,7 +18,7 @@ struct Exact {
 
 /// The wheel, the three bars under five hits, and a body of 5 kg with products of inertia. The modes of all of them are
 /// those of the wheel, and mass lines begin at five times the highest one.
-fn exact_tests() -> [Exact; 3] {
+fn exact_tests() -> [ExactTest; 3] {
     let wheel = wheel_with_modes([2.82, 3.22, 3.56, 6.14, 7.16, 7.66], 0.005);
     let of_wheel = LAYOUT.replace("profile = \"suspension\"", "band_hz = [40, 120]");
     let bars = include_str!("../../../examples/three-bar-test-1.toml")
@@ -30,13 +30,13 @@ fn exact_tests() -> [Exact; 3] {
         5.0, 0.02, -0.01, 0.03, 0.05, 0.06, 0.08, 0.004, -0.003, 0.002,
     ]));
     [
-        Exact { name: "wheel", bench: wheel, layout: of_wheel.clone() },
-        Exact { name: "three bars", bench: frame, layout: bars },
-        Exact { name: "block", bench: block, layout: of_wheel },
+        ExactTest { name: "wheel", bench: wheel, layout: of_wheel.clone() },
+        ExactTest { name: "three bars", bench: frame, layout: bars },
+        ExactTest { name: "block", bench: block, layout: of_wheel },
     ]
 }
 
-impl Exact {
+impl ExactTest {
     fn file(&self) -> UffFile {
         let high = (0..41).map(|k| 40.0 + 2.0 * f64::from(k));
         let frequencies: Vec<f64> = lines().into_iter().chain(high).collect();
@@ -57,8 +57,8 @@ impl Exact {
         let exact = "\n[uncertainty]\nhit_direction_rad = 0\nnode_direction_rad = 0\n";
         let text = self.layout.clone() + if straight { exact } else { "" };
         let solution = solved(&text, uff, options).unwrap();
-        let all = &solution.identification.estimates;
-        all.iter().find(|estimate| estimate.method == method).unwrap().clone()
+        let estimates = &solution.identification.estimates;
+        estimates.iter().find(|estimate| estimate.method == method).unwrap().clone()
     }
 }
 

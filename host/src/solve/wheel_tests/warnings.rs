@@ -35,9 +35,9 @@ fn a_tyre_leaves_no_mass_line() {
         let text = with_mass_lines(band);
         for method in [Method::InertiaRestraint, Method::MaximumLikelihood] {
             match solved(&text, &uff, &named(method)) {
-                Ok(found) => {
-                    let warned = found.diagnostics.iter().any(|d| d.code == Code::NoPlateau);
-                    assert!(warned, "{}", text_of(&found));
+                Ok(solution) => {
+                    let warned = solution.diagnostics.iter().any(|d| d.code == Code::NoPlateau);
+                    assert!(warned, "{}", text_of(&solution));
                 }
                 Err(error) => assert_eq!(error.exit_code(), 3, "{error}"),
             }
@@ -79,12 +79,12 @@ fn hits_in_one_plane_determine_nothing_and_the_missing_hit_is_named() {
     }
     let error = solved(&text, &uff, &Options::default()).unwrap_err();
     assert_eq!((error.exit_code(), error.code()), (3, "suspension_modes_missing"));
-    let said = error.to_string();
-    assert!(said.contains("show 3 suspension modes"), "{said}");
+    let message = error.to_string();
+    assert!(message.contains("show 3 suspension modes"), "{message}");
     // The three hits push along X and Y in one plane.
     assert!(
-        said.contains("a hit at 1:+Z (axes of the body, beside the sensor) would be"),
-        "{said}"
+        message.contains("a hit at 1:+Z (axes of the body, beside the sensor) would be"),
+        "{message}"
     );
 }
 
@@ -95,12 +95,12 @@ fn hits_just_above_that_plane_show_five_modes_and_where_to_hit() {
     let methods: Vec<_> = solution.identification.estimates.iter().map(|e| e.method).collect();
     assert_eq!(methods, [Method::GlobalFit, Method::ToivolaNuutila]);
     let text = text_of(&solution);
-    for said in [
+    for sentence in [
         "mode 4 hardly shows under any hit",
         "one of the six modes does not show: hit",
         "dppim: not applicable: the responses at the chosen lines span 5",
     ] {
-        assert!(text.contains(said), "{said}: {text}");
+        assert!(text.contains(sentence), "{sentence}: {text}");
     }
 }
 
@@ -150,8 +150,8 @@ fn a_reversed_hit_and_one_elsewhere_are_named() {
     let text = noise_alone()
         .replace("position_m = [0.16, 0.12, 0.03]", "position_m = [-0.16, 0.12, 0.03]");
     let solution = solved(&text, &unchanged(&lines(), NOTHING), &Options::default()).unwrap();
-    let found = solution.diagnostics.iter().any(|d| d.code == Code::NotReciprocal);
-    assert!(found, "{:?}", solution.diagnostics);
+    let is_named = solution.diagnostics.iter().any(|d| d.code == Code::NotReciprocal);
+    assert!(is_named, "{:?}", solution.diagnostics);
 }
 
 #[test]

@@ -12,11 +12,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::Result;
 use crate::support::collected::hit_log;
-use massline_client::followed::Followed;
+use massline_client::followed::FollowedCampaign;
 use massline_files::archive::{
     ArchivedSpectra, HitRecord, MAX_BYTES, MOST_LOGGED_HITS, MOST_RECORDS, SCHEMA_VERSION,
 };
-use massline_files::file::{self, Existing};
+use massline_files::file::{self, ExistingFile};
 use massline_files::limited::at_most;
 use massline_result::LoggedHit;
 
@@ -39,7 +39,7 @@ pub struct Part {
     #[serde(deserialize_with = "at_most::<MOST_LOGGED_HITS, _, _>")]
     pub hit_log: Vec<LoggedHit>,
     /// How far the campaign was followed.
-    pub followed: Followed,
+    pub followed: FollowedCampaign,
 }
 
 /// What distinguishes a campaign from others.
@@ -58,7 +58,7 @@ impl Part {
         spectra: Vec<ArchivedSpectra>,
         hit_records: Vec<HitRecord>,
         hit_log: Vec<LoggedHit>,
-        followed: Followed,
+        followed: FollowedCampaign,
     ) -> Self {
         Self {
             format: FORMAT.into(),
@@ -74,8 +74,8 @@ impl Part {
     /// Leaves out what was read of a DOF whose hits are others on the rig now.
     pub fn forget(&mut self, dof: Dof) {
         let name = dof.to_string();
-        self.spectra.retain(|of| of.dof != name);
-        self.hit_records.retain(|of| of.dof != name);
+        self.spectra.retain(|spectra| spectra.dof != name);
+        self.hit_records.retain(|record| record.dof != name);
         hit_log::forget(&mut self.hit_log, &name);
     }
 
@@ -101,7 +101,7 @@ impl Part {
     pub fn write(&self, archive: &Path) -> Result<()> {
         let path = Self::path(archive);
         let bytes = serde_json::to_vec(self).map_err(|e| file::cannot(&path, e))?;
-        file::write(&path, &bytes, Existing::Replaced)
+        file::write(&path, &bytes, ExistingFile::Replaced)
     }
 
     /// Deletes the part beside an archive, if there is one.
@@ -135,7 +135,7 @@ mod tests {
             remainder: None,
             graded: None,
         };
-        let followed = Followed::default();
+        let followed = FollowedCampaign::default();
         let part = Part::new(campaign, Vec::new(), vec![record], vec![hit], followed);
         part.write(&path).unwrap();
         assert!(Part::path(&path).ends_with("a.massline.part"));

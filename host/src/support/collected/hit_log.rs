@@ -1,8 +1,8 @@
 //! What became of every hit of a campaign.
 //!
-//! A rig reports each hit when it has graded it, and again when the comparison with its repeat hits has withdrawn it or the
-//! operator has undone it. That the operator has rejected or discarded a hit, on the keyboard or on the panel, shows only in
-//! the counters of the [`Status`], and so does an undo whose event was lost. The log puts both together:
+//! A rig reports each hit when it has graded it, and again when the comparison with its repeat hits has withdrawn it or
+//! the operator has undone it. That the operator has rejected or discarded a hit, on the keyboard or on the panel,
+//! shows only in the counters of the [`Status`], and so does an undo whose event was lost. The log puts both together:
 //!
 //! | counters, once the rig waits for the next hit | what became of the hits of the DOF |
 //! | --- | --- |
@@ -61,7 +61,7 @@ impl HitLog {
     /// Notes a hit that was graded, or withdrawn after it had been graded.
     pub fn hit(&mut self, event: &HitEvent) {
         // The number alone is not enough: it begins again when the rig is switched on.
-        let key = |of: &HitEvent| (of.number, of.dof, of.scan);
+        let key = |event: &HitEvent| (event.number, event.dof, event.scan);
         let last = self.entries.last_mut().filter(|last| key(&last.event) == key(event));
         if let Some(last) = last {
             last.event = event.clone();
@@ -76,7 +76,7 @@ impl HitLog {
         if self.entries.len() >= MOST_LOGGED_HITS {
             return;
         }
-        self.entries.iter_mut().for_each(|of| of.settled = false);
+        self.entries.iter_mut().for_each(|entry| entry.settled = false);
         self.entries.push(Entry {
             event: event.clone(),
             verdict: if event.good { HitVerdict::Accepted } else { HitVerdict::Rejected },
@@ -121,14 +121,15 @@ impl HitLog {
         // The last hit has not been averaged yet, or its verdict is to come.
         let is_open = matches!(phase, Phase::Busy | Phase::Confirming);
         for (dof, accepted) in (0_u8..).zip(self.accepted_since(status)) {
-            let standing = self.entries.iter().filter(|of| of.stands_at(dof)).count();
+            let standing = self.entries.iter().filter(|entry| entry.stands_at(dof)).count();
             if standing > accepted && !(is_open && dof == status.dof) {
                 let has_moved_on =
                     dof != status.dof || matches!(phase, Phase::Solving | Phase::Done);
                 self.settle(dof, accepted, has_moved_on, status.rejected > self.rejected);
             }
-            let counted = self.entries.iter_mut().filter(|of| of.stands_at(dof)).take(accepted);
-            counted.for_each(|of| of.counted = true);
+            let counted =
+                self.entries.iter_mut().filter(|entry| entry.stands_at(dof)).take(accepted);
+            counted.for_each(|entry| entry.counted = true);
         }
         if phase != Phase::Busy {
             self.rejected = status.rejected;
@@ -137,9 +138,9 @@ impl HitLog {
 
     /// The accepted hits of each DOF that were made after the log began.
     fn accepted_since(&mut self, status: &Status) -> Vec<usize> {
-        let accepted: Vec<usize> = status.accepted.iter().map(|&of| of.into()).collect();
-        let standing = |dof: u8| self.entries.iter().filter(|of| of.stands_at(dof)).count();
-        let first = (0..).zip(&accepted).map(|(dof, of)| of.saturating_sub(standing(dof)));
+        let accepted: Vec<usize> = status.accepted.iter().map(|&hits| hits.into()).collect();
+        let standing = |dof: u8| self.entries.iter().filter(|entry| entry.stands_at(dof)).count();
+        let first = (0..).zip(&accepted).map(|(dof, hits)| hits.saturating_sub(standing(dof)));
         let mut before = self.before.take().unwrap_or_else(|| first.collect());
         before.resize(accepted.len(), 0);
         // Those of a DOF that was begun again are gone.
@@ -151,9 +152,9 @@ impl HitLog {
 
     /// Says what became of the hits of a DOF that are not among the accepted ones any more.
     fn settle(&mut self, dof: u8, accepted: usize, has_moved_on: bool, is_rejected: bool) {
-        let was_counted = self.entries.iter().any(|of| of.stands_at(dof) && of.counted);
+        let was_counted = self.entries.iter().any(|entry| entry.stands_at(dof) && entry.counted);
         let all_gone = accepted == 0 && was_counted;
-        for gone in self.entries.iter_mut().filter(|of| of.stands_at(dof)).skip(accepted) {
+        for gone in self.entries.iter_mut().filter(|entry| entry.stands_at(dof)).skip(accepted) {
             gone.settled = true;
             gone.verdict = match gone.counted {
                 _ if all_gone && has_moved_on => HitVerdict::Skipped,
@@ -171,8 +172,8 @@ impl HitLog {
     }
 }
 
-/// Corrects what became of hits that were made before an interruption: a result has this many hits of each DOF, the later
-/// ones.
+/// Corrects what became of hits that were made before an interruption: a result has this many hits of each DOF, the
+/// later ones.
 pub fn settle_with(hits: &mut [LoggedHit], result: &MeasurementResult) {
     let in_result = |name: &str| {
         let dof = result.measured().find(|(dof, ..)| dof.to_string() == name);
@@ -208,10 +209,11 @@ impl Entry {
         let event = &self.event;
         // A record that was lost has no peaks.
         let known = |peak: f32| (peak.is_finite() && peak > 0.0).then_some(peak);
-        let share = |of: fn(&Swing) -> f32| event.swing.as_ref().map(of).filter(|v| v.is_finite());
-        let remark = |(of, message): (&Diagnostic, String)| Finding {
-            code: of.code.into(),
-            severity: of.severity.into(),
+        let share =
+            |part: fn(&Swing) -> f32| event.swing.as_ref().map(part).filter(|v| v.is_finite());
+        let remark = |(diagnostic, message): (&Diagnostic, String)| Finding {
+            code: diagnostic.code.into(),
+            severity: diagnostic.severity.into(),
             message,
         };
         Some(LoggedHit {
@@ -231,7 +233,7 @@ impl Entry {
 
 /// The finding of a hit with this code.
 fn finding_of(event: &HitEvent, code: Code) -> Option<Diagnostic> {
-    event.findings.iter().find(|found| found.code == code).copied()
+    event.findings.iter().find(|finding| finding.code == code).copied()
 }
 
 #[cfg(test)]

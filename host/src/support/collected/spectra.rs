@@ -13,7 +13,7 @@ use crate::Result;
 use crate::support::collected::hit_log::HitLog;
 use crate::support::collected::hit_records::RecordCollection;
 use massline_client::campaign::{Observer, open_dof};
-use massline_client::followed::Followed;
+use massline_client::followed::FollowedCampaign;
 use massline_client::{Client, ClientError};
 use massline_files::dof_spectra::DofSpectra;
 
@@ -24,17 +24,17 @@ pub struct SpectraCollection {
     /// DOFs whose spectra were requested once; spectra that the rig does not have then are lost for good.
     asked: Vec<u8>,
     /// How far the campaign was followed.
-    pub followed: Followed,
+    pub followed: FollowedCampaign,
 }
 
 impl SpectraCollection {
     /// Goes on with a campaign that was followed so far.
-    pub fn after(followed: Followed) -> Self {
+    pub fn after(followed: FollowedCampaign) -> Self {
         Self { followed, ..Self::default() }
     }
 
-    /// Reads the spectra of the DOFs that are finished according to this status, if the rig still has them. Those of a DOF
-    /// that is open again, because its last hit was undone, are discarded.
+    /// Reads the spectra of the DOFs that are finished according to this status, if the rig still has them. Those of a
+    /// DOF that is open again, because its last hit was undone, are discarded.
     ///
     /// # Errors
     /// When the link is lost or the rig sends invalid data.
@@ -78,7 +78,7 @@ impl SpectraCollection {
 }
 
 /// Forwards everything to another observer and collects the spectra, and the records of hits where they are wanted.
-pub struct Collecting<'a> {
+pub struct CollectingObserver<'a> {
     /// The other observer.
     pub observer: &'a mut dyn Observer,
     /// Stores the spectra.
@@ -91,7 +91,7 @@ pub struct Collecting<'a> {
     pub accepts: bool,
 }
 
-impl Collecting<'_> {
+impl CollectingObserver<'_> {
     /// Reads the record of a hit that is about to be accepted, and drops those of hits that do not count any more.
     fn keep_records(
         &mut self,
@@ -115,7 +115,7 @@ impl Collecting<'_> {
     }
 }
 
-impl Observer for Collecting<'_> {
+impl Observer for CollectingObserver<'_> {
     fn armed(&mut self, arming: u32, dof: usize) -> Result<()> {
         self.observer.armed(arming, dof)
     }

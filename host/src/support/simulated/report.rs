@@ -6,7 +6,7 @@ use crate::Result;
 use crate::output::{Output, this_command_with};
 use crate::support::sources;
 use massline_files::archive::Archive;
-use massline_files::file::{self, Existing};
+use massline_files::file::{self, ExistingFile};
 use massline_report::page::html;
 use massline_report::result_file::ResultFile;
 
@@ -28,7 +28,7 @@ impl ReportArgs {
     ///
     /// # Errors
     /// Exit 2 when the file exists and is kept, or its folder does not exist.
-    pub fn check(&self, existing: Existing) -> Result<()> {
+    pub fn check(&self, existing: ExistingFile) -> Result<()> {
         self.report.iter().try_for_each(|path| file::check(path, existing))
     }
 
@@ -39,7 +39,7 @@ impl ReportArgs {
     pub fn write(
         &self,
         tests: impl FnOnce() -> Result<Vec<ResultFile>>,
-        existing: Existing,
+        existing: ExistingFile,
     ) -> Result<Option<PathBuf>> {
         let Some(path) = &self.report else { return Ok(None) };
         let page = html(&tests()?)?;

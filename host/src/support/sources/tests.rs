@@ -19,7 +19,8 @@ const LATE: Duration = Duration::from_secs(120);
 /// Only the first element of a list is edited; the others are like it.
 const EDITED: usize = 1;
 
-/// Edits every number of a document, each to one of what no test gives, and draws; the choice differs from number to number.
+/// Edits every number of a document, each to one of what no test gives, and draws; the choice differs from number to
+/// number.
 fn edit_every_number(document: Value, draw: fn(Value) -> Result<()>) {
     let wrong = [json!(0), json!(-1), json!(1e300), json!(-1e300), Value::Null];
     let mut places = Vec::new();
@@ -48,19 +49,19 @@ fn edit_every_number(document: Value, draw: fn(Value) -> Result<()>) {
 }
 
 /// The places of all numbers in a document.
-fn numbers(value: &Value, place: String, found: &mut Vec<String>) {
+fn numbers(value: &Value, place: String, places: &mut Vec<String>) {
     match value {
-        Value::Number(_) => found.push(place),
+        Value::Number(_) => places.push(place),
         Value::Array(list) => list
             .iter()
             .enumerate()
             .take(EDITED)
-            .for_each(|(k, of)| numbers(of, format!("{place}/{k}"), found)),
+            .for_each(|(k, value)| numbers(value, format!("{place}/{k}"), places)),
         // Kept as it is and not read.
         Value::Object(map) => map
             .iter()
             .filter(|(key, _)| *key != "answers")
-            .for_each(|(key, of)| numbers(of, format!("{place}/{key}"), found)),
+            .for_each(|(key, value)| numbers(value, format!("{place}/{key}"), places)),
         _ => {}
     }
 }

@@ -64,8 +64,8 @@ settings! {
         gain_sigma: f64 = 0.0, SIGMA;
         /// Relative gain error that every test has, in addition to the drawn one.
         gain_error: f64 = 0.0, -0.9..=9.0;
-        /// Relative error of the gain at each DOF against the others, 1 σ, drawn once for each DOF: an amplifier that is not
-        /// linear, an unlike grip.
+        /// Relative error of the gain at each DOF against the others, 1 σ, drawn once for each DOF: an amplifier that
+        /// is not linear, an unlike grip.
         hit_gain_sigma: f64 = 0.0, SIGMA;
         /// Output at rest, V.
         zero_v: f64 = Calibration::HAMMER_ZERO.0, VOLTS;

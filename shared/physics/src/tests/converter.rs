@@ -188,13 +188,13 @@ fn each_voltage_keeps_a_share_of_the_one_before() {
 fn a_slow_clock_scans_at_a_lower_rate_and_does_not_know_it() {
     let mut slow = exact(&[]);
     slow.adc.channel_delay_s = 10e-6;
-    let mut told = slow.clone();
+    let mut equivalent_bench = slow.clone();
     slow.adc.clock_error = 0.01;
-    told.adc.rate_hz /= 1.01;
-    told.adc.channel_delay_s *= 1.01;
+    equivalent_bench.adc.rate_hz /= 1.01;
+    equivalent_bench.adc.channel_delay_s *= 1.01;
     let record = |bench: &Bench| tapped_with(bench, &test_one(), 1, Tip::default(), 800);
-    for (slow, told) in record(&slow).iter().zip(record(&told)) {
-        for (a, b) in slow.iter().zip(told) {
+    for (slow, expected) in record(&slow).iter().zip(record(&equivalent_bench)) {
+        for (a, b) in slow.iter().zip(expected) {
             // Rounding over 800 scans of up to 100 m/s².
             assert!((a - b).abs() < 1e-9, "{a} {b}");
         }
@@ -280,8 +280,9 @@ fn lost_scans_leave_the_others_as_they_are() {
         scans(&mut source, 2000)
     });
     // Each scan that arrives is the next but a few of all.
-    let mut all = whole.iter();
-    let arrived = gaps.iter().take_while(|scan| all.any(|other| other == *scan)).count();
+    let mut remaining_scans = whole.iter();
+    let arrived =
+        gaps.iter().take_while(|scan| remaining_scans.any(|other| other == *scan)).count();
     let lost = whole.len() - arrived;
     // 40 of 2000, of which four standard deviations are 25.
     assert!((15..=65).contains(&lost), "{lost}");

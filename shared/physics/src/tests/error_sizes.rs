@@ -19,8 +19,8 @@ fn root_mean_square(values: &[f64]) -> f64 {
 /// Asserts the standard deviation of draws within four of its own, each 0.71 over the root of their number.
 fn assert_sigma(values: &[f64], sigma: f64) {
     let allowed = 4.0 * 0.71 / (values.len() as f64).sqrt();
-    let found = root_mean_square(values) / sigma;
-    assert!((found - 1.0).abs() < allowed, "{found} with {} draws", values.len());
+    let ratio = root_mean_square(values) / sigma;
+    assert!((ratio - 1.0).abs() < allowed, "{ratio} with {} draws", values.len());
 }
 
 fn from_layout() -> Bench {
@@ -39,11 +39,13 @@ fn with_the_errors_of_the_layout_each_is_as_large_as_its_budget_says() {
     layout.apparatus.gravity_direction = 0.1;
     let sources = sources(&from_layout(), &layout);
     for (index, sensor) in layout.sensors.iter().enumerate() {
-        let of = || sources.iter().map(|source| source.errors().sensors[index]);
-        let positions: Vec<f64> = of().flat_map(|e| Vec::from(e.position.as_slice())).collect();
-        let rotations: Vec<f64> = of().flat_map(|e| Vec::from(e.rotation.as_slice())).collect();
-        let gains: Vec<f64> = of().map(|e| e.sensitivity[(0, 0)] - 1.0).collect();
-        let cross: Vec<f64> = of().map(|e| e.sensitivity[(0, 2)]).collect();
+        let sensor_errors = || sources.iter().map(|source| source.errors().sensors[index]);
+        let positions: Vec<f64> =
+            sensor_errors().flat_map(|e| Vec::from(e.position.as_slice())).collect();
+        let rotations: Vec<f64> =
+            sensor_errors().flat_map(|e| Vec::from(e.rotation.as_slice())).collect();
+        let gains: Vec<f64> = sensor_errors().map(|e| e.sensitivity[(0, 0)] - 1.0).collect();
+        let cross: Vec<f64> = sensor_errors().map(|e| e.sensitivity[(0, 2)]).collect();
         assert_sigma(&positions, sensor.uncertainty.position);
         assert_sigma(&rotations, sensor.uncertainty.rotation);
         assert_sigma(&gains, sensor.uncertainty.gain);
@@ -85,17 +87,17 @@ fn a_layout_without_uncertainty_has_a_bench_without_errors() {
 fn the_hammers_gain_is_off_by_the_same_for_all_hits_at_a_dof() {
     let mut bench = Bench::named("default").unwrap();
     bench.hammer.hit_gain_sigma = 0.03;
-    let mut all = Vec::new();
+    let mut gain_errors = Vec::new();
     for seed in 0..20 {
         let mut source = BenchSource::new(&bench, &test_one(), seed).unwrap();
-        let mut of = |arming, dof| {
+        let mut gain_error = |arming, dof| {
             source.armed(arming, dof);
             scans(&mut source, 1400);
             source.last_tap().unwrap().gain_error
         };
-        let errors = [of(1, 0), of(2, 1), of(3, 2)];
-        assert_eq!(of(4, 1), errors[1]);
-        all.extend(errors);
+        let errors = [gain_error(1, 0), gain_error(2, 1), gain_error(3, 2)];
+        assert_eq!(gain_error(4, 1), errors[1]);
+        gain_errors.extend(errors);
     }
-    assert_sigma(&all, 0.03);
+    assert_sigma(&gain_errors, 0.03);
 }

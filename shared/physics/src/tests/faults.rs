@@ -17,8 +17,8 @@ fn wires_and_mounting_change_readings_as_they_must() {
     assert!(good.iter().any(|s| reading(s, 5).abs() > 50), "the hit shows in sensor 2 y");
     // A channel with the sign and the channel that it shows instead. After a turn about z the new x is
     // the old y.
-    type Shown = (usize, i32, usize);
-    let cases: [(&str, &[Shown]); 5] = [
+    type ShownChannel = (usize, i32, usize);
+    let cases: [(&str, &[ShownChannel]); 5] = [
         ("flip:2y", &[(4, 1, 4), (5, -1, 5), (6, 1, 6)]),
         ("swap:1,2", &[(1, 1, 4), (2, 1, 5), (6, 1, 3), (7, 1, 7)]),
         ("swap:3y,3z", &[(7, 1, 7), (8, 1, 9), (9, 1, 8)]),
@@ -28,9 +28,9 @@ fn wires_and_mounting_change_readings_as_they_must() {
     for (fault, channels) in cases {
         let bad = tapped(&exact(&[fault]), &test_one(), 0);
         for (bad, good) in bad.iter().zip(&good) {
-            for &(k, sign, of) in channels {
+            for &(k, sign, source) in channels {
                 // Each reading is rounded; with opposite signs a half is rounded in opposite directions.
-                assert!((reading(bad, k) - sign * reading(good, of)).abs() <= 1, "{fault} {k}");
+                assert!((reading(bad, k) - sign * reading(good, source)).abs() <= 1, "{fault} {k}");
             }
         }
     }
@@ -54,8 +54,8 @@ fn a_common_scale_shows_in_all_sensors_and_not_in_the_hammer() {
 fn a_hit_at_the_wrong_node_is_the_hit_of_a_layout_that_has_it_there() {
     let bench = Bench::named("default").unwrap();
     let wrong = Bench { faults: vec!["hit:2:4".parse().unwrap()], ..bench.clone() };
-    let there = layout([1, 2, 3], ["1:+Y", "4:+Z", "4:+X"]);
-    assert_eq!(tapped(&wrong, &test_one(), 1), tapped(&bench, &there, 1));
+    let moved_layout = layout([1, 2, 3], ["1:+Y", "4:+Z", "4:+X"]);
+    assert_eq!(tapped(&wrong, &test_one(), 1), tapped(&bench, &moved_layout, 1));
     assert_eq!(tapped(&wrong, &test_one(), 0), tapped(&bench, &test_one(), 0));
 }
 
@@ -88,8 +88,8 @@ fn a_fault_without_its_subject_is_refused() {
     ] {
         let bench = exact(&[fault]);
         match BenchSource::new(&bench, &test_one(), 1).unwrap_err() {
-            BenchError::FaultWithoutSubject { fault: named, missing: what } => {
-                assert_eq!((named, what), (fault.parse::<Fault>().unwrap(), missing));
+            BenchError::FaultWithoutSubject { fault: named, missing: subject } => {
+                assert_eq!((named, subject), (fault.parse::<Fault>().unwrap(), missing));
             }
             other => panic!("{other}"),
         }

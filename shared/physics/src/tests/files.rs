@@ -238,9 +238,9 @@ fn a_value_of_a_wrong_type_is_answered_without_names_of_the_program() {
         ["elastic_mode", "suspension.cord", "faults", "node", "body.cylinder", "body.point"];
     let texts = tables.map(|key| format!("{key} = 5")).into_iter();
     for text in texts.chain(lists.map(|key| format!("{key} = [5]"))) {
-        let said = file::parse(&text, "b").unwrap_err().to_string();
+        let message = file::parse(&text, "b").unwrap_err().to_string();
         for word in ["struct", "enum", "Table", "Settings", "Part"] {
-            assert!(!said.contains(word), "{text}: {said}");
+            assert!(!message.contains(word), "{text}: {message}");
         }
     }
 }

@@ -9,7 +9,7 @@ use massline_shared::signal::CHANNELS;
 
 use super::{layout, sensor, test_one};
 use crate::bench::Bench;
-use crate::channels::{Channels, Sampled};
+use crate::channels::{Channels, SampledOutputs};
 use crate::error_sizes::ErrorSizes;
 use crate::errors::TestErrors;
 use crate::simulation::Simulation;
@@ -50,7 +50,7 @@ pub(super) fn samples(
     dof: usize,
     tip: Tip,
     scans: usize,
-) -> Vec<Sampled> {
+) -> Vec<SampledOutputs> {
     let mut simulation = Simulation::new(bench, layout, &no_errors(bench)).unwrap();
     simulation.reset(&mut ChaCha8Rng::seed_from_u64(2), ChaCha8Rng::seed_from_u64(3));
     let hit = &layout.hits[dof];
@@ -198,8 +198,8 @@ fn a_sensor_in_gravity_seems_to_sit_elsewhere() {
     for s in lines().step_by(7) {
         let spectra = laplace(&record, s, bench.adc.rate_hz);
         for axis in 0..3 {
-            let [felt, here, there] = [1, 4, 7].map(|k| spectra[k + axis]);
-            let expected = here + (there - here) * 100.0 / (s * s);
+            let [felt, here, displaced_reading] = [1, 4, 7].map(|k| spectra[k + axis]);
+            let expected = here + (displaced_reading - here) * 100.0 / (s * s);
             // Aliasing of the samples: the pulse's spectrum above 3.9 kHz, about 1e-5 of its mean.
             let scale = spectra[0].norm();
             assert!((felt - expected).norm() < 1e-5 * scale, "{s} {axis}: {felt} {expected}");

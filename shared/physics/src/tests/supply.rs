@@ -42,7 +42,8 @@ fn a_ripple_reads_as_what_a_channel_does_not_follow() {
         let hammer = component(&record, 0, hz);
         let expected = rest[0] * amplitude / 3.0;
         // 1/(1 + e) is 1 - e but for e², whose half is 2e-5 of the voltage, at the sums and differences of the
-        // frequencies; rounding to a code of 46 µV, which repeats in every period, gives 46 µV/√12 · √(2/40) = 3 µV, 1 σ.
+        // frequencies; rounding to a code of 46 µV, which repeats in every period, gives 46 µV/√12 · √(2/40) = 3 µV, 1
+        // σ.
         assert!((hammer.norm() - expected).abs() < 5e-5, "{hz} Hz: {hammer} {expected}");
         let turn = Complex::new(0.0, TAU * hz * TAU_S);
         for (k, rest_of) in rest.iter().enumerate().skip(1) {

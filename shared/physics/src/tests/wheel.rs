@@ -14,7 +14,7 @@ use crate::bench::Bench;
 use crate::channels::Channels;
 use crate::loads::loaded_modes;
 use crate::operator::BenchSource;
-use crate::responses::{Besides, frequency_responses};
+use crate::responses::{ObjectExtras, frequency_responses};
 use crate::simulation::Simulation;
 use crate::source::ScanSource;
 use crate::suspension::{RigidMode, Suspension};
@@ -115,7 +115,7 @@ fn with_a_tyre_there_are_twelve_modes_and_the_rim_stands_still_at_50_hz() {
     // The accelerance of the rim at a hit that is held by the tyre: an antiresonance at 50 Hz.
     let layout = wheel_layout();
     let largest = |hz: f64| {
-        let h = frequency_responses(&bench, &layout, &[hz], 0.0, &Besides::default()).unwrap();
+        let h = frequency_responses(&bench, &layout, &[hz], 0.0, &ObjectExtras::default()).unwrap();
         h.iter().map(|h| h.norm()).fold(0.0, f64::max)
     };
     // 3 % of critical damping leave 2 · 0.03 of the rest's own accelerance at the antiresonance, and the
@@ -140,11 +140,12 @@ fn scans_after_a_mallet_s_tap_have_the_frequency_responses_of_the_formula() {
     let layout = wheel_layout();
     let hz = [0.5, 2.0, 3.0, 5.0, 7.0, 9.0, 12.5, 30.0];
     // With a tyre the scans have modal damping, the formula a damper between rim and tyre. In a mode on the suspension
-    // the two move against each other by at most (7.7/50)², of which 2 · 0.03 are 1.4e-3 in either of two modes that the
-    // damper couples.
+    // the two move against each other by at most (7.7/50)², of which 2 · 0.03 are 1.4e-3 in either of two modes that
+    // the damper couples.
     for (name, tolerance) in [("wheel", 2e-4), ("wheel-with-tyre", 2.8e-3)] {
         let bench = quiet(name);
-        let expected = frequency_responses(&bench, &layout, &hz, 0.0, &Besides::default()).unwrap();
+        let expected =
+            frequency_responses(&bench, &layout, &hz, 0.0, &ObjectExtras::default()).unwrap();
         let expected: Vec<&[Complex<f64>]> = expected.chunks(layout.hits.len()).collect();
         for dof in 0..2 {
             // The lowest mode falls by e^−0.248 in a second: to 1e-5 after 46 s.

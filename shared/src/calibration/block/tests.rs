@@ -56,8 +56,8 @@ fn recovers_the_matrices<R: Real>(tolerance: f64) {
     let block = BlockMass { mass: R::of(2.0), sigma: R::zero() };
     for (i, expected) in truth.iter().enumerate() {
         let axes = AXES.map(|axis| axis.map(R::of));
-        let found = sensor_ratios(&hits, i, &axes, block).unwrap();
-        let error = found.ratio.map(Real::to_f64) - expected / 1.02;
+        let estimate = sensor_ratios(&hits, i, &axes, block).unwrap();
+        let error = estimate.ratio.map(Real::to_f64) - expected / 1.02;
         assert!(error.amax() < tolerance, "{error}");
     }
 }
@@ -76,8 +76,8 @@ fn sensors_may_stand_turned_on_the_block() {
     let turn = Matrix3::from_fn(|row, column: usize| axes[row][column]);
     let truth = sensors();
     let seen = truth.map(|sensor| sensor * turn);
-    let found = sensor_ratios(&hits::<f64>(&seen, 1.0, 0.0), 1, &axes, BLOCK).unwrap();
-    assert!((found.ratio - truth[1]).amax() < 1e-14, "{}", found.ratio);
+    let estimate = sensor_ratios(&hits::<f64>(&seen, 1.0, 0.0), 1, &axes, BLOCK).unwrap();
+    assert!((estimate.ratio - truth[1]).amax() < 1e-14, "{}", estimate.ratio);
 }
 
 fn hammer_is_found<R: Real>(tolerance: f64) {
@@ -85,13 +85,13 @@ fn hammer_is_found<R: Real>(tolerance: f64) {
     let block = BlockMass { mass: R::of(2.0), sigma: R::of(0.001) };
     for direction_error in [0.0, 0.03, 0.1] {
         let hits = hits::<R>(&exact, 1.02, direction_error);
-        let found = force_ratio(lines(&hits), 2, block).unwrap();
-        let error = found.ratio.to_f64() * 1.02 - 1.0;
+        let estimate = force_ratio(lines(&hits), 2, block).unwrap();
+        let error = estimate.ratio.to_f64() * 1.02 - 1.0;
         assert!(error.abs() < tolerance, "{direction_error}: {error}");
-        assert!(found.is_consistent());
+        assert!(estimate.is_consistent());
         // The mass is known to 0.05 %, the floor is 0.1 %, and the length of the hits is exact but for the
         // curvature of an arc of `direction_error`.
-        let sigma = found.sigma.to_f64();
+        let sigma = estimate.sigma.to_f64();
         assert!(
             (1.08e-3..1.12e-3 + 0.2 * direction_error * direction_error).contains(&sigma),
             "{sigma}"
@@ -111,9 +111,9 @@ fn a_direction_that_contradicts_the_others_is_seen() {
     let mut wrong = [Matrix3::identity(); 2];
     // Both sensors read 3 % too much along y, which is 2 % from the mean of the three directions.
     wrong.iter_mut().for_each(|s| s[(1, 1)] = 1.03);
-    let found = force_ratio(lines(&hits::<f64>(&wrong, 1.0, 0.03)), 2, BLOCK).unwrap();
-    assert!((found.departure.0 - 0.02).abs() < 1e-3, "{:?}", found.departure);
-    assert!(!found.is_consistent());
+    let estimate = force_ratio(lines(&hits::<f64>(&wrong, 1.0, 0.03)), 2, BLOCK).unwrap();
+    assert!((estimate.departure.0 - 0.02).abs() < 1e-3, "{:?}", estimate.departure);
+    assert!(!estimate.is_consistent());
 }
 
 /// The standard deviation of a cross-axis ratio is that of the mean direction: four of five hits have a
@@ -121,14 +121,14 @@ fn a_direction_that_contradicts_the_others_is_seen() {
 #[test]
 fn the_scatter_of_the_directions_is_the_sigma_of_the_cross_axis_ratios() {
     let exact = [Matrix3::identity(); 2];
-    let found = sensor_ratios(&hits::<f64>(&exact, 1.0, 0.03), 0, &AXES, BLOCK).unwrap();
+    let estimate = sensor_ratios(&hits::<f64>(&exact, 1.0, 0.03), 0, &AXES, BLOCK).unwrap();
     let expected = 0.03 * (2.0 / 4.0_f64).sqrt() / 5.0_f64.sqrt();
     for (row, column) in super::super::tumble::OFF_DIAGONAL {
-        let sigma = found.sigma[(row, column)];
+        let sigma = estimate.sigma[(row, column)];
         // The hit directions are normalised, which reduces the value by 4.5e-4.
         assert!((sigma / expected - 1.0).abs() < 2e-3, "{sigma} {expected}");
     }
-    assert!(found.sigma.diagonal().amax() < 2e-4);
+    assert!(estimate.sigma.diagonal().amax() < 2e-4);
 }
 
 #[test]

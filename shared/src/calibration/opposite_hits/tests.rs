@@ -61,7 +61,7 @@ fn hits<R: Real>(memory: f64, asymmetry: f64, noise: f64) -> [BlockHit<R, Rig>; 
     })
 }
 
-fn found<R: Real>(
+fn evaluate<R: Real>(
     hits: &[BlockHit<R, Rig>],
     after_hammer: Option<usize>,
 ) -> Option<OppositeHits<R>> {
@@ -74,11 +74,11 @@ fn found<R: Real>(
 
 fn is_found<R: Real>(tolerance: f64) {
     for memory in [0.0, 0.001, 0.01, -0.005] {
-        let found = found(&hits::<R>(memory, 0.006, 0.0), Some(FOLLOWER)).unwrap();
-        let error = found.memory.unwrap().value.to_f64() - memory;
+        let result = evaluate(&hits::<R>(memory, 0.006, 0.0), Some(FOLLOWER)).unwrap();
+        let error = result.memory.unwrap().value.to_f64() - memory;
         assert!(error.abs() < tolerance, "{memory}: {error:e}");
-        assert_eq!(found.asymmetry.len(), 3);
-        for (direction, asymmetry) in &found.asymmetry {
+        assert_eq!(result.asymmetry.len(), 3);
+        for (direction, asymmetry) in &result.asymmetry {
             let error = asymmetry.value.to_f64() - 0.006;
             assert!(error.abs() < 8.0 * tolerance, "{memory} {direction}: {error:e}");
         }
@@ -97,11 +97,11 @@ fn memory_and_asymmetry_are_found_whatever_gains_axes_and_misses_are() {
 #[test]
 fn sigma_covers_the_error() {
     for noise in [0.0, 1e-3, 5e-3] {
-        let found = found(&hits::<f64>(0.004, 0.01, noise), Some(FOLLOWER)).unwrap();
-        let memory = found.memory.unwrap();
+        let result = evaluate(&hits::<f64>(0.004, 0.01, noise), Some(FOLLOWER)).unwrap();
+        let memory = result.memory.unwrap();
         // Eight degrees of freedom: four standard deviations.
         assert!((memory.value - 0.004).abs() < 4.0 * memory.sigma, "{noise}: {memory:?}");
-        for (_, asymmetry) in found.asymmetry {
+        for (_, asymmetry) in result.asymmetry {
             assert!((asymmetry.value - 0.01).abs() < 4.0 * asymmetry.sigma, "{asymmetry:?}");
         }
     }
@@ -110,17 +110,17 @@ fn sigma_covers_the_error() {
 #[test]
 fn where_another_channel_follows_the_hammer_or_none_does_nothing_is_accused() {
     let hits = hits::<f64>(0.0, 0.0, 1e-4);
-    assert_eq!(found(&hits, None).unwrap().memory, None);
-    let other = found(&hits, Some(7)).unwrap().memory.unwrap();
+    assert_eq!(evaluate(&hits, None).unwrap().memory, None);
+    let other = evaluate(&hits, Some(7)).unwrap().memory.unwrap();
     assert!(other.value.abs() < 4.0 * other.sigma, "{other:?}");
-    assert_eq!(found(&hits, Some(10)).unwrap().memory, None);
+    assert_eq!(evaluate(&hits, Some(10)).unwrap().memory, None);
 }
 
 #[test]
 fn hits_from_one_side_and_two_sensors_show_nothing() {
     let hits = hits::<f64>(0.01, 0.0, 0.0);
     let one_side = [hits[0].clone(), hits[2].clone(), hits[4].clone()];
-    assert_eq!(found(&one_side, Some(FOLLOWER)), None);
+    assert_eq!(evaluate(&one_side, Some(FOLLOWER)), None);
     let sensors = sensors();
     let calibration = Calibration::default();
     let setup = Setup {

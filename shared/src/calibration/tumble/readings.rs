@@ -44,13 +44,13 @@ impl<R: Real> RestVoltages<R> {
         if channels > CHANNELS || deviation.len() != channels || sigma.len() != channels {
             return None;
         }
-        let all =
+        let by_channel =
             |values: &[R]| core::array::from_fn(|k| values.get(k).copied().unwrap_or_else(R::zero));
         Some(Self {
             channels: channels as u8,
-            mean: all(mean),
-            deviation: all(deviation),
-            sigma: all(sigma),
+            mean: by_channel(mean),
+            deviation: by_channel(deviation),
+            sigma: by_channel(sigma),
         })
     }
 
@@ -159,7 +159,7 @@ impl<R> TumbleTest<R> {
     }
 
     /// Positions still to be read, in order.
-    pub fn wanted(&self) -> impl Iterator<Item = Position> {
+    pub fn missing_positions(&self) -> impl Iterator<Item = Position> {
         let read = |position| self.readings.iter().any(|(other, _)| *other == position);
         Position::ALL.into_iter().filter(move |&position| !read(position))
     }
@@ -177,7 +177,7 @@ impl<R: Real> TumbleTest<R> {
         limits: &TumbleLimits<R>,
     ) -> Result<(), SensorProblem<R>> {
         reading.check(position, limits)?;
-        if !self.wanted().any(|wanted| wanted == position) {
+        if !self.missing_positions().any(|wanted| wanted == position) {
             return Err(SensorProblem { sensor: 0, problem: TumbleProblem::Repeated(position) });
         }
         // There is room for every position once.
@@ -203,7 +203,7 @@ impl<R: Real> TumbleTest<R> {
             let of_sensor = self.readings.iter().map(|(p, reading)| reading.sensor(sensor, *p));
             let readings: Vec<_, { Position::ALL.len() }> = of_sensor.collect();
             match solve(&readings, limits) {
-                Ok(found) => sensors.push(found).ok()?,
+                Ok(sensitivity) => sensors.push(sensitivity).ok()?,
                 Err(problems) => {
                     problems.iter().for_each(|&problem| report(SensorProblem { sensor, problem }));
                 }
@@ -245,15 +245,15 @@ mod tests {
             assert_eq!(test.solve(&limits(), |_| ()), None);
             test.add(Position::ALL[place], reading(Position::ALL[place], 0.65), &limits()).unwrap();
         }
-        assert_eq!((test.wanted().count(), test.sensors()), (0, 2));
-        let found = test.solve(&limits(), |problem| panic!("{problem:?}")).unwrap();
-        assert_eq!(found.sensors.len(), 2);
+        assert_eq!((test.missing_positions().count(), test.sensors()), (0, 2));
+        let tumble = test.solve(&limits(), |problem| panic!("{problem:?}")).unwrap();
+        assert_eq!(tumble.sensors.len(), 2);
         // Codes in single precision: 1e-7 of 2 V over 0.1 V, for a few roundings.
         let nominal = 0.057 / crate::units::STANDARD_GRAVITY as f32;
-        for sensor in found.sensors.iter() {
+        for sensor in tumble.sensors.iter() {
             assert!((sensor.sensitivity[(1, 1)] / nominal - 1.0).abs() < 2e-5, "{sensor:?}");
         }
-        assert!((found.hammer_zero - 0.12).abs() < 1e-6 && found.is_level(&limits()));
+        assert!((tumble.hammer_zero - 0.12).abs() < 1e-6 && tumble.is_level(&limits()));
     }
 
     #[test]
@@ -264,7 +264,7 @@ mod tests {
         assert!(
             matches!(moved.problem, TumbleProblem::NotAtRest { position, .. } if position == first)
         );
-        assert_eq!(test.wanted().next(), Some(first));
+        assert_eq!(test.missing_positions().next(), Some(first));
         test.add(first, reading(first, 0.65), &limits()).unwrap();
         let again = test.add(first, reading(first, 0.65), &limits()).unwrap_err();
         assert_eq!(again.problem, TumbleProblem::Repeated(first));
@@ -276,7 +276,7 @@ mod tests {
         let mut test = TumbleTest::new();
         for place in [0, 1, 3, 2, 4, 5] {
             let turned = reading(Position::ALL[place], 0.65);
-            let asked = test.wanted().next().unwrap();
+            let asked = test.missing_positions().next().unwrap();
             test.add(asked, turned, &limits()).unwrap();
         }
         let mut wrong = std::vec::Vec::new();

@@ -42,7 +42,7 @@ impl<R: Real> RestVoltages<R> {
         let mut hum = None;
         if let Some(mut search) = HumSearch::new(scans.len(), 0..0, R::of(rate)) {
             (0..channels).for_each(|channel| search.add(scans, channel, room));
-            hum = search.found();
+            hum = search.start_fit();
         }
         if let Some(fit) = &mut hum {
             (0..channels).for_each(|channel| fit.add(scans, channel, room));
@@ -69,14 +69,15 @@ impl<R: Real> RestVoltages<R> {
             deviation[channel] = codes * code;
             sigma[channel] = sigma_of_mean(codes, scans.len() as u32, R::of(rate)) * code;
         }
-        let [mean, deviation, sigma] = [&mean, &deviation, &sigma].map(|all| &all[..channels]);
+        let [mean, deviation, sigma] =
+            [&mean, &deviation, &sigma].map(|values| &values[..channels]);
         let reading = Self::from_volts(mean, deviation, sigma)?;
-        let found = hum.map(|hum| RestHum {
+        let rest_hum = hum.map(|hum| RestHum {
             code: hum.code,
             frequency: hum.frequency,
             amplitude: core::array::from_fn(|k| hum.amplitude(k) * code),
         });
-        Some((reading, found))
+        Some((reading, rest_hum))
     }
 }
 

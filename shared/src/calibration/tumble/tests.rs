@@ -38,12 +38,12 @@ fn level<R: Real>() -> Vec<SensorVoltages<R>> {
 
 fn recovered<R: Real>(tolerance: f64) {
     let (zero, sensitivity) = truth();
-    let found = solve(&level::<R>(), &TumbleLimits::default()).unwrap();
-    let error = found.sensitivity.map(Real::to_f64) - sensitivity;
+    let solution = solve(&level::<R>(), &TumbleLimits::default()).unwrap();
+    let error = solution.sensitivity.map(Real::to_f64) - sensitivity;
     assert!(error.amax() < tolerance * sensitivity.amax(), "{error}");
-    assert!((found.zero.map(Real::to_f64) - zero).amax() < tolerance);
-    assert!(found.tilt.to_f64() < 10.0 * tolerance);
-    assert!(found.is_level(&TumbleLimits::default()));
+    assert!((solution.zero.map(Real::to_f64) - zero).amax() < tolerance);
+    assert!(solution.tilt.to_f64() < 10.0 * tolerance);
+    assert!(solution.is_level(&TumbleLimits::default()));
 }
 
 /// The tolerance covers rounding: differences of voltages whose size is the sensitivity times 2 g, a third of
@@ -61,8 +61,8 @@ fn tilts_cost_gains_nothing_and_their_size_is_reported() {
     let t = 0.003;
     let signs = [[t, -t], [t, t], [-t, t], [t, -t], [-t, -t], [t, t]];
     let (_, sensitivity) = truth();
-    let found = solve(&readings::<f64>(signs), &TumbleLimits::default()).unwrap();
-    let relative = (found.sensitivity - sensitivity) * (G / 0.057);
+    let solution = solve(&readings::<f64>(signs), &TumbleLimits::default()).unwrap();
+    let relative = (solution.sensitivity - sensitivity) * (G / 0.057);
     for k in 0..3 {
         // A tilt t reduces the reading by t², 1e-5, and adds up to 2 % of cross-axis sensitivity times t,
         // 6e-5.
@@ -70,22 +70,22 @@ fn tilts_cost_gains_nothing_and_their_size_is_reported() {
     }
     for (row, column) in OFF_DIAGONAL {
         assert!(relative[(row, column)].abs() < 1.1 * t, "{relative}");
-        let sigma = found.sensitivity_sigma[(row, column)] * (G / 0.057);
+        let sigma = solution.sensitivity_sigma[(row, column)] * (G / 0.057);
         assert!((0.3 * t..2.0 * t).contains(&sigma), "{sigma}");
     }
     // Six midpoints that are 0 or ±t: their mean square equals that of the tilts within a small factor.
-    assert!((0.4 * t..1.6 * t).contains(&found.tilt), "{}", found.tilt);
+    assert!((0.4 * t..1.6 * t).contains(&solution.tilt), "{}", solution.tilt);
 }
 
 #[test]
 fn one_tilted_position_is_named_by_its_axis() {
     let mut tilts = [[0.0; 2]; 6];
     tilts[3] = [0.06, 0.0];
-    let found = solve(&readings::<f64>(tilts), &TumbleLimits::default()).unwrap();
-    assert_eq!(found.worst.0, Axis::Y);
+    let solution = solve(&readings::<f64>(tilts), &TumbleLimits::default()).unwrap();
+    assert_eq!(solution.worst.0, Axis::Y);
     // Half of the tilt appears in the midpoint; gains differ by up to 8 %.
-    assert!((found.worst.1 - 0.03).abs() < 0.003, "{}", found.worst.1);
-    assert!(!found.is_level(&TumbleLimits::default()));
+    assert!((solution.worst.1 - 0.03).abs() < 0.003, "{}", solution.worst.1);
+    assert!(!solution.is_level(&TumbleLimits::default()));
 }
 
 fn problems(readings: &[SensorVoltages<f64>]) -> TumbleProblems<f64> {
@@ -133,8 +133,11 @@ fn a_reading_that_moves_is_no_number_or_not_one_g_is_named() {
     // A channel is not connected, so nothing is read along z.
     let mut six = level::<f64>();
     six.iter_mut().for_each(|r| r.mean.z = 0.0);
-    let found = problems(&six);
-    assert!(found.iter().any(|p| !matches!(p, TumbleProblem::Missing(_))) && found.len() == 2);
+    let problem_list = problems(&six);
+    assert!(
+        problem_list.iter().any(|p| !matches!(p, TumbleProblem::Missing(_)))
+            && problem_list.len() == 2
+    );
 }
 
 #[test]

@@ -22,13 +22,13 @@ fn cost(choice: &Choice<Room>) -> Option<f64> {
 
 #[test]
 fn the_best_of_a_cost_that_adds_up_is_found() {
-    let found = SEARCH.run(None, cost).unwrap();
-    let mut choice = found.choice;
+    let best = SEARCH.run(None, cost).unwrap();
+    let mut choice = best.choice;
     choice.sensors.sort_unstable();
     choice.hits.sort_unstable();
     assert_eq!(choice.sensors[..], [5, 6, 7]);
     assert_eq!(choice.hits[..], [25, 26, 27, 28, 29]);
-    assert_eq!(found.cost, 1000.0 - 18.0 - 135.0);
+    assert_eq!(best.cost, 1000.0 - 18.0 - 135.0);
 }
 
 #[test]
@@ -56,8 +56,8 @@ fn a_start_has_every_candidate_at_most_once() {
 fn the_search_goes_on_from_a_given_choice() {
     let first = (0..).map(|k| SEARCH.start(k).unwrap()).find(|c| cost(c).is_some()).unwrap();
     let alone = Search { starts: 0, ..SEARCH };
-    let found = alone.run(Some(&first), cost).unwrap();
-    assert!(found.cost < cost(&first).unwrap());
+    let best = alone.run(Some(&first), cost).unwrap();
+    assert!(best.cost < cost(&first).unwrap());
     assert_eq!(alone.run::<f64, Room>(None, cost), Err(SearchError::NothingFound));
 }
 
@@ -75,11 +75,11 @@ fn what_cannot_be_chosen_is_said() {
 fn a_cost_that_only_wavers_ends_the_exchange() {
     // Imitates rounding in single precision: every call returns a little less than the one before.
     let mut calls = 0;
-    let found = SEARCH.run::<f32, Room>(None, |_| {
+    let result = SEARCH.run::<f32, Room>(None, |_| {
         calls += 1;
         Some(1.0 - 1e-7 * calls as f32)
     });
-    assert!(found.is_ok());
+    assert!(result.is_ok());
     // At most a few passes of 3 · 5 + 5 · 25 exchanges for each start.
     assert!(calls < 6 * 10 * 140, "{calls}");
 }

@@ -8,8 +8,8 @@ use super::{MOST_METHODS, Propagation};
 use crate::linalg::cholesky;
 use crate::real::Real;
 
-/// Two methods may give nearly the same; this much independent error, relative to their variances, keeps their weights from
-/// growing without bound.
+/// Two methods may give nearly the same; this much independent error, relative to their variances, keeps their weights
+/// from growing without bound.
 const INDEPENDENT: f64 = 1e-4;
 /// Steps of the bisection for the standard deviation between methods; each halves its uncertainty.
 const BISECTIONS: usize = 30;
@@ -25,8 +25,8 @@ pub struct Agreement<R> {
     pub theta: SVector<R, 10>,
     /// Covariance of `theta`.
     pub covariance: SMatrix<R, 10, 10>,
-    /// Standard deviations between the methods that their answers have besides those of the noise, because they differ by
-    /// more than chance and no few of them are off; zero when the rest agrees.
+    /// Standard deviations between the methods that their answers have besides those of the noise, because they differ
+    /// by more than chance and no few of them are off; zero when the rest agrees.
     pub between: SVector<R, 10>,
 }
 
@@ -65,8 +65,8 @@ impl Outcome {
 }
 
 impl<R: Real> Agreement<R> {
-    /// Compares and combines these answers, of which the places are those of the propagation. `None` with fewer than two
-    /// answers, or when a covariance is singular.
+    /// Compares and combines these answers, of which the places are those of the propagation. `None` with fewer than
+    /// two answers, or when a covariance is singular.
     pub fn of<const M: usize>(
         answers: &[Option<SVector<R, 10>>],
         propagation: &Propagation<R, M>,
@@ -81,14 +81,15 @@ impl<R: Real> Agreement<R> {
         let outliers = outliers(&seen, &pairs);
         seen.retain(|m| !outliers.contains(m));
         let (theta, between) = (SVector::zeros(), SVector::zeros());
-        let mut found = Self { pairs, outliers, theta, covariance: SMatrix::zeros(), between };
-        if found.outcome() == Outcome::Differ {
+        let mut agreement = Self { pairs, outliers, theta, covariance: SMatrix::zeros(), between };
+        if agreement.outcome() == Outcome::Differ {
             for k in 0..10 {
-                found.between[k] = between_methods(&seen, k, answers, propagation)?;
+                agreement.between[k] = between_methods(&seen, k, answers, propagation)?;
             }
         }
-        (found.theta, found.covariance) = combined(&seen, answers, propagation, &found.between)?;
-        Some(found)
+        (agreement.theta, agreement.covariance) =
+            combined(&seen, answers, propagation, &agreement.between)?;
+        Some(agreement)
     }
 
     /// Whether the methods agree.
@@ -99,8 +100,11 @@ impl<R: Real> Agreement<R> {
 
     /// The difference that contradicts chance most.
     pub fn largest(&self) -> Option<&Difference<R>> {
-        let size = |of: &Difference<R>| {
-            (of.significant, of.difference.abs() / (of.sigma + R::default_epsilon()))
+        let size = |difference: &Difference<R>| {
+            (
+                difference.significant,
+                difference.difference.abs() / (difference.sigma + R::default_epsilon()),
+            )
         };
         self.pairs.iter().reduce(|a, b| if size(b) > size(a) { b } else { a })
     }
@@ -140,7 +144,8 @@ fn combined<R: Real, const M: usize>(
             }
         }
     }
-    // The weights follow the draws, so the variance over the draws is too small and the true one larger than the smallest.
+    // The weights follow the draws, so the variance over the draws is too small and the true one larger than the
+    // smallest.
     let draws = f64::from(propagation.draws());
     let widening = R::of(draws / (draws - count as f64));
     covariance *= widening * widening;
@@ -151,9 +156,9 @@ fn combined<R: Real, const M: usize>(
     Some((theta, covariance))
 }
 
-/// The standard deviation between methods with which the scatter of their answers about their mean is what it should be, and
-/// no method has a negative weight, so that the mean lies among the answers (Paule and Mandel 1982, for answers with
-/// covariances).
+/// The standard deviation between methods with which the scatter of their answers about their mean is what it should
+/// be, and no method has a negative weight, so that the mean lies among the answers (Paule and Mandel 1982, for answers
+/// with covariances).
 fn between_methods<R: Real, const M: usize>(
     seen: &[usize],
     property: usize,

@@ -10,8 +10,8 @@ use crate::real::Real;
 pub const MOST_PAIRS: usize = MOST_METHODS * (MOST_METHODS - 1) / 2;
 /// Probability that chance alone makes any difference of a test significant.
 const CHANCE: f64 = 1e-3;
-/// A difference below this share of the larger standard deviation of two methods does not matter, however well it is known:
-/// it moves no interval by a noticeable part.
+/// A difference below this share of the larger standard deviation of two methods does not matter, however well it is
+/// known: it moves no interval by a noticeable part.
 const NOTICEABLE: f64 = 0.5;
 
 /// The difference between two methods that contradicts chance most.
@@ -43,7 +43,7 @@ pub(super) fn differences<R: Real, const M: usize>(
         for &b in &seen[..place] {
             let Some((first, second)) = answers[a].zip(answers[b]) else { continue };
             let variance = |k: usize, x: usize, y: usize| propagation.element([x, y], [k; 2]);
-            let of = |k: usize| {
+            let difference_of = |k: usize| {
                 let (of_a, of_b) = (variance(k, a, a), variance(k, b, b));
                 let variance = of_a + of_b - variance(k, a, b) - variance(k, b, a);
                 let sigma = variance.max(R::zero()).sqrt();
@@ -58,7 +58,7 @@ pub(super) fn differences<R: Real, const M: usize>(
                 let order = (y.significant, size(&y)) > (x.significant, size(&x));
                 if order { y } else { x }
             };
-            if let Some(most) = (0..10).map(of).reduce(larger) {
+            if let Some(most) = (0..10).map(difference_of).reduce(larger) {
                 // There is room for every pair of the most methods.
                 let _ = pairs.push(most);
             }
@@ -67,8 +67,8 @@ pub(super) fn differences<R: Real, const M: usize>(
     pairs
 }
 
-/// The fewest methods without which no significant difference is left, where they are fewer than those that then agree, and
-/// no others would do as well; empty otherwise.
+/// The fewest methods without which no significant difference is left, where they are fewer than those that then agree,
+/// and no others would do as well; empty otherwise.
 pub(super) fn outliers<R: Real>(
     seen: &[usize],
     pairs: &[Difference<R>],

@@ -7,8 +7,8 @@ use crate::identify::Perturbation;
 use crate::layout::Layout;
 use crate::real::Real;
 
-/// Draws of noise. The covariance of six methods has to be known well enough to weigh them: with 100 draws the intervals
-/// of the combined estimate cover 91 % instead of 95 %.
+/// Draws of noise. The covariance of six methods has to be known well enough to weigh them: with 100 draws the
+/// intervals of the combined estimate cover 91 % instead of 95 %.
 pub const NOISE_DRAWS: u32 = 200;
 /// Part of the draws that a method may leave unanswered.
 const MOST_UNANSWERED: f64 = 0.05;
@@ -66,21 +66,21 @@ impl<R: Real, const M: usize> Propagation<R, M> {
 
     /// What the answers to all [`changes`] show, in their order.
     pub fn of(answers: impl IntoIterator<Item = Option<Answers<R, M>>>) -> Self {
-        let mut found = Self { asked: NOISE_DRAWS, ..Self::empty() };
-        let mut all = answers.into_iter();
-        let Some(unchanged) = all.next().flatten() else { return found };
-        for (place, changed) in all.enumerate() {
+        let mut propagation = Self { asked: NOISE_DRAWS, ..Self::empty() };
+        let mut answers = answers.into_iter();
+        let Some(unchanged) = answers.next().flatten() else { return propagation };
+        for (place, changed) in answers.enumerate() {
             let Some(changed) = changed else { continue };
             let deviations =
                 core::array::from_fn(|m| changed[m].zip(unchanged[m]).map(|(new, old)| new - old));
             if place < NOISE_DRAWS as usize {
-                found.noise.add(&deviations);
+                propagation.noise.add(&deviations);
             } else {
-                found.shifts += 1;
-                found.layout.add(&deviations);
+                propagation.shifts += 1;
+                propagation.layout.add(&deviations);
             }
         }
-        found
+        propagation
     }
 
     /// Covariance of one property of the answer of a method with one property of the answer of another.
@@ -113,8 +113,8 @@ impl<R: Real, const M: usize> Propagation<R, M> {
     }
 }
 
-/// Number of changes that are asked about: none, [`NOISE_DRAWS`] draws of noise, then every error of the layout with one
-/// standard deviation.
+/// Number of changes that are asked about: none, [`NOISE_DRAWS`] draws of noise, then every error of the layout with
+/// one standard deviation.
 pub fn changes<R: Real, C: Capacity>(layout: &Layout<R, C>) -> u32 {
     let quantities = u32::try_from(layout.uncertain_quantities().count()).unwrap_or(0);
     1 + NOISE_DRAWS + quantities

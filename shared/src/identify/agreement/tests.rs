@@ -23,7 +23,7 @@ fn compared<const M: usize>(methods: [Answerer; M]) -> ([f64; M], Option<Agreeme
     let noise = |draw: Option<u32>, place: usize| {
         draw.map_or(0.0, |draw| f64::from(random_signs(draw, place)[0]))
     };
-    let of = |draw: Option<u32>| -> [Option<SVector<f64, 10>>; M] {
+    let answers_with = |draw: Option<u32>| -> [Option<SVector<f64, 10>>; M] {
         core::array::from_fn(|m| {
             let Answerer { bias, shared, own } = methods[m];
             // Every property has noise of its own, and the same bias.
@@ -32,9 +32,10 @@ fn compared<const M: usize>(methods: [Answerer; M]) -> ([f64; M], Option<Agreeme
             }))
         })
     };
-    let answers = (0..changes(&layout)).map(|change| ask(&layout, change, |of_it| of(of_it.draw)));
+    let answers =
+        (0..changes(&layout)).map(|change| ask(&layout, change, |of_it| answers_with(of_it.draw)));
     let propagation = Propagation::of(answers);
-    let agreement = Agreement::of(&of(None), &propagation);
+    let agreement = Agreement::of(&answers_with(None), &propagation);
     (methods.map(|method| 5.0 + method.bias), agreement)
 }
 

@@ -14,8 +14,9 @@ fn judge(layout: &Layout<f64, Rig>) -> Applicability<f64> {
     let single: Layout<f32, Rig> = layout.cast().unwrap();
     let body = RigidBody::from_theta(&bar_body().theta().map(|v| v as f32));
     let in_single = Applicability::new(&single, &body, &BOTH);
-    let codes =
-        |found: &Diagnostics| found.iter().map(|d| (d.code, d.severity)).collect::<Vec<_>>();
+    let codes = |diagnostics: &Diagnostics| {
+        diagnostics.iter().map(|d| (d.code, d.severity)).collect::<Vec<_>>()
+    };
     assert_eq!(codes(&double.diagnostics), codes(&in_single.diagnostics), "single precision too");
     assert_eq!(double.rank, in_single.rank);
     double
@@ -23,9 +24,9 @@ fn judge(layout: &Layout<f64, Rig>) -> Applicability<f64> {
 
 /// Whether [maximum likelihood, inertia restraint] are applicable.
 fn left(layout: &Layout<f64, Rig>) -> [bool; 2] {
-    let found = judge(layout);
-    let stopped = found.diagnostics.iter().any(Diagnostic::is_error);
-    let left = BOTH.map(|method| found.admits(method));
+    let applicability = judge(layout);
+    let stopped = applicability.diagnostics.iter().any(Diagnostic::is_error);
+    let left = BOTH.map(|method| applicability.admits(method));
     assert_eq!(stopped, left == [false; 2], "an error is what leaves no method");
     left
 }
@@ -55,9 +56,9 @@ fn nodes_in_a_plane_are_no_reason_to_refuse_an_unknown_body() {
 
 #[test]
 fn a_good_layout_leaves_both_methods() {
-    let found = judge(&bar_layout());
-    assert!(found.diagnostics.is_empty());
-    assert_eq!(found.rank, 10);
+    let applicability = judge(&bar_layout());
+    assert!(applicability.diagnostics.is_empty());
+    assert_eq!(applicability.rank, 10);
     assert_eq!(left(&bar_layout()), [true; 2]);
 }
 
@@ -85,11 +86,11 @@ fn one_sensor_leaves_none_however_many_hits() {
     layout.sensors.truncate(1);
     let dof = "2:+X".parse().unwrap();
     layout.hits.push(Hit::new(dof, layout.hits[1].position, [1.0, 0.0, 0.0])).unwrap();
-    let found = judge(&layout);
+    let applicability = judge(&layout);
     // Theory, section 4: one sensor and five hits give rank nine.
-    assert_eq!(found.rank, 9);
+    assert_eq!(applicability.rank, 9);
     assert_eq!(left(&layout), [false; 2]);
-    let codes: Vec<_> = found.obstacles(Method::MaximumLikelihood).collect();
+    let codes: Vec<_> = applicability.obstacles(Method::MaximumLikelihood).collect();
     assert_eq!(codes, [Code::TenParametersNotIdentifiable]);
 }
 
@@ -138,8 +139,8 @@ fn what_is_no_number_leaves_none() {
     let mut layout = bar_layout();
     layout.hits[0].direction[1] = f64::NAN;
     assert_eq!(left(&layout), [false; 2]);
-    let found = judge(&layout).diagnostics;
-    assert_eq!(found.iter().map(|d| d.code).collect::<Vec<_>>(), [Code::LayoutNotFinite]);
+    let diagnostics = judge(&layout).diagnostics;
+    assert_eq!(diagnostics.iter().map(|d| d.code).collect::<Vec<_>>(), [Code::LayoutNotFinite]);
     let mut layout = bar_layout();
     layout.sensors[2].axes[0] = [1.1, 0.0, 0.0];
     assert_eq!(left(&layout), [false; 2]);
@@ -149,12 +150,12 @@ fn what_is_no_number_leaves_none() {
 fn an_obstacle_is_an_error_for_whoever_wants_the_stopped_method_alone() {
     let mut layout = bar_layout();
     layout.sensors.truncate(2);
-    let of = |methods: &[Method]| {
+    let is_refused = |methods: &[Method]| {
         Applicability::new(&layout, &bar_body(), methods).diagnostics[0].is_error()
     };
-    assert!(of(&[Method::InertiaRestraint]));
-    assert!(!of(&[Method::MaximumLikelihood]));
-    assert!(!of(&BOTH));
+    assert!(is_refused(&[Method::InertiaRestraint]));
+    assert!(!is_refused(&[Method::MaximumLikelihood]));
+    assert!(!is_refused(&BOTH));
 }
 
 #[test]
@@ -162,14 +163,18 @@ fn what_only_mass_lines_need_is_no_finding_in_a_test_of_modes() {
     let mut layout = bar_layout();
     layout.hits.truncate(1);
     let methods: Methods = Method::of_modes().collect();
-    let found = Applicability::new(&layout, &bar_body(), &methods);
-    assert!(found.findings(TestProfile::Suspension).is_empty());
-    assert!(!found.findings(TestProfile::MassLine).is_empty());
-    assert!(!found.admits(Method::ModalConstant) && found.admits(Method::ToivolaNuutila));
+    let applicability = Applicability::new(&layout, &bar_body(), &methods);
+    assert!(applicability.findings(TestProfile::Suspension).is_empty());
+    assert!(!applicability.findings(TestProfile::MassLine).is_empty());
+    assert!(
+        !applicability.admits(Method::ModalConstant)
+            && applicability.admits(Method::ToivolaNuutila)
+    );
     // What the modes need as well is one.
     layout.sensors.truncate(2);
-    let found = Applicability::new(&layout, &bar_body(), &methods);
-    let codes: Vec<_> = found.findings(TestProfile::Suspension).iter().map(|d| d.code).collect();
+    let applicability = Applicability::new(&layout, &bar_body(), &methods);
+    let codes: Vec<_> =
+        applicability.findings(TestProfile::Suspension).iter().map(|d| d.code).collect();
     assert!(codes.contains(&Code::FewerThanThreeSensors), "{codes:?}");
     assert!(!codes.contains(&Code::FewerThanThreeHits), "{codes:?}");
 }

@@ -19,9 +19,9 @@ pub struct Excitation<R> {
 }
 
 impl<R: Real> Excitation<R> {
-    /// The right sides of the two equations of this and a second excitation, `α = (s₂ y₂ᵀ f₁ − s₁ y₁ᵀ f₂)/(s₂ − s₁)`, and
-    /// `β`, in which `s₁` and `y₁` are conjugate (Almeida, Maia and Urgueira, equations 6 and 7). The damping drops out:
-    /// `α = y₁ᵀ K y₂ − s₁ s₂ y₁ᵀ M y₂`.
+    /// The right sides of the two equations of this and a second excitation, `α = (s₂ y₂ᵀ f₁ − s₁ y₁ᵀ f₂)/(s₂ − s₁)`,
+    /// and `β`, in which `s₁` and `y₁` are conjugate (Almeida, Maia and Urgueira, equations 6 and 7). The damping drops
+    /// out: `α = y₁ᵀ K y₂ − s₁ s₂ y₁ᵀ M y₂`.
     ///
     /// ```
     /// # use massline_shared::identify::dppim::Excitation;
@@ -55,7 +55,8 @@ impl<R: Real> Excitation<R> {
     }
 }
 
-/// A set of excitations. They are computed when they are needed: a set of all of them would be larger than the responses.
+/// A set of excitations. They are computed when they are needed: a set of all of them would be larger than the
+/// responses.
 pub trait Excitations<R> {
     /// Number of excitations.
     fn count(&self) -> usize;
@@ -211,16 +212,16 @@ fn of_each<R: Real>(
     core::array::from_fn(|place| chunk.get(place).map_or(zero, &number))
 }
 
-/// `(Y₁ᴴ)⁺ X` in balanced variables, where `of` gives the row of X that belongs to an excitation.
+/// `(Y₁ᴴ)⁺ X` in balanced variables, where `row` gives the row of X that belongs to an excitation.
 fn inverse_of_motions<R: Real, const M: usize>(
     first: &(impl Excitations<R> + ?Sized),
     length: R,
-    of: impl Fn(&Excitation<R>) -> [Complex<R>; M],
+    row: impl Fn(&Excitation<R>) -> [Complex<R>; M],
 ) -> Option<SMatrix<Complex<R>, 6, M>> {
     let mut motions = ComplexLeastSquares::<R, 6, M>::new();
     for one in all(first) {
         let one = one.balanced(length);
-        motions.push(one.receptance.map(|y| y.conj()).into(), of(&one));
+        motions.push(one.receptance.map(|y| y.conj()).into(), row(&one));
     }
     motions.solve()
 }

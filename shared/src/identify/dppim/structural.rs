@@ -22,8 +22,8 @@ pub const ENTRY: Entry = Entry {
 
 /// The answer of the structural form, or why there is none.
 pub(in crate::identify) fn answer<R: Real>(
-    of: &Suspension<'_, R>,
+    suspension: &Suspension<'_, R>,
 ) -> Result<Answer<R>, Diagnostics> {
-    let [below, above] = sides(of);
-    accepted(solve_structural(&below, &above, of.responses.length))
+    let [below, above] = sides(suspension);
+    accepted(solve_structural(&below, &above, suspension.responses.length))
 }

@@ -1,8 +1,8 @@
 //! Sensors and hits with their errors, as the nuisance parameters describe them.
 //!
 //! The readings are bilinear: `h = ĝ(s) D(s)⁻¹ f̂`. A sensor's errors change only its three rows `ĝ`, the direction of
-//! gravity those of all sensors, a hit's errors only its force `f̂`, with the definitions of maximum likelihood (theory,
-//! section 4):
+//! gravity those of all sensors, a hit's errors only its force `f̂`, with the definitions of maximum likelihood
+//! (theory, section 4):
 //!
 //! ```text
 //! ĝ = (1 − σ_h u_h) (I + S(u)) Rᵀ [I, −[p + δ(u)]ₓ − [g(u)]ₓ/s²]        f̂ = f₀ + Σ wₖ uₖ
@@ -100,8 +100,8 @@ impl<R: Real> SensorModel<R> {
         })
     }
 
-    /// Change of one row at a bin with a nuisance parameter: one of the sensor's own, then those of gravity; `None` when
-    /// it does not change.
+    /// Change of one row at a bin with a nuisance parameter: one of the sensor's own, then those of gravity; `None`
+    /// when it does not change.
     pub(super) fn slope(
         &self,
         plain: &Rows<R>,

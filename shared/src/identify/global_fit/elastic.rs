@@ -9,7 +9,7 @@ use super::unknowns::{
     place_of_hit, place_of_row, symmetrized, with_properties,
 };
 use crate::capacity::Capacity;
-use crate::linalg::Packed;
+use crate::linalg::PackedMatrix;
 use crate::real::Real;
 
 /// Room for one accelerance: the changes with its unknowns, and the residual.
@@ -52,7 +52,7 @@ impl<R: Real> Elastic<'_, R> {
     pub(super) fn remove(
         &self,
         unknowns: &Unknowns,
-        matrix: &mut Packed<'_, R>,
+        matrix: &mut PackedMatrix<'_, R>,
         right: &mut [R],
     ) -> R {
         let mut squares = R::zero();

@@ -17,13 +17,13 @@ use super::unknowns::{
     place_of_hit, place_of_row, real, symmetrized, with_properties,
 };
 use crate::capacity::Capacity;
-use crate::linalg::Packed;
+use crate::linalg::PackedMatrix;
 use crate::real::Real;
 use crate::responses::Responses;
 
 /// Matrix and right side of the linearised fit, for a noise of one in every real reading and without priors.
 pub(super) struct Equations<'w, R> {
-    pub(super) matrix: Packed<'w, R>,
+    pub(super) matrix: PackedMatrix<'w, R>,
     pub(super) right: &'w mut [R],
     pub(super) elastic: Elastic<'w, R>,
     /// Sum of the squared residuals.

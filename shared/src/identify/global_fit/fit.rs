@@ -26,8 +26,8 @@ const MOST_STEPS: usize = 60;
 const MOST_TRIALS: usize = 16;
 /// First damping, relative to the diagonal.
 const FIRST_DAMPING: f64 = 1e-3;
-/// Smallest damping. Without it, rounding would decide about directions that the data do not determine; a larger one would
-/// compete with the prior of the hammer, of which lightly damped modes say 1e-14 of what they say about the mass.
+/// Smallest damping. Without it, rounding would decide about directions that the data do not determine; a larger one
+/// would compete with the prior of the hammer, of which lightly damped modes say 1e-14 of what they say about the mass.
 pub(super) const LEAST_DAMPING: f64 = 1e-15;
 /// The noise has settled when the estimate changes by less than this fraction.
 const SETTLED: f64 = 1e-2;

@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 use super::FittedGravity;
 use super::fit::Fit;
 use crate::capacity::Capacity;
-use crate::estimated::Estimated;
+use crate::estimated::EstimatedValue;
 use crate::layout::GRAVITY_QUANTITIES;
 use crate::real::Real;
 
@@ -20,7 +20,7 @@ impl<R: Real, C: Capacity> Fit<'_, '_, '_, R, C> {
         let components = core::array::from_fn(|axis| {
             let slope = Vector2::new(slopes[0][axis], slopes[1][axis]);
             let sigma = (covariance * slope).dot(&slope).max(R::zero()).sqrt();
-            Estimated { value: stated[axis] + change[axis], sigma }
+            EstimatedValue { value: stated[axis] + change[axis], sigma }
         });
         // Both rotations are across gravity.
         let angle = (change.norm() / Vector3::from(stated).norm()).atan();

@@ -5,7 +5,7 @@ use super::equations::Equations;
 use super::unknowns::MOST_SHARED;
 use super::{Elastic, nuisances};
 use crate::layout::MAX_ATTACHED;
-use crate::linalg::{Packed, triangle};
+use crate::linalg::{PackedMatrix, triangle};
 use crate::real::Real;
 
 /// Rows of the sensitivities of the ten properties.
@@ -27,7 +27,7 @@ const fn most_unknowns(sensors: usize, hits: usize) -> usize {
 pub(super) struct Memory<'w, R> {
     pub(super) equations: Equations<'w, R>,
     /// Cholesky factor of the equations with noise, priors and damping.
-    pub(super) factor: Packed<'w, R>,
+    pub(super) factor: PackedMatrix<'w, R>,
     /// The unknowns.
     pub(super) x: &'w mut [R],
     /// The unknowns of a trial, or of a simpler model.
@@ -58,7 +58,7 @@ impl<'w, R: Real> Memory<'w, R> {
             Some(part)
         };
         let (matrix, factor) =
-            (Packed(take(triangle(unknowns))?), Packed(take(triangle(unknowns))?));
+            (PackedMatrix(take(triangle(unknowns))?), PackedMatrix(take(triangle(unknowns))?));
         let (right, x, trial) = (take(unknowns)?, take(unknowns)?, take(unknowns)?);
         let (step, scale, scratch) = (take(unknowns)?, take(unknowns)?, take(unknowns)?);
         let response = take(PROPERTIES * unknowns)?;

@@ -69,8 +69,8 @@ impl<'a, R: Real, C: Capacity> Problem<'a, R, C> {
         self.responses.s(bin).unscale(self.top)
     }
 
-    /// Factor of the readings and the model at a bin that makes their noise that of all. Elastic residuals are eliminated from
-    /// bins that are all alike.
+    /// Factor of the readings and the model at a bin that makes their noise that of all. Elastic residuals are
+    /// eliminated from bins that are all alike.
     pub(super) fn precision(&self, bin: usize) -> R {
         if self.settings.elastic { R::one() } else { self.responses.precision(bin) }
     }

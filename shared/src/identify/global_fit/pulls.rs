@@ -8,13 +8,13 @@ use crate::identify::maximum_likelihood::pulls::{SUSPICIOUS, root_mean_square};
 use crate::layout::HIT_QUANTITIES;
 use crate::real::Real;
 
-/// The length of a force is suspect from so many of the standard deviations that its error has under the model, which chance
-/// exceeds once in 400 tests of five hits; that counts as a pull of [`SUSPICIOUS`].
+/// The length of a force is suspect from so many of the standard deviations that its error has under the model, which
+/// chance exceeds once in 400 tests of five hits; that counts as a pull of [`SUSPICIOUS`].
 const SUSPECT_LENGTH: f64 = 3.5;
 
 impl<R: Real, C: Capacity> Fit<'_, '_, '_, R, C> {
-    /// The error of the length of a hit's force in the standard deviations that it has under the model: those of the budget,
-    /// less what the data leave open.
+    /// The error of the length of a hit's force in the standard deviations that it has under the model: those of the
+    /// budget, less what the data leave open.
     fn pull_of_length(&mut self, hit: usize) -> R {
         let place = self.unknowns.hit(hit) + HIT_QUANTITIES - 1;
         let value = self.memory.x[place].abs();
@@ -42,8 +42,8 @@ impl<R: Real, C: Capacity> Fit<'_, '_, '_, R, C> {
             let pull = across.max(*length * R::of(SUSPICIOUS / SUSPECT_LENGTH));
             (pull, Code::LargeHitPull, Subject::hit(j))
         });
-        let all = of_sensors.chain(of_hits).filter(|(pull, ..)| *pull > R::of(SUSPICIOUS));
-        let (pull, code, subject) = all.reduce(|a, b| if b.0 > a.0 { b } else { a })?;
+        let pulls = of_sensors.chain(of_hits).filter(|(pull, ..)| *pull > R::of(SUSPICIOUS));
+        let (pull, code, subject) = pulls.reduce(|a, b| if b.0 > a.0 { b } else { a })?;
         Some(Diagnostic::about(code, Severity::Warning, subject, pull.to_f32()))
     }
 }

@@ -17,7 +17,7 @@ use super::unknowns::{
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostics, fatal};
-use crate::linalg::{Packed, triangle};
+use crate::linalg::{PackedMatrix, triangle};
 use crate::real::Real;
 
 /// Powers of |s| by which the equations of a bin are weighted.
@@ -34,7 +34,7 @@ const RIDGE: f64 = 1e-10;
 /// Linear systems, one for each weight.
 pub(super) struct Start<'w, R> {
     systems: &'w mut [[R; SYSTEM]],
-    factor: Packed<'w, R>,
+    factor: PackedMatrix<'w, R>,
     solution: &'w mut [R],
 }
 
@@ -50,16 +50,16 @@ impl<R: Real, C: Capacity> Fit<'_, '_, '_, R, C> {
         let mut best = self.squares_of_trial();
         let Self { problem, memory, unknowns, .. } = self;
         let attached = problem.attached.iter().fold(phi * R::zero(), |sum, (phi, _)| sum + phi);
-        let mut found = [[R::zero(); 2 * SYMMETRIC + 10]; CANDIDATES];
+        let mut candidates = [[R::zero(); 2 * SYMMETRIC + 10]; CANDIDATES];
         let mut count = 0;
         if let Some(mut start) = memory.start() {
             start.fill(problem, unknowns);
             start.candidates(unknowns, (phi + attached).as_slice(), |candidate| {
-                found[count][..candidate.len()].copy_from_slice(candidate);
+                candidates[count][..candidate.len()].copy_from_slice(candidate);
                 count += 1;
             });
         }
-        for candidate in &mut found[..count] {
+        for candidate in &mut candidates[..count] {
             let own = self.unknowns.len() - first;
             for (value, of_attached) in candidate[own - 10..own].iter_mut().zip(&attached) {
                 *value -= *of_attached;
@@ -86,13 +86,13 @@ impl<R: Real> Memory<'_, R> {
 impl<'w, R: Real> Start<'w, R> {
     pub(super) fn new(
         systems: &'w mut [R],
-        factor: Packed<'w, R>,
+        factor: PackedMatrix<'w, R>,
         solution: &'w mut [R],
     ) -> Option<Self> {
         let systems = systems.as_chunks_mut().0.get_mut(..WEIGHTS.len())?;
         Some(Self {
             systems,
-            factor: Packed(factor.0.get_mut(..triangle(MOST))?),
+            factor: PackedMatrix(factor.0.get_mut(..triangle(MOST))?),
             solution: solution.get_mut(..MOST)?,
         })
     }
@@ -150,7 +150,7 @@ impl<'w, R: Real> Start<'w, R> {
             for (system, weight) in self.systems.iter_mut().zip(WEIGHTS) {
                 let weight = square.powi(weight);
                 let (matrix, right) = system.split_at_mut(triangle(MOST));
-                let mut matrix = Packed(matrix);
+                let mut matrix = PackedMatrix(matrix);
                 for (n, (k, value)) in columns.iter().enumerate() {
                     right[*k] += value.re * force[i] * weight;
                     for (l, other) in &columns[..=n] {
@@ -203,8 +203,8 @@ impl<'w, R: Real> Start<'w, R> {
             solution[blocks..blocks + 10].copy_from_slice(body);
         }
         let phi = nalgebra::SVector::<R, 10>::from_column_slice(&solution[blocks..blocks + 10]);
-        let found = RigidBody::from_phi(&phi).filter(|body| body.mass > R::zero())?;
-        (found.is_finite() && solution[..blocks].iter().all(|v| v.finite())).then_some(())
+        let fitted_body = RigidBody::from_phi(&phi).filter(|body| body.mass > R::zero())?;
+        (fitted_body.is_finite() && solution[..blocks].iter().all(|v| v.finite())).then_some(())
     }
 }
 

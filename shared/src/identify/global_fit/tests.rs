@@ -44,7 +44,7 @@ fn frequencies(low: f64) -> Vec<f64> {
 /// Responses of the bar on a suspension, by the formula at the top of the module.
 fn responses(frequencies: &[f64], stiffness: f64, damping: f64, elastic: f64) -> Vec<Complex<f64>> {
     let (layout, body) = (bar_layout(), bar_body());
-    let mut all = Vec::new();
+    let mut accelerances = Vec::new();
     for f in frequencies {
         let s = Complex::new(DECAY, std::f64::consts::TAU * f);
         let dynamic = body.mass_matrix().map(real)
@@ -58,11 +58,11 @@ fn responses(frequencies: &[f64], stiffness: f64, damping: f64, elastic: f64) ->
                 let motion = inverse * force;
                 let rigid: Complex<f64> =
                     response.row(channel).iter().zip(&motion).map(|(g, a)| g * a).sum();
-                all.push(rigid + s * s * (elastic * (channel as f64 - 3.0)));
+                accelerances.push(rigid + s * s * (elastic * (channel as f64 - 3.0)));
             }
         }
     }
-    all
+    accelerances
 }
 
 fn fit(
@@ -98,12 +98,12 @@ fn worst(solution: &GlobalFitSolution<f64>) -> f64 {
 fn the_body_comes_back_from_lines_near_the_suspension_modes() {
     // The highest suspension mode of 300 N/m is near 6 Hz: mass lines would need a band from 18 Hz.
     let f = frequencies(8.0);
-    let found = fit(&f, &responses(&f, 300.0, 0.0, 0.0), &crude(), &settings()).unwrap();
+    let solution = fit(&f, &responses(&f, 300.0, 0.0, 0.0), &crude(), &settings()).unwrap();
     // The data are exact, so the error is what the last step leaves: the square of the error before it.
-    assert!(worst(&found) < 1e-6, "{:e}", worst(&found));
-    let readable = (found.stiffness - suspension(300.0)).fixed_view::<3, 3>(0, 0).norm();
+    assert!(worst(&solution) < 1e-6, "{:e}", worst(&solution));
+    let readable = (solution.stiffness - suspension(300.0)).fixed_view::<3, 3>(0, 0).norm();
     assert!(readable < 1e-2, "{readable} N/m");
-    assert!(found.damping.is_none());
+    assert!(solution.damping.is_none());
 }
 
 #[test]
@@ -147,9 +147,9 @@ fn the_standard_deviation_is_that_of_many_fits() {
     let runs = 15;
     for _ in 0..runs {
         let noisy: Vec<_> = clean.iter().map(|h| h + Complex::new(noise(), noise())).collect();
-        let found = fit(&f, &noisy, &bar_body(), &settings()).unwrap();
-        let sigma = found.estimate.sigma().unwrap();
-        let error = found.estimate.theta() - bar_body().theta();
+        let solution = fit(&f, &noisy, &bar_body(), &settings()).unwrap();
+        let sigma = solution.estimate.sigma().unwrap();
+        let error = solution.estimate.theta() - bar_body().theta();
         squares += error.component_div(&sigma).norm_squared() / 10.0;
         variances += 1.0;
     }

@@ -56,7 +56,8 @@ pub(super) struct Unknowns {
     hits: usize,
     attached: usize,
     pub(super) budget: bool,
-    /// Power of s of each matrix besides the mass, relative to it: −2 for K, −1 for C, [`LOSS`] for D, 2 for R, 4 for Q.
+    /// Power of s of each matrix besides the mass, relative to it: −2 for K, −1 for C, [`LOSS`] for D, 2 for R, 4 for
+    /// Q.
     pub(super) powers: Vec<i8, MOST_BLOCKS>,
 }
 

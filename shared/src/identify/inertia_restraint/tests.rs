@@ -10,7 +10,7 @@ use crate::capacity::{Rig, Unbounded};
 use crate::diagnosis::Subject;
 use crate::identify::ScatterAccumulator;
 use crate::layout::tests::{bar_body, bar_layout, sensor};
-use crate::layout::{Attached, Dof, Hit};
+use crate::layout::{AttachedBody, Dof, Hit};
 use crate::responses::{ResponseSquare, Responses};
 
 type TestLayout<R> = Layout<R, Rig>;
@@ -70,9 +70,9 @@ fn error_of_scale<R: Real>(
 }
 
 fn errors<R: Real>(result: Result<Estimate<R>, Diagnostics>) -> Vec<Code> {
-    let found = result.unwrap_err();
-    assert!(found.iter().all(Diagnostic::is_error));
-    found.iter().map(|d| d.code).collect()
+    let diagnostics = result.unwrap_err();
+    assert!(diagnostics.iter().all(Diagnostic::is_error));
+    diagnostics.iter().map(|d| d.code).collect()
 }
 
 fn codes<R>(estimate: &Estimate<R>) -> Vec<Code> {
@@ -345,8 +345,8 @@ fn degenerate_layouts_are_named() {
 fn the_same_hit_three_times_is_no_three_hits() {
     let (layout, body) = (bar_layout(), bar_body());
     let one = exact(&layout, &body)[0].clone();
-    let found = errors(answer(&layout, &std::vec![one.clone(), one.clone(), one]));
-    assert!(found.contains(&Code::HitsAllParallel));
+    let codes = errors(answer(&layout, &std::vec![one.clone(), one.clone(), one]));
+    assert!(codes.contains(&Code::HitsAllParallel));
 }
 
 #[test]
@@ -363,9 +363,12 @@ fn data_of_a_hit_that_the_layout_does_not_have_are_named_with_the_hit() {
     let (layout, body) = (bar_layout(), bar_body());
     let mut dofs = exact(&layout, &body);
     dofs[0].0 = 9;
-    let found = answer(&layout, &dofs).unwrap_err();
-    assert_eq!(found.len(), 1);
-    assert_eq!((found[0].code, found[0].subject), (Code::HitNotInLayout, Subject::Hit(9)));
+    let diagnostics = answer(&layout, &dofs).unwrap_err();
+    assert_eq!(diagnostics.len(), 1);
+    assert_eq!(
+        (diagnostics[0].code, diagnostics[0].subject),
+        (Code::HitNotInLayout, Subject::Hit(9))
+    );
 }
 
 #[test]
@@ -377,10 +380,10 @@ fn data_that_are_not_finite_are_named_with_their_hit() {
     ] {
         let mut dofs = exact(&layout, &body);
         spoil(&mut dofs[1].1);
-        let found = answer(&layout, &dofs).unwrap_err();
-        assert_eq!(found.len(), 1);
-        assert_eq!(found[0].code, Code::DataNotFinite);
-        assert_eq!(found[0].subject, Subject::Hit(1));
+        let diagnostics = answer(&layout, &dofs).unwrap_err();
+        assert_eq!(diagnostics.len(), 1);
+        assert_eq!(diagnostics[0].code, Code::DataNotFinite);
+        assert_eq!(diagnostics[0].subject, Subject::Hit(1));
     }
     let mut broken = layout.clone();
     broken.hits[0].position[0] = f64::NAN;
@@ -441,7 +444,7 @@ fn a_layout_without_gravity_is_noted_unless_no_sensor_feels_it() {
 #[test]
 fn what_hangs_on_the_object_is_taken_off() {
     let mut layout = bar_layout();
-    let adapter = Attached::point(0.1, 0.1, [0.2, -0.2, 0.1]);
+    let adapter = AttachedBody::point(0.1, 0.1, [0.2, -0.2, 0.1]);
     let whole = RigidBody::from_phi(&(bar_body().phi() + SVector::from(adapter.phi))).unwrap();
     let dofs: Dofs<f64> = (0..3)
         .map(|j| {

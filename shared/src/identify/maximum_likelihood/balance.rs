@@ -8,7 +8,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
-use crate::layout::{Attached, Layout, Prior};
+use crate::layout::{AttachedBody, Layout, Prior};
 use crate::real::Real;
 
 /// Smallest standard deviation of a prior in balanced units: a smaller one would leave single precision no
@@ -48,7 +48,10 @@ impl<R: Real> Balance<R> {
     }
 
     /// phi of an attached body; `None` when it has no mass.
-    pub(in crate::identify) fn attached(&self, attached: &Attached<R>) -> Option<SVector<R, 10>> {
+    pub(in crate::identify) fn attached(
+        &self,
+        attached: &AttachedBody<R>,
+    ) -> Option<SVector<R, 10>> {
         let body = RigidBody::from_phi(&SVector::from(attached.phi))?;
         Some(self.body(&body).phi())
     }

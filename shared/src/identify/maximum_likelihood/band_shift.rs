@@ -75,7 +75,7 @@ mod tests {
     use crate::layout::tests::bar_body;
 
     /// What is told of mass lines of the bar that become those of another body without the ends of the band.
-    fn told(factors: [f64; 10]) -> Vec<(Subject, f32)> {
+    fn find_moves(factors: [f64; 10]) -> Vec<(Subject, f32)> {
         let (layout, body) = (calibrated(), bar_body());
         let other = SVector::from(factors).component_mul(&body.theta());
         let mut dofs = exact(&layout, &body);
@@ -87,14 +87,14 @@ mod tests {
         let mut memory = [0.0; RIG_WORKSPACE];
         let solution =
             solve(&layout, &dofs, Start::InertiaRestraint, ErrorBudget::Learned, &mut memory);
-        let said = solution.unwrap().estimate.diagnostics.into_iter();
-        let moves = said.filter(|d| d.code == Code::MovesWithBand);
+        let diagnostics = solution.unwrap().estimate.diagnostics.into_iter();
+        let moves = diagnostics.filter(|d| d.code == Code::MovesWithBand);
         moves.map(|d| (d.subject, d.value)).collect()
     }
 
     #[test]
     fn plateaus_move_nothing() {
-        assert_eq!(told([1.0; 10]), []);
+        assert_eq!(find_moves([1.0; 10]), []);
     }
 
     #[test]
@@ -102,16 +102,18 @@ mod tests {
         let mut factors = [1.0; 10];
         factors[0] = 1.02;
         let mass = 0.02 * bar_body().mass;
-        let told_of_mass = told(factors);
-        let [(Subject::Property(0), change)] = told_of_mass[..] else { panic!("{told_of_mass:?}") };
+        let moves_with_mass = find_moves(factors);
+        let [(Subject::Property(0), change)] = moves_with_mass[..] else {
+            panic!("{moves_with_mass:?}")
+        };
         // Of first order, and the errors of the budget explain a part.
         assert!((f64::from(change) - mass).abs() < 0.2 * mass, "{change} instead of {mass}");
         factors = [1.0; 10];
         factors[6] = 1.05;
         let moment = 0.05 * bar_body().theta()[6];
-        let told_of_moment = told(factors);
-        let [(Subject::Property(6), change)] = told_of_moment[..] else {
-            panic!("{told_of_moment:?}")
+        let moves_with_moment = find_moves(factors);
+        let [(Subject::Property(6), change)] = moves_with_moment[..] else {
+            panic!("{moves_with_moment:?}")
         };
         assert!((f64::from(change) - moment).abs() < 0.2 * moment, "{change} instead of {moment}");
     }

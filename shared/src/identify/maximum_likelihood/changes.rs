@@ -44,8 +44,8 @@ impl<R: Real> Fit<R> {
     /// let mut fit = Fit::start(&layout, &dofs, Start::InertiaRestraint, ErrorBudget::FirstOrder)?;
     /// while fit.step(&layout, &dofs, &mut memory)? == Progress::Going {}
     /// let change = |hit| [if hit == 1 { exact.clone() } else { Responses::zeros(3) }];
-    /// let found = fit.estimate_changes(&layout, &dofs, change, &mut memory).unwrap();
-    /// assert!((found.sizes[0] - 0.01).abs() < 1e-4);
+    /// let change_sizes = fit.estimate_changes(&layout, &dofs, change, &mut memory).unwrap();
+    /// assert!((change_sizes.sizes[0] - 0.01).abs() < 1e-4);
     /// # Ok::<(), massline_shared::diagnosis::Diagnostics>(())
     /// ```
     pub fn estimate_changes<C: Capacity, const K: usize>(

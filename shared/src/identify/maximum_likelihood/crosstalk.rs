@@ -9,7 +9,7 @@ use super::fit::Fit;
 use super::fit_problem::FitProblem;
 use super::normal_equations::NormalEquations;
 use super::pulls::UnknownValues;
-use super::score::{Score, ScoresOfResponses, Suspected, TOGETHER};
+use super::score::{Score, ScoresOfResponses, SuspectedResponse, TOGETHER};
 use super::undetermined;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
@@ -42,7 +42,7 @@ impl<R: Real> Fit<R> {
         problem: &FitProblem<'_, R, C>,
         dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,
-    ) -> Result<Option<Suspected<R>>, Diagnostics> {
+    ) -> Result<Option<SuspectedResponse<R>>, Diagnostics> {
         let sensors = problem.layout.sensors.len();
         let unknowns = UnknownValues::<R, C>::of(sensors, equations.solution());
         let unknowns = unknowns.ok_or_else(undetermined)?;
@@ -77,7 +77,7 @@ impl<R: Real> Fit<R> {
     #[inline(never)]
     pub(super) fn test_memory<C: Capacity>(
         &mut self,
-        suspected: Option<Suspected<R>>,
+        suspected: Option<SuspectedResponse<R>>,
         problem: &FitProblem<'_, R, C>,
         dofs: &[DofMassLines<R, C>],
         equations: &mut NormalEquations<'_, R>,

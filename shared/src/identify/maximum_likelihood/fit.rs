@@ -9,7 +9,7 @@ use super::intervals::Shares;
 use super::nearest_body::{raised, step_to_body};
 use super::normal_equations::NormalEquations;
 use super::parameters::Parameters;
-use super::score::Suspected;
+use super::score::SuspectedResponse;
 use super::{check_data, equations_in, fatal, pulls, start, undetermined};
 use crate::body::RigidBody;
 use crate::capacity::Capacity;
@@ -25,8 +25,8 @@ const MOST_STEPS: u8 = 60;
 /// Number of full steps; a fit that has not converged by then learns its budget, or goes on by half steps. Six are
 /// usual.
 pub(super) const STEADY_STEPS: u8 = 15;
-/// χ² over its degrees of freedom below which a fit that does not end may end at a physical body; above it the errors are
-/// three times those stated, and the budget is learned first.
+/// χ² over its degrees of freedom below which a fit that does not end may end at a physical body; above it the errors
+/// are three times those stated, and the budget is learned first.
 const NEAR_ENOUGH: f64 = 9.0;
 /// First damping, relative to the diagonal of the information.
 const FIRST_DAMPING: f64 = 1e-6;
@@ -134,7 +134,7 @@ pub(super) enum Stage<R> {
     /// Looks for the hammer's signal in each response.
     Crosstalk,
     /// Looks for a memory of the multiplexer, which may explain what a response contains.
-    Memory(Option<Suspected<R>>),
+    Memory(Option<SuspectedResponse<R>>),
     /// Evaluates the model for the last time.
     Settled,
     /// Checks the body and the consistency of the data.
@@ -331,8 +331,8 @@ impl<R: Real> Fit<R> {
         FitProblem::new(layout).with_budget(scales, self.budget != ErrorBudget::FirstOrder)
     }
 
-    /// True when no minimum is found under the budget in use: the data may teach a larger one, or the way leads ever further
-    /// from the physical bodies.
+    /// True when no minimum is found under the budget in use: the data may teach a larger one, or the way leads ever
+    /// further from the physical bodies.
     fn goes_astray(&self) -> bool {
         self.steps > STEADY_STEPS && !self.parameters.are_physical()
     }

@@ -12,7 +12,7 @@ use crate::body::RigidBody;
 use crate::capacity::{Capacity, List};
 use crate::identify::MassLines;
 use crate::identify::budget::BudgetScales;
-use crate::layout::{Attached, HitUncertainty, Layout, MAX_ATTACHED, SensorUncertainty};
+use crate::layout::{AttachedBody, HitUncertainty, Layout, MAX_ATTACHED, SensorUncertainty};
 use crate::real::Real;
 use crate::responses::{ResponseSquare, Responses};
 
@@ -54,7 +54,7 @@ impl<'l, R: Real, C: Capacity> FitProblem<'l, R, C> {
     /// The problem with the stated budget and terms of first order.
     pub(super) fn new(layout: &'l Layout<R, C>) -> Self {
         let balance = Balance::of(layout);
-        let body = |a: &Attached<R>| Some((balance.attached(a)?, a.relative_sigma));
+        let body = |a: &AttachedBody<R>| Some((balance.attached(a)?, a.relative_sigma));
         let attached = layout.attached.iter().filter_map(body).collect();
         let (scales, channels) = (BudgetScales::default(), 3 * layout.sensors.len());
         Self { layout, scales, second_order: false, balance, channels, attached }

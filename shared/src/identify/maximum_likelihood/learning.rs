@@ -126,7 +126,8 @@ impl<R: Real> Fit<R> {
     ///
     /// # Errors
     /// When the model cannot be evaluated.
-    // Never inlined: this saves with the other steps of learning and the refinement 2.3 KB of the firmware's deepest stack.
+    // Never inlined: this saves with the other steps of learning and the refinement 2.3 KB of the firmware's deepest
+    // stack.
     #[inline(never)]
     pub(super) fn learn_scatter<C: Capacity>(
         &mut self,
@@ -211,7 +212,8 @@ impl<R: Real> Fit<R> {
     ///
     /// # Errors
     /// When the equations cannot be solved.
-    // Never inlined: this saves with the other steps of learning and the refinement 2.3 KB of the firmware's deepest stack.
+    // Never inlined: this saves with the other steps of learning and the refinement 2.3 KB of the firmware's deepest
+    // stack.
     #[inline(never)]
     pub(super) fn learn_scale<C: Capacity>(
         &mut self,

@@ -13,7 +13,7 @@ use super::fit_problem::FitProblem;
 use super::model::{HIT_NUISANCES, Model};
 use super::normal_equations::NormalEquations;
 use super::pulls::UnknownValues;
-use super::score::{Score, ScoresOfResponses, TOGETHER, Tested};
+use super::score::{Score, ScoreOutcome, ScoresOfResponses, TOGETHER};
 use super::undetermined;
 use crate::capacity::Capacity;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
@@ -83,7 +83,7 @@ impl<R: Real> Fit<R> {
             }
         })?;
         let mut worst = (R::zero(), None);
-        let mut judge = |response: Option<usize>, tested: Tested<R>, largest: R| {
+        let mut judge = |response: Option<usize>, tested: ScoreOutcome<R>, largest: R| {
             let limit = match response {
                 Some(_) if tested.size < R::zero() => COMPRESSES,
                 _ => RARE,
@@ -107,9 +107,9 @@ impl<R: Real> Fit<R> {
         {
             let subject = Subject::channel(response.map_or(0, |response| 1 + response));
             let code = Code::ChannelNotLinear;
-            let found = Diagnostic::about(code, Severity::Warning, subject, change.to_f32());
+            let diagnostic = Diagnostic::about(code, Severity::Warning, subject, change.to_f32());
             // There are only a handful of diagnostics.
-            let _ = self.diagnostics.push(found);
+            let _ = self.diagnostics.push(diagnostic);
         }
         Ok(())
     }
@@ -132,18 +132,18 @@ impl<R: Real> Fit<R> {
 
 /// The numbers of the responses that are loud enough to be tested, the loudest first.
 fn loudest<R: Real>(responses: &[Trend<R>]) -> Vec<usize, TOGETHER> {
-    let mut found = Vec::new();
+    let mut numbers = Vec::new();
     let most = responses.iter().fold(R::zero(), |most, trend| most.max(trend.largest));
     while let Some((response, trend)) = responses
         .iter()
         .enumerate()
-        .filter(|(response, _)| !found.contains(response))
+        .filter(|(response, _)| !numbers.contains(response))
         // A comparison with NaN is false.
         .reduce(|best, next| if next.1.largest > best.1.largest { next } else { best })
         && trend.largest >= most * R::of(LOUD)
-        && found.push(response).is_ok()
+        && numbers.push(response).is_ok()
     {}
-    found
+    numbers
 }
 
 impl<R: Real> Trend<R> {
@@ -159,9 +159,9 @@ impl<R: Real> Trend<R> {
     }
 
     /// The test of the repeat hits alone.
-    fn tested(&self, scale: R) -> Tested<R> {
+    fn tested(&self, scale: R) -> ScoreOutcome<R> {
         let significance = self.score * scale / (self.information * scale).sqrt();
-        Tested { size: self.score / self.information, significance }
+        ScoreOutcome { size: self.score / self.information, significance }
     }
 }
 

@@ -1,10 +1,10 @@
 //! The step to the best physical body, where the best fit is none.
 //!
-//! A body is physical when its pseudo-inertia P is positive definite (Wensing, Kim & Slotine 2018), and P is linear in the
-//! inertial parameters. The quadratic model of χ² is minimized together with the barrier `−μ ln det P`, which grows beyond
-//! all bounds at the boundary of the physical bodies, by Newton's method, while its weight μ falls (Boyd & Vandenberghe,
-//! Convex Optimization, 11.3). The step goes where the data say little; raising an eigenvalue alone would make another body
-//! of a slender one, because moments of inertia that are known well would change with it.
+//! A body is physical when its pseudo-inertia P is positive definite (Wensing, Kim & Slotine 2018), and P is linear in
+//! the inertial parameters. The quadratic model of χ² is minimized together with the barrier `−μ ln det P`, which grows
+//! beyond all bounds at the boundary of the physical bodies, by Newton's method, while its weight μ falls (Boyd &
+//! Vandenberghe, Convex Optimization, 11.3). The step goes where the data say little; raising an eigenvalue alone would
+//! make another body of a slender one, because moments of inertia that are known well would change with it.
 
 use nalgebra::{Matrix4, SMatrix, SVector};
 
@@ -30,8 +30,8 @@ const ROUNDINGS: f64 = 32.0;
 /// A step lowers the sum by at least this part of what its slope promises.
 const LOWERED: f64 = 0.1;
 
-/// The step from `phi` along which the quadratic model with this information and gradient falls to its smallest value at a
-/// physical body. `None` when the information is not positive definite, or a number leaves its range.
+/// The step from `phi` along which the quadratic model with this information and gradient falls to its smallest value
+/// at a physical body. `None` when the information is not positive definite, or a number leaves its range.
 pub(super) fn step_to_body<R: Real>(
     phi: &SVector<R, 10>,
     information: &SMatrix<R, 10, 10>,
@@ -196,7 +196,8 @@ mod tests {
 
     #[test]
     fn a_rod_is_found_again_however_thin_it_is() {
-        // A rod of a hundredth has second moments of 1e-4 of the largest, a thousand times what single precision resolves.
+        // A rod of a hundredth has second moments of 1e-4 of the largest, a thousand times what single precision
+        // resolves.
         [0.1, 0.03, 0.01, 0.003].into_iter().for_each(rod_is_found::<f64>);
         [0.1, 0.03, 0.01].into_iter().for_each(rod_is_found::<f32>);
     }
@@ -217,10 +218,13 @@ mod tests {
         let step = step.unwrap_or_else(|| panic!("no step at {thickness}"));
         let physical = RigidBody::from_phi(&(phi + step)).expect("a body");
         assert!(physical.is_physically_consistent(), "{thickness}");
-        // The rod itself is a body, so the best one is no farther; the barrier may cost four times its weight, and single
-        // precision a thousandth of the whole.
+        // The rod itself is a body, so the best one is no farther; the barrier may cost four times its weight, and
+        // single precision a thousandth of the whole.
         let cost = |step: &SVector<f64, 10>| step.dot(&(information * step));
-        let (found, most) = (cost(&step.map(|v| v.to_f32().into())), cost(&off));
-        assert!(found < most * 1.001 + 8.0 * LEAST_WEIGHT, "{thickness}: {found} of {most}");
+        let (step_cost, most) = (cost(&step.map(|v| v.to_f32().into())), cost(&off));
+        assert!(
+            step_cost < most * 1.001 + 8.0 * LEAST_WEIGHT,
+            "{thickness}: {step_cost} of {most}"
+        );
     }
 }

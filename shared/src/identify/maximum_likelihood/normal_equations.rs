@@ -9,7 +9,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::model::{HIT_NUISANCES, HitErrors, SENSITIVITIES, SENSOR_NUISANCES};
 use crate::capacity::Capacity;
-use crate::linalg::{Packed, dot, triangle};
+use crate::linalg::{PackedMatrix, dot, triangle};
 use crate::real::Real;
 use crate::responses::{ResponseSquare, Responses};
 
@@ -22,7 +22,7 @@ pub(super) const fn workspace(unknowns: usize, hits: usize) -> usize {
 /// Matrix, right side, and room for a second right side.
 #[derive(Debug)]
 pub(super) struct NormalEquations<'w, R> {
-    matrix: Packed<'w, R>,
+    matrix: PackedMatrix<'w, R>,
     right: &'w mut [R],
     second: &'w mut [R],
     /// Estimated errors of the hits of each DOF, in the order of the data; none are zero.
@@ -62,7 +62,7 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         let (second, rest) = rest.split_at_mut_checked(unknowns)?;
         let (hit_errors, _) = rest.as_chunks_mut();
         let hit_errors = hit_errors.get_mut(..hits)?;
-        let matrix = Packed(matrix);
+        let matrix = PackedMatrix(matrix);
         Some(Self { matrix, right, second, hit_errors, unknowns, nuisances })
     }
 

@@ -8,7 +8,7 @@ use super::normal_equations::NormalEquations;
 use super::pulls::{HitPull, UnknownValues, root_mean_square};
 use crate::body::RigidBody;
 use crate::capacity::{Capacity, List};
-use crate::estimated::Estimated;
+use crate::estimated::EstimatedValue;
 use crate::identify::{DofMassLines, MassLines};
 use crate::real::Real;
 use crate::responses::Responses;
@@ -19,11 +19,11 @@ use crate::responses::Responses;
 pub struct SensorNuisances<R> {
     /// Relative errors `[reading axis][motion axis]`: true over nominal sensitivity minus one on the
     /// diagonal, cross-axis sensitivities off it.
-    pub sensitivity: [[Estimated<R>; 3]; 3],
+    pub sensitivity: [[EstimatedValue<R>; 3]; 3],
     /// Rotation vector from the nominal to the true axes, in sensor axes, rad.
-    pub rotation: [Estimated<R>; 3],
+    pub rotation: [EstimatedValue<R>; 3],
     /// True minus nominal position, body frame, m.
-    pub position: [Estimated<R>; 3],
+    pub position: [EstimatedValue<R>; 3],
     /// Root mean square of the fifteen pulls: each parameter over its standard deviation in the budget.
     pub pull: R,
 }
@@ -34,9 +34,9 @@ pub struct HitNuisances<R> {
     /// Index of the DOF in the layout.
     pub index: usize,
     /// True minus nominal point of action, body frame, m.
-    pub position: [Estimated<R>; 3],
+    pub position: [EstimatedValue<R>; 3],
     /// True minus nominal direction, body frame, rad.
-    pub direction: [Estimated<R>; 3],
+    pub direction: [EstimatedValue<R>; 3],
     /// Root mean square of the four pulls: each parameter over its standard deviation in the budget.
     pub pull: R,
     /// Root mean square of the residuals of the readings over their noise.
@@ -51,7 +51,7 @@ pub struct NuisanceEstimates<R: Real, C: Capacity> {
     /// Nuisance parameters of each hit DOF, in the order of the data.
     pub hits: C::Hits<HitNuisances<R>>,
     /// Relative error of the hammer's gain against that of the sensors.
-    pub hammer_gain: Estimated<R>,
+    pub hammer_gain: EstimatedValue<R>,
 }
 
 /// Estimates the nuisance parameters at the minimum. The equations cannot be used afterwards.
@@ -71,7 +71,7 @@ pub(super) fn estimate_nuisances<R: Real, C: Capacity>(
         sensors.push(sensor(&problem.sensor_uncertainty(i)?, values, &sigmas)).ok()?;
     }
     let hammer = SENSOR_NUISANCES * layout.sensors.len();
-    let hammer_gain = Estimated {
+    let hammer_gain = EstimatedValue {
         value: *nuisances.shared.first()? * layout.apparatus.hammer_gain,
         sigma: sigma_of(equations, hammer) * layout.apparatus.hammer_gain,
     };
@@ -98,7 +98,7 @@ fn sensor<R: Real>(
     sigmas: &[R; SENSOR_NUISANCES],
 ) -> SensorNuisances<R> {
     let estimated =
-        |k: usize, unit: R| Estimated { value: values[k] * unit, sigma: sigmas[k] * unit };
+        |k: usize, unit: R| EstimatedValue { value: values[k] * unit, sigma: sigmas[k] * unit };
     SensorNuisances {
         sensitivity: core::array::from_fn(|to| {
             core::array::from_fn(|from| {
@@ -156,14 +156,14 @@ fn hit<R: Real, C: Capacity>(
 ) -> Option<HitNuisances<R>> {
     let (position_error, direction_error) = problem.hit_uncertainty(index)?.of_mean(lines.hits);
     let HitPull { values, pull, normalized_residual } = HitPull::of(terms, left, problem.channels);
-    let vector = |first: usize, unit: R| -> [Estimated<R>; 3] {
+    let vector = |first: usize, unit: R| -> [EstimatedValue<R>; 3] {
         let [t, u]: &[Vector3<R>; 2] = &terms.model.across;
         core::array::from_fn(|axis| {
             let (a, b) = (t[axis], u[axis]);
             let variance = a * a * covariance[first][first]
                 + b * b * covariance[first + 1][first + 1]
                 + R::of(2.0) * a * b * covariance[first][first + 1];
-            Estimated {
+            EstimatedValue {
                 value: (a * values[first] + b * values[first + 1]) * unit,
                 sigma: variance.max(R::zero()).sqrt() * unit,
             }

@@ -121,8 +121,8 @@ pub(super) fn suspect<R: Real, C: Capacity>(
         let pull = pull * scale;
         if pull > largest.0 {
             let value = pull.to_f32();
-            let found = Diagnostic::about(code, Severity::Warning, subject, value);
-            largest = (pull, Some(found));
+            let diagnostic = Diagnostic::about(code, Severity::Warning, subject, value);
+            largest = (pull, Some(diagnostic));
         }
     };
     for (i, values) in nuisances.sensors.iter().enumerate() {

@@ -20,7 +20,7 @@ pub(super) struct Score<R: Real, C: Capacity> {
 
 /// The outcome of a score test.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Tested<R> {
+pub(super) struct ScoreOutcome<R> {
     /// Size of the change.
     pub(super) size: R,
     /// The size in standard deviations.
@@ -28,7 +28,7 @@ pub(super) struct Tested<R> {
 }
 
 /// A response that seems to contain the hammer, with the constant, (m/s²)/N.
-pub(super) type Suspected<R> = (usize, Tested<R>);
+pub(super) type SuspectedResponse<R> = (usize, ScoreOutcome<R>);
 
 /// Responses that are tested together; more would need more of the firmware's deepest stack.
 pub(super) const TOGETHER: usize = 5;
@@ -91,7 +91,7 @@ impl<R: Real, C: Capacity> Score<R, C> {
     }
 }
 
-impl<R: Real> Tested<R> {
+impl<R: Real> ScoreOutcome<R> {
     /// This test and another one of the same change, by other readings, together.
     pub(super) fn and(self, other: Self) -> Self {
         let information = |one: Self| {

@@ -6,7 +6,7 @@ use super::fit_problem::FitProblem;
 use super::model::Model;
 use super::normal_equations::{NormalEquations, Rows};
 use super::pulls::UnknownValues;
-use super::score::{Score, Tested};
+use super::score::{Score, ScoreOutcome};
 use super::undetermined;
 use crate::capacity::Capacity;
 use crate::diagnosis::Diagnostics;
@@ -47,7 +47,7 @@ impl<R: Real> Fit<R> {
         score: &Score<R, C>,
         unknowns: &UnknownValues<R, C>,
         equations: &mut NormalEquations<'_, R>,
-    ) -> Tested<R> {
+    ) -> ScoreOutcome<R> {
         let solved = equations.solve(|right| {
             right.iter_mut().zip(score.right.iter()).for_each(|(to, value)| *to = value);
         });
@@ -62,7 +62,7 @@ impl<R: Real> Fit<R> {
             left += without * without;
         }
         let significance = self.significance(score.score / information.sqrt(), left / pulls);
-        Tested { size, significance }
+        ScoreOutcome { size, significance }
     }
 
     /// A score in standard deviations. Where the constant scale was learned, the scale without the change counts: the

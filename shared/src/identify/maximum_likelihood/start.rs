@@ -85,26 +85,26 @@ pub(super) fn identifiable<R: Real, C: Capacity>(
 ) -> Result<(Spectrum<R>, Diagnostics), Diagnostics> {
     let layout = problem.layout;
     let hits = dofs.iter().filter_map(|(index, _)| layout.hits.get(*index));
-    let mut found = check_hits(hits, problem.balance.length, None);
+    let mut diagnostics = check_hits(hits, problem.balance.length, None);
     let hits = dofs.iter().filter_map(|(index, _)| layout.hits.get(*index));
     let spectrum = spectrum_under(layout, hits, &problem.balance.body_back(body));
     let rank = spectrum.map_or(0, |s| s.rank);
     match spectrum {
         Some(spectrum)
             if rank == 10
-                && (found.is_empty() || layout.priors.iter().any(Prior::is_of_inertia)) =>
+                && (diagnostics.is_empty() || layout.priors.iter().any(Prior::is_of_inertia)) =>
         {
-            for diagnostic in &mut found {
+            for diagnostic in &mut diagnostics {
                 diagnostic.severity = Severity::Warning;
             }
-            Ok((spectrum, found))
+            Ok((spectrum, diagnostics))
         }
         _ => {
             if rank < 10 {
                 let code = Code::TenParametersNotIdentifiable;
-                let _ = found.push(Diagnostic::whole(code, Severity::Error, rank as f32));
+                let _ = diagnostics.push(Diagnostic::whole(code, Severity::Error, rank as f32));
             }
-            Err(found)
+            Err(diagnostics)
         }
     }
 }

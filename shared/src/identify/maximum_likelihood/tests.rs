@@ -4,10 +4,10 @@ use std::vec::Vec;
 use super::*;
 use crate::capacity::{Rig, Unbounded};
 use crate::diagnosis::Subject;
-use crate::estimated::Estimated;
+use crate::estimated::EstimatedValue;
 use crate::identify::MassLines;
 use crate::layout::tests::{bar_body, bar_layout};
-use crate::layout::{Attached, Hit, HitUncertainty, Prior, SensorUncertainty};
+use crate::layout::{AttachedBody, Hit, HitUncertainty, Prior, SensorUncertainty};
 use crate::responses::{ResponseSquare, Responses};
 
 pub(in crate::identify) type Dofs<R> = Vec<DofMassLines<R, Rig>>;
@@ -151,8 +151,8 @@ fn one_sensor_two_hits_and_concurrent_hits_have_no_answer() {
         (two_hits, Code::FewerThanThreeHits),
         (concurrent, Code::HitsConcurrent),
     ] {
-        let found = fit(&layout, &exact(&layout, &body), None).unwrap_err();
-        assert!(codes(&found).contains(&code), "{code:?}: {found:?}");
+        let diagnostics = fit(&layout, &exact(&layout, &body), None).unwrap_err();
+        assert!(codes(&diagnostics).contains(&code), "{code:?}: {diagnostics:?}");
     }
 }
 
@@ -165,10 +165,10 @@ fn nuisance_parameters_are_found_with_their_sign() {
     layout.sensors.iter_mut().for_each(|s| s.uncertainty = sure);
     layout.hits.iter_mut().for_each(|h| h.uncertainty = HitUncertainty::none());
     layout.apparatus.hammer_gain = 1e-6;
-    let found =
+    let fit_nuisances =
         |layout: &Bar<f64>, dofs: &Dofs<f64>| fit(layout, dofs, Some(&body)).unwrap().nuisances;
     // The tolerance covers the pull of the prior and the second order of an error of half a per cent.
-    let close = |estimated: Estimated<f64>, truth: f64| {
+    let close = |estimated: EstimatedValue<f64>, truth: f64| {
         assert!((estimated.value - truth).abs() < 0.05 * truth.abs(), "{estimated:?} {truth}");
         assert!(estimated.sigma > 0.0);
     };
@@ -177,7 +177,7 @@ fn nuisance_parameters_are_found_with_their_sign() {
     layout_of.sensors[1].uncertainty.gain = 0.1;
     let mut dofs = exact(&layout, &body);
     dofs.iter_mut().for_each(|(_, lines)| lines.accelerance[4] *= 1.005);
-    close(found(&layout_of, &dofs).sensors[1].sensitivity[1][1], 0.005);
+    close(fit_nuisances(&layout_of, &dofs).sensors[1].sensitivity[1][1], 0.005);
 
     let mut layout_of = layout.clone();
     layout_of.sensors[2].uncertainty.rotation = 0.1;
@@ -187,33 +187,33 @@ fn nuisance_parameters_are_found_with_their_sign() {
         let turned = turn * Vector3::from(lines.accelerance.of_sensor(2));
         lines.accelerance.set_sensor(2, turned.into());
     }
-    close(found(&layout_of, &dofs).sensors[2].rotation[2], 0.005);
+    close(fit_nuisances(&layout_of, &dofs).sensors[2].rotation[2], 0.005);
 
     let mut layout_of = layout.clone();
     layout_of.sensors[0].uncertainty.position = 0.1;
     let mut displaced = layout.clone();
     displaced.sensors[0].position[2] += 0.002;
-    close(found(&layout_of, &exact(&displaced, &body)).sensors[0].position[2], 0.002);
+    close(fit_nuisances(&layout_of, &exact(&displaced, &body)).sensors[0].position[2], 0.002);
 
     let mut layout_of = layout.clone();
     layout_of.hits[3].uncertainty.position = 0.1;
     let mut displaced = layout.clone();
     displaced.hits[3].position[0] += 0.002;
-    close(found(&layout_of, &exact(&displaced, &body)).hits[3].position[0], 0.002);
+    close(fit_nuisances(&layout_of, &exact(&displaced, &body)).hits[3].position[0], 0.002);
 
     let mut layout_of = layout.clone();
     layout_of.apparatus.hammer_gain = 0.1;
     layout_of.priors.push(Prior { property: 0, value: body.mass, sigma: 1e-6 }).unwrap();
     let mut dofs = exact(&layout, &body);
     dofs.iter_mut().for_each(|(_, lines)| lines.accelerance *= 1.0 / 1.01);
-    close(found(&layout_of, &dofs).hammer_gain, 0.01);
+    close(fit_nuisances(&layout_of, &dofs).hammer_gain, 0.01);
 }
 
 #[test]
 fn what_hangs_on_the_object_is_subtracted() {
     let (mut layout, body) = (five_hits(), bar_body());
-    let point = Attached::point(0.2, 1e-6, [0.1, 0.05, -0.02]);
-    let adapter = Attached::point(0.1, 0.1, [0.2, -0.2, 0.1]);
+    let point = AttachedBody::point(0.2, 1e-6, [0.1, 0.05, -0.02]);
+    let adapter = AttachedBody::point(0.1, 0.1, [0.2, -0.2, 0.1]);
     let whole = body.phi() + SVector::from(point.phi) + SVector::from(adapter.phi);
     let dofs = exact(&layout, &RigidBody::from_phi(&whole).unwrap());
     layout.attached.extend([point, adapter]);
@@ -287,9 +287,9 @@ fn data_that_contradict_the_budget_say_where() {
     // Ten times the usual position error of a hit.
     displaced.hits[2].position[1] += 0.04;
     let solution = fit(&layout, &exact(&displaced, &body), None).unwrap();
-    let found = &solution.estimate.diagnostics;
-    assert!(codes(found).contains(&Code::DataInconsistentWithBudget), "{found:?}");
-    let suspect = found.iter().find(|d| d.code == Code::LargeHitPull).unwrap();
+    let diagnostics = &solution.estimate.diagnostics;
+    assert!(codes(diagnostics).contains(&Code::DataInconsistentWithBudget), "{diagnostics:?}");
+    let suspect = diagnostics.iter().find(|d| d.code == Code::LargeHitPull).unwrap();
     assert_eq!(suspect.subject, Subject::Hit(2));
 }
 
@@ -302,8 +302,8 @@ fn mass_lines_that_are_not_finite_or_absent_are_refused() {
     ] {
         let mut dofs = exact(&layout, &body);
         spoil(&mut dofs[1].1);
-        let found = fit(&layout, &dofs, None).unwrap_err();
-        assert_eq!(codes(&found), [Code::DataNotFinite]);
+        let diagnostics = fit(&layout, &dofs, None).unwrap_err();
+        assert_eq!(codes(&diagnostics), [Code::DataNotFinite]);
     }
     assert!(fit(&layout, &Vec::new(), None).is_err());
     let dofs = exact(&layout, &body);
@@ -314,7 +314,7 @@ fn mass_lines_that_are_not_finite_or_absent_are_refused() {
 fn what_hangs_on_the_object_cannot_outweigh_it() {
     let (mut layout, body) = (five_hits(), bar_body());
     let dofs = exact(&layout, &body);
-    layout.attached.push(Attached::point(5.0, 0.01, [0.1, -0.05, 0.0])).unwrap();
-    let found = fit(&layout, &dofs, Some(&body)).unwrap_err();
-    assert!(codes(&found).contains(&Code::AttachedTooHeavy), "{found:?}");
+    layout.attached.push(AttachedBody::point(5.0, 0.01, [0.1, -0.05, 0.0])).unwrap();
+    let diagnostics = fit(&layout, &dofs, Some(&body)).unwrap_err();
+    assert!(codes(&diagnostics).contains(&Code::AttachedTooHeavy), "{diagnostics:?}");
 }

@@ -88,7 +88,7 @@ fn solve_in<R: Real, C: Capacity>(
         while fit.step(layout, dofs, workspace)? == Progress::Going {}
         return fit.finish(layout, dofs, workspace);
     }
-    let (scaled, learning) = Learning::of(&mut fit, layout, dofs, workspace, products)?;
+    let (scaled, learning) = LearnedScales::of(&mut fit, layout, dofs, workspace, products)?;
     while !matches!(fit.stage, Stage::Sharing(_) | Stage::Done) {
         fit.step(&scaled, dofs, workspace)?;
     }
@@ -106,7 +106,7 @@ fn solve_in<R: Real, C: Capacity>(
 }
 
 /// The learned scales, and what the stated budget left unexplained.
-struct Learning<R> {
+struct LearnedScales<R> {
     scales: Scales<R>,
     /// Reduced χ² under the stated budget.
     stated: R,
@@ -114,7 +114,7 @@ struct Learning<R> {
     suspect: Option<Diagnostic>,
 }
 
-impl<R: Real> Learning<R> {
+impl<R: Real> LearnedScales<R> {
     /// Learns from a fit under the stated budget; the layout that is returned has the learned one.
     fn of<C: Capacity>(
         fit: &mut Fit<R>,

@@ -44,17 +44,17 @@ fn readings(layout: &Five) -> Vec<(usize, Lines)> {
 
 fn chi_squared(fault: &SingleFault<f64>, layout: &Five, dofs: &[(usize, Lines)]) -> f64 {
     let mut room = vec![0.0; workspace(3, 12)];
-    let found = fault.test(layout, dofs, &mut room);
-    found.map_or(f64::INFINITY, |found| found.chi_squared)
+    let result = fault.test(layout, dofs, &mut room);
+    result.map_or(f64::INFINITY, |result| result.chi_squared)
 }
 
 #[test]
 fn mistakes_with_axes_are_four_mirrors_three_swaps_and_23_turns() {
-    let all: Vec<AxisMap> = AxisMap::mistakes().collect();
-    assert_eq!(all.len(), 30);
-    assert_eq!(all.iter().filter(|map| map.is_turn()).count(), 23);
-    for (i, a) in all.iter().enumerate() {
-        assert!(all[i + 1..].iter().all(|b| a != b));
+    let maps: Vec<AxisMap> = AxisMap::mistakes().collect();
+    assert_eq!(maps.len(), 30);
+    assert_eq!(maps.iter().filter(|map| map.is_turn()).count(), 23);
+    for (i, a) in maps.iter().enumerate() {
+        assert!(maps[i + 1..].iter().all(|b| a != b));
         let axes = a.of(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0_f64]]);
         let determinant = nalgebra::Matrix3::from(axes).determinant();
         assert_eq!(determinant, if a.is_turn() { 1.0 } else { -1.0 });

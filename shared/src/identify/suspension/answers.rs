@@ -17,7 +17,7 @@ use crate::real::Real;
 
 /// What the methods see of a test or of a change of it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Observed<'a, R> {
+pub(super) struct MethodInput<'a, R> {
     pub(super) responses: &'a OriginResponses<'a, R>,
     pub(super) modes: &'a Modes<R>,
     pub(super) lines: &'a Lines,
@@ -33,12 +33,12 @@ pub(super) fn answer<R: Real, C: Capacity>(
     method: Method,
     layout: &Layout<R, C>,
     reference: &Vector3<R>,
-    observed: &Observed<'_, R>,
+    observed: &MethodInput<'_, R>,
 ) -> Result<Answer<R>, Diagnostics> {
     // About the reference point, with the attached bodies, for this expected mass in kg.
     let with_mass = |mass: R| {
         let known = known_properties(layout, reference, mass);
-        let Observed { responses, modes, lines, noise } = *observed;
+        let MethodInput { responses, modes, lines, noise } = *observed;
         let suspension = Suspension { responses, modes, lines, noise, known: &known };
         method.of_suspension(&suspension).unwrap_or_else(|| Err(fatal(Code::FrfMissing, R::zero())))
     };
@@ -75,17 +75,17 @@ pub(super) fn noise_in_draw<R: Real>(sigma: R, draw: u32, place: usize) -> Compl
     Complex::new(re, im)
 }
 
-/// The places among `found` of those poles that `kept` are places of in `poles`. Noise may change the order of close modes,
-/// or find one where there was none. `None` when two of them are found as one.
+/// The places among `new_poles` of those poles that `kept` are places of in `poles`. Noise may change the order of
+/// close modes, or find one where there was none. `None` when two of them are found as one.
 pub(super) fn found_again<R: Real>(
-    found: &Poles<R>,
+    new_poles: &Poles<R>,
     poles: &Poles<R>,
     kept: impl Iterator<Item = usize>,
 ) -> Option<Vec<usize, MOST_PAIRS>> {
     let nearest = |kept: usize| {
-        let distance = |place: &usize| (found[*place] - poles[kept]).norm_sqr();
+        let distance = |place: &usize| (new_poles[*place] - poles[kept]).norm_sqr();
         let nearer = |a: usize, b: usize| if distance(&b) < distance(&a) { b } else { a };
-        (0..found.len()).reduce(nearer)
+        (0..new_poles.len()).reduce(nearer)
     };
     let places: Vec<usize, MOST_PAIRS> = kept.map(nearest).collect::<Option<_>>()?;
     let twice = places.iter().enumerate().any(|(k, place)| places[..k].contains(place));

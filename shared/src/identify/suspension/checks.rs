@@ -26,25 +26,26 @@ const MIXED: f64 = 0.2;
 /// zero and twice the property of a body as large as the layout.
 const UNDETERMINED: f64 = 0.5;
 
-/// Share of a mode's amplitude at the end of a record above which there is no answer: at 3 % the methods are off by twenty
-/// of their standard deviations, and in proportion below.
+/// Share of a mode's amplitude at the end of a record above which there is no answer: at 3 % the methods are off by
+/// twenty of their standard deviations, and in proportion below.
 const LEFT: f64 = 0.01;
 /// The same above which an answer may be off by its standard deviation.
 const LEFT_NOTICEABLE: f64 = 0.001;
 /// Part by which the common phase of a mode may differ from that of a record that ends too early.
 const AS_EXPECTED: f64 = 0.5;
-/// Common phase of a mode over its complexity from which its residues are turned alike. Noise has the root of one over the number
-/// of their elements, 0.2 for four forces.
+/// Common phase of a mode over its complexity from which its residues are turned alike. Noise has the root of one over
+/// the number of their elements, 0.2 for four forces.
 const ALIKE: f64 = 0.7;
 
 /// Warnings about modes: at the end of the band, complex, close to each other, poorly excited. `lines` are those of the
 /// fit, ascending.
 pub fn mode_findings<R: Real>(modes: &Modes<R>, responses: &OriginResponses<'_, R>) -> Diagnostics {
-    let mut found = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     let mut warn = |code: Code, place: usize, value: R| {
         let subject = Subject::mode(place);
         // There is room for sixteen diagnostics; any others are dropped.
-        let _ = found.push(Diagnostic::about(code, Severity::Warning, subject, value.to_f32()));
+        let _ =
+            diagnostics.push(Diagnostic::about(code, Severity::Warning, subject, value.to_f32()));
     };
     let hertz = |s: Option<&Complex<R>>| s.map_or(R::zero(), |s| s.im / R::two_pi());
     let (low, high) = (hertz(responses.s.first()), hertz(responses.s.last()));
@@ -72,11 +73,11 @@ pub fn mode_findings<R: Real>(modes: &Modes<R>, responses: &OriginResponses<'_, 
             warn(Code::ModesNotSeparated, place, mode.frequency_hz);
         }
     }
-    found
+    diagnostics
 }
 
-/// The modes that show clearly: excited well by a hit, in phase with its force, and not damped so heavily that they may stand for
-/// what is smooth. `length` is L in m.
+/// The modes that show clearly: excited well by a hit, in phase with its force, and not damped so heavily that they may
+/// stand for what is smooth. `length` is L in m.
 pub fn clear_modes<R: Real>(modes: &Modes<R>, length: R) -> impl Iterator<Item = &Mode<R>> {
     let least = median_indicator(modes, length) * R::of(POOR);
     modes.modes.iter().filter(move |mode| {
@@ -107,12 +108,13 @@ pub(in crate::identify) fn refuse_mixed_modes<R: Real>(
     Err(core::iter::once(reason).collect())
 }
 
-/// A finding about the mode of which most is left at the end of a record of this length, s, where the shapes show that the
-/// records really ended there; `decay` is σ of the exponential window, 1/s. An error where too much is left for an answer.
+/// A finding about the mode of which most is left at the end of a record of this length, s, where the shapes show that
+/// the records really ended there; `decay` is σ of the exponential window, 1/s. An error where too much is left for an
+/// answer.
 ///
-/// A record that ends after `T` multiplies the residues of a mode by `1 − e^{(p − σ)T}` at the lines `k/T`, which turns all of
-/// them by the same known angle. Responses of another origin (stepped sines, a longer record) are not turned like that, and
-/// noise and other damping turn them to either side.
+/// A record that ends after `T` multiplies the residues of a mode by `1 − e^{(p − σ)T}` at the lines `k/T`, which turns
+/// all of them by the same known angle. Responses of another origin (stepped sines, a longer record) are not turned
+/// like that, and noise and other damping turn them to either side.
 pub fn truncated_mode<R: Real>(modes: &Modes<R>, record_s: R, decay: R) -> Option<Diagnostic> {
     let one = Complex::new(R::one(), R::zero());
     let figures = modes.modes.iter().zip(&modes.poles).map(|(mode, pole)| {
@@ -135,8 +137,8 @@ pub fn truncated_mode<R: Real>(modes: &Modes<R>, record_s: R, decay: R) -> Optio
     truncated.then_some(finding)
 }
 
-/// The property of which the data say least, and its standard deviation relative to its scale, where that is so large that
-/// there is no answer; `theta` and its standard deviations in SI units, `length` is L in m.
+/// The property of which the data say least, and its standard deviation relative to its scale, where that is so large
+/// that there is no answer; `theta` and its standard deviations in SI units, `length` is L in m.
 pub fn undetermined_property<R: Real>(
     theta: &SVector<R, 10>,
     sigma: &SVector<R, 10>,
@@ -154,10 +156,10 @@ fn largest_indicator<R: Real>(mode: &Mode<R>, length: R) -> R {
 }
 
 fn median_indicator<R: Real>(modes: &Modes<R>, length: R) -> R {
-    let mut all: heapless::Vec<R, { crate::modes::MOST_PAIRS }> =
+    let mut indicators: heapless::Vec<R, { crate::modes::MOST_PAIRS }> =
         modes.modes.iter().map(|mode| largest_indicator(mode, length)).collect();
-    sort_short(&mut all, |a, b| a < b);
-    all.get(all.len() / 2).copied().unwrap_or(R::one())
+    sort_short(&mut indicators, |a, b| a < b);
+    indicators.get(indicators.len() / 2).copied().unwrap_or(R::one())
 }
 
 #[cfg(test)]
@@ -184,8 +186,8 @@ mod tests {
         let clear = |last: Mode<f64>| {
             let modes = [mode(0.01, 0.05, 1.0), mode(0.02, 0.05, 1.0), last];
             let modes = modes.into_iter().collect();
-            let all = Modes { modes, poles: Vec::new(), rigid: Vec::new(), residual: 0.0 };
-            clear_modes(&all, 1.0).count()
+            let modes = Modes { modes, poles: Vec::new(), rigid: Vec::new(), residual: 0.0 };
+            clear_modes(&modes, 1.0).count()
         };
         // Just inside the three limits, and just beyond each.
         assert_eq!(clear(mode(0.29, 0.49, 0.11)), 3);

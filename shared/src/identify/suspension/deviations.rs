@@ -28,7 +28,8 @@ impl<R: Real> ModeDeviations<R> {
         Self { reference, unchanged: None, noise: zero, layout: zero, draws: 0 }
     }
 
-    /// Adds changed modes; the first ones are the unchanged ones. `noise` tells a draw of noise from an error of the layout.
+    /// Adds changed modes; the first ones are the unchanged ones. `noise` tells a draw of noise from an error of the
+    /// layout.
     pub fn add(&mut self, changed: &[Mode<R>], noise: bool) {
         let Some(unchanged) = &self.unchanged else {
             let mut unchanged = [[R::zero(); FIGURES]; SUSPENSION_MODES];
@@ -51,8 +52,8 @@ impl<R: Real> ModeDeviations<R> {
         }
     }
 
-    /// Standard deviations of frequency (Hz), damping ratio and shape at the origin of the body frame of the mode at this
-    /// place; not a number when nothing was changed, and for a mode that there is not.
+    /// Standard deviations of frequency (Hz), damping ratio and shape at the origin of the body frame of the mode at
+    /// this place; not a number when nothing was changed, and for a mode that there is not.
     pub fn sigma(&self, place: usize) -> [R; FIGURES] {
         let draws = R::of(f64::from(self.draws));
         let sums = self.noise.get(place).zip(self.layout.get(place));

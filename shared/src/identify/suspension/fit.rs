@@ -4,7 +4,7 @@ use heapless::Vec;
 use nalgebra::{Complex, Vector3};
 
 use super::Answer;
-use super::answers::{Observed, answer, found_again, lines_about, noise_in_draw};
+use super::answers::{MethodInput, answer, found_again, lines_about, noise_in_draw};
 use super::points::suspect_points;
 use super::selection::{Selection, select};
 use crate::capacity::Capacity;
@@ -37,7 +37,8 @@ pub struct SuspensionFit<'a, R: Real, C: Capacity> {
 }
 
 impl<'a, R: Real, C: Capacity> SuspensionFit<'a, R, C> {
-    /// Fits the modes. `readings` contains the lines of the suspension band, at most [`MOST_LINES`], in ascending order.
+    /// Fits the modes. `readings` contains the lines of the suspension band, at most [`MOST_LINES`], in ascending
+    /// order.
     ///
     /// # Errors
     /// `layout_not_finite`, `data_not_finite`, `frf_missing` when channels or hits are not those of the layout,
@@ -63,8 +64,8 @@ impl<'a, R: Real, C: Capacity> SuspensionFit<'a, R, C> {
         let order = orders.sufficient().ok_or_else(missing)?;
         let noise = order.noise_variance().sqrt();
         let poles = order.poles.clone();
-        let (all, places) = Modes::of_poles(&responses, &poles).ok_or_else(missing)?;
-        let Selection { kept, one_more } = select(&all, &s, responses.length);
+        let (candidates, places) = Modes::of_poles(&responses, &poles).ok_or_else(missing)?;
+        let Selection { kept, one_more } = select(&candidates, &s, responses.length);
         if places.len() < poles.len() || kept.is_empty() {
             let lines = lines_about(&poles, &s, LinesPerSide::Width);
             let suspect = suspect_points(layout, readings, &reference, &lines);
@@ -75,7 +76,7 @@ impl<'a, R: Real, C: Capacity> SuspensionFit<'a, R, C> {
         if kept.is_empty() {
             return Err(missing());
         }
-        let modes = all.only(&kept);
+        let modes = candidates.only(&kept);
         let kept = kept.iter().map(|kept| places[*kept]).collect();
         let lines = lines_about(&modes.poles, &s, LinesPerSide::Width);
         Ok(Self {
@@ -172,9 +173,9 @@ impl<'a, R: Real, C: Capacity> SuspensionFit<'a, R, C> {
         };
         memory.fill(changed.layout, reference, mixing, s, reading)?;
         let responses = memory.responses();
-        let (all, _) = Modes::of_poles(&responses, &relocate_once(&responses, poles)?)?;
-        let places = found_again(&all.poles, poles, self.kept.iter().copied())?;
-        Some(all.only(&places))
+        let (candidates, _) = Modes::of_poles(&responses, &relocate_once(&responses, poles)?)?;
+        let places = found_again(&candidates.poles, poles, self.kept.iter().copied())?;
+        Some(candidates.only(&places))
     }
 
     /// The answer of a method to these motions and modes, as a body in the body frame without the attached ones.
@@ -190,7 +191,7 @@ impl<'a, R: Real, C: Capacity> SuspensionFit<'a, R, C> {
     ) -> Result<Answer<R>, Diagnostics> {
         let responses = memory.responses();
         let Self { lines, noise, .. } = self;
-        let observed = Observed { responses: &responses, modes, lines, noise: *noise };
+        let observed = MethodInput { responses: &responses, modes, lines, noise: *noise };
         answer(method, layout, &self.reference, &observed)
     }
 

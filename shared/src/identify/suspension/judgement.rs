@@ -58,6 +58,6 @@ pub fn judged_estimate<R: Real, const M: usize>(
 pub fn add_doubts<R>(estimate: &mut Estimate<R>, findings: &[Diagnostic]) {
     let doubts = estimate.method.entry().doubted_by;
     let room = estimate.diagnostics.capacity() - estimate.diagnostics.len();
-    let found = findings.iter().filter(|d| doubts.contains(&d.code)).copied();
-    estimate.diagnostics.extend(found.take(room));
+    let own_doubts = findings.iter().filter(|d| doubts.contains(&d.code)).copied();
+    estimate.diagnostics.extend(own_doubts.take(room));
 }

@@ -22,8 +22,8 @@ pub struct KnownProperty<R> {
     pub sigma: R,
 }
 
-/// The priors of a layout on mass and centre of mass; that on the centre of mass times `mass`, the expected mass, is that
-/// of `m c`.
+/// The priors of a layout on mass and centre of mass; that on the centre of mass times `mass`, the expected mass, is
+/// that of `m c`.
 pub(super) fn known_properties<R: Real, C: Capacity>(
     layout: &Layout<R, C>,
     reference: &Vector3<R>,

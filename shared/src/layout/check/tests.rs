@@ -7,9 +7,9 @@ use nalgebra::Rotation3;
 use proptest::prelude::*;
 use std::vec::Vec;
 
-fn codes(found: &Diagnostics) -> Vec<Code> {
-    assert!(found.iter().all(Diagnostic::is_error));
-    found.iter().map(|d| d.code).collect()
+fn codes(diagnostics: &Diagnostics) -> Vec<Code> {
+    assert!(diagnostics.iter().all(Diagnostic::is_error));
+    diagnostics.iter().map(|d| d.code).collect()
 }
 
 fn check(layout: &Layout<f64, Rig>) -> Vec<Code> {
@@ -105,9 +105,12 @@ fn axes_that_are_no_axes_are_named() {
     let mut layout = bar_layout();
     layout.sensors[1].axes[0] = [0.0, 1.0, 0.1];
     layout.hits[2].direction = [1.01, 0.0, 0.0];
-    let found = check_geometry(&layout, None);
-    assert_eq!(codes(&found), [Code::AxesNotOrthonormal; 2]);
-    assert_eq!((found[0].subject, found[1].subject), (Subject::Sensor(1), Subject::Hit(2)));
+    let diagnostics = check_geometry(&layout, None);
+    assert_eq!(codes(&diagnostics), [Code::AxesNotOrthonormal; 2]);
+    assert_eq!(
+        (diagnostics[0].subject, diagnostics[1].subject),
+        (Subject::Sensor(1), Subject::Hit(2))
+    );
 }
 
 #[test]
@@ -116,9 +119,9 @@ fn a_layout_in_more_room_is_judged_the_same() {
     layout.sensors[2].axes[0] = [0.0, 1.0, 0.1];
     layout.hits[1].direction = [1.01, 0.0, 0.0];
     let larger: Layout<f64, Unbounded> = layout.cast().unwrap();
-    let found = check_geometry(&layout, None);
-    assert_eq!(found.len(), 2);
-    assert_eq!(check_geometry(&larger, None), found);
+    let diagnostics = check_geometry(&layout, None);
+    assert_eq!(diagnostics.len(), 2);
+    assert_eq!(check_geometry(&larger, None), diagnostics);
 }
 
 #[test]

@@ -6,8 +6,8 @@
 pub enum Object {
     /// An object to be identified.
     Unknown,
-    /// A block of known mass: its hits determine the hammer's gain against the sensors'. The layout need not determine the
-    /// ten properties, they are not identified, and the result is marked with
+    /// A block of known mass: its hits determine the hammer's gain against the sensors'. The layout need not determine
+    /// the ten properties, they are not identified, and the result is marked with
     /// [`Code::BlockTest`](crate::diagnosis::Code::BlockTest).
     Block {
         /// Mass of the block, kg.

@@ -84,7 +84,7 @@ fn after_a_cut_the_campaign_is_paused_with_its_finished_dofs() {
         DofProgress::OPEN,
     ];
     assert_eq!(restored.dofs(), finished);
-    assert_eq!((restored.wanted(), restored.rejected()), (2, 1));
+    assert_eq!((restored.hits_per_dof(), restored.rejected()), (2, 1));
     assert_eq!(restored.started(), start, "the block and its mass as well");
     restored.command(C::Resume).unwrap();
     assert_eq!(restored.step(), Step::AwaitHit { dof: 2 });
@@ -266,7 +266,7 @@ proptest! {
                 19 => campaign.undone(campaign.dof(), campaign.accepted().saturating_sub(1)),
                 _ => campaign.dof_closed(),
             }
-            prop_assert!(campaign.dofs().iter().all(|dof| dof.accepted <= campaign.wanted()));
+            prop_assert!(campaign.dofs().iter().all(|dof| dof.accepted <= campaign.hits_per_dof()));
             if campaign.step() == Step::Identify {
                 prop_assert!(campaign.dofs().iter().all(|dof| dof.outcome != Outcome::Open));
             }

@@ -79,7 +79,7 @@ fn push(rig: &mut Measurement<'_, f64>, first: u64, gain: f64) {
 fn good(rig: &mut Measurement<'_, f64>) -> Vec<Code> {
     let mut codes = Vec::new();
     while let Some(hit) = rig.next_hit() {
-        codes = hit.findings.iter().map(|found| found.code).collect();
+        codes = hit.findings.iter().map(|finding| finding.code).collect();
     }
     codes
 }
@@ -101,9 +101,9 @@ fn the_lines_of_a_dof_are_handed_to_the_driver() {
             let s = Complex::new(0.1, std::f64::consts::TAU * 50.0 / 512.0 * line as f64);
             let shifted = s - POLE.re;
             let expected = shifted / (shifted * shifted + POLE.im * POLE.im) * residue(response);
-            let found = rig.line(response, line);
+            let value = rig.line(response, line);
             // Noise and rounding of 0.65 codes of 0.13 m/s² in two hits of 1 N s: 2.4e-3; four times that.
-            assert!((found - expected).norm() < 0.01, "{response} {line}: {found} {expected}");
+            assert!((value - expected).norm() < 0.01, "{response} {line}: {value} {expected}");
         }
     }
     let stored = rig.result().lines[0];
@@ -126,12 +126,12 @@ fn lines_that_cannot_be_stored_interrupt_the_campaign_until_resume() {
     push(&mut rig, 300_000, 1.0);
     rig.lines_not_stored();
     assert_eq!((rig.next_action(), rig.phase()), (NextAction::Wait, Phase::Paused));
-    assert!(rig.diagnostics().iter().any(|found| found.code == Code::LinesNotStored));
+    assert!(rig.diagnostics().iter().any(|diagnostic| diagnostic.code == Code::LinesNotStored));
     // The DOF does not count as finished, so a power cut loses it, and says so.
     assert!(!rig.progress().unwrap().dofs[0].is_finished());
     rig.command(Command::Resume).unwrap();
     assert_eq!(rig.next_action(), NextAction::StoreLines { dof: 0 });
-    assert!(rig.diagnostics().iter().all(|found| found.code != Code::LinesNotStored));
+    assert!(rig.diagnostics().iter().all(|diagnostic| diagnostic.code != Code::LinesNotStored));
     rig.lines_stored();
     assert!(rig.progress().unwrap().dofs[0].is_finished());
 }

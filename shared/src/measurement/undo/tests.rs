@@ -82,16 +82,17 @@ fn accepted<R: RealFft>(rig: &Measurement<'_, R>) -> [u8; 3] {
 
 /// The codes of the diagnostics; those that were there before the hit may have its value.
 fn codes<R: RealFft>(rig: &Measurement<'_, R>) -> Vec<Code> {
-    rig.diagnostics().iter().map(|found| found.code).collect()
+    rig.diagnostics().iter().map(|diagnostic| diagnostic.code).collect()
 }
 
-/// Compares the averages after an undo with those in which the hit has never been. Adding and subtracting the same number
-/// rounds twice, each time by half of `ε` of at most the sum of absolute values; dividing by the number of hits rounds
-/// both once more.
+/// Compares the averages after an undo with those in which the hit has never been. Adding and subtracting the same
+/// number rounds twice, each time by half of `ε` of at most the sum of absolute values; dividing by the number of hits
+/// rounds both once more.
 fn agree<R: RealFft>(undone: &DofSpectra<R>, never: &DofSpectra<R>, with: &DofSpectra<R>) {
     assert_eq!((undone.hits(), with.hits()), (never.hits(), never.hits() + 1));
-    let [hits, all] = [never, with].map(|spectra| f64::from(spectra.hits().max(1)));
-    let tolerance = |all_of_it: f64| 2.0 * R::default_epsilon().to_f64() * all_of_it * all / hits;
+    let [hits, hits_with] = [never, with].map(|spectra| f64::from(spectra.hits().max(1)));
+    let tolerance =
+        |all_of_it: f64| 2.0 * R::default_epsilon().to_f64() * all_of_it * hits_with / hits;
     let near = |one: R, other: R, scale: f64| {
         let off = (one - other).to_f64().abs();
         assert!(off <= tolerance(scale), "{off:e} of {scale:e}");
@@ -151,7 +152,7 @@ fn as_if_never_made<R: RealFft>(
     near_repeats(&one.mass_lines(), &other.mass_lines());
     assert_eq!(codes(&rig), codes(&never));
     assert_eq!(rig.precision(), never.precision());
-    assert!(rig.diagnostics().iter().any(|found| found.code == Code::HumOf50Hz));
+    assert!(rig.diagnostics().iter().any(|diagnostic| diagnostic.code == Code::HumOf50Hz));
     // The hit is reported again, as one that does not count.
     let undone = rig.last_hit().unwrap();
     assert_eq!((undone.number, undone.dof, undone.good), (3, 0, false));
@@ -230,7 +231,7 @@ fn an_undo_tells_of_an_interruption_that_came_after_the_hit() {
     rig.stopped();
     undo(&mut rig).unwrap();
     assert_eq!((rig.phase(), accepted(&rig)), (Phase::Paused, [0; 3]));
-    assert!(rig.diagnostics().iter().any(|found| found.code == Code::SamplerStopped));
+    assert!(rig.diagnostics().iter().any(|diagnostic| diagnostic.code == Code::SamplerStopped));
     // The first hit after it starts the DOF.
     rig.command(Command::Resume).unwrap();
     hit(&mut rig, 1);

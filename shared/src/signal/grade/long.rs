@@ -2,7 +2,8 @@
 
 use super::channel::Survey;
 use super::{
-    ChannelRange, Findings, HitReport, Largest, Swing, fingerprint, force, rest_scans, too_hard,
+    ChannelRange, Findings, HitReport, LargestValues, Swing, fingerprint, force, rest_scans,
+    too_hard,
 };
 use crate::diagnosis::{Code, Diagnostics, Subject};
 use crate::layout::TestSettings;
@@ -12,22 +13,23 @@ use crate::signal::{
 };
 use crate::units::{MetersPerSecondSquared, Newtons, ScanIndex};
 
-/// Largest standard deviation of the rows of an ADXL326 at rest, m/s²: 4 mg, twice what its noise of 300 µg/√Hz and its 1/f noise make in
-/// 25 Hz.
+/// Largest standard deviation of the rows of an ADXL326 at rest, m/s²: 4 mg, twice what its noise of 300 µg/√Hz and its
+/// 1/f noise make in 25 Hz.
 const ROW_NOISE: f32 = 0.004 * crate::units::STANDARD_GRAVITY as f32;
-/// Ratio of the standard deviation before the hit to the peak from which the object swings too much: as large an error of a shape as 3 mm
-/// at the mark.
+/// Ratio of the standard deviation before the hit to the peak from which the object swings too much: as large an error
+/// of a shape as 3 mm at the mark.
 const SWINGS: f32 = 0.01;
-/// Ratio of the windowed response at the end of the record to its peak above which the response is cut off: the modal methods
-/// have no answer then.
+/// Ratio of the windowed response at the end of the record to its peak above which the response is cut off: the modal
+/// methods have no answer then.
 const LEFT: f32 = 0.01;
 /// Ratio of the force after the first half second to the peak that is a second push.
 const LATE_PUSH: f32 = 0.1;
 
-/// Grades the complete long record of the hit that triggered at this scan; `last` is the fingerprint of the previous hit.
+/// Grades the complete long record of the hit that triggered at this scan; `last` is the fingerprint of the previous
+/// hit.
 ///
-/// It is judged by its impulse, by rest before it, and by what is left at the end; a response is clipped when its code was at the end of the
-/// range at the full rate.
+/// It is judged by its impulse, by rest before it, and by what is left at the end; a response is clipped when its code
+/// was at the end of the range at the full rate.
 pub fn grade_long(
     record: &Record,
     (trigger, extremes): (ScanIndex, &FullRateExtremes),
@@ -36,71 +38,71 @@ pub fn grade_long(
     test: &TestSettings<f32>,
     last: Option<u32>,
 ) -> HitReport {
-    let mut found = Findings { policy: test.policy, list: Diagnostics::new() };
+    let mut findings = Findings { policy: test.policy, list: Diagnostics::new() };
     let rows = adc.of_rows();
     let survey = |channel: usize| {
         let scale = calibration.per_code(&rows, channel);
         Survey::of(record, channel, scale, rest_scans(PRE_TRIGGER_SCANS))
     };
-    let mut largest = Largest::<f32>::default();
+    let mut largest = LargestValues::<f32>::default();
     for channel in HAMMER + 1..=adc.responses() {
-        let of = survey(channel);
-        let rest = of.rest / f32::from(adc.to_row_code());
+        let response = survey(channel);
+        let rest = response.rest / f32::from(adc.to_row_code());
         let share = share_of_range(adc, calibration, channel, rest, extremes.0[channel]);
         if share >= 1.0 {
-            found.about_channel(Code::Overload, channel, of.peak());
+            findings.about_channel(Code::Overload, channel, response.peak());
         } else {
             largest.share.offer(channel, share);
         }
-        largest.peak.offer(channel, of.peak());
-        largest.end.offer(channel, of.end_spread);
-        if of.spread > ROW_NOISE {
-            largest.spread.offer(channel, of.spread);
+        largest.peak.offer(channel, response.peak());
+        largest.end.offer(channel, response.end_spread);
+        if response.spread > ROW_NOISE {
+            largest.spread.offer(channel, response.spread);
         }
     }
     let push = survey(HAMMER);
     let rail = f32::from(adc.full_scale()) * f32::from(adc.to_row_code());
     if [push.highest, push.lowest].iter().any(|end| end.reading <= 0.0 || end.reading >= rail) {
-        found.about_channel(Code::Overload, HAMMER, push.highest.value);
+        findings.about_channel(Code::Overload, HAMMER, push.highest.value);
     }
-    too_hard(&mut found, largest.share);
+    too_hard(&mut findings, largest.share);
     let analysis = LongRecordAnalysis::<f32>::new(adc, calibration, test, trigger);
     let impulse = analysis.impulse(record);
-    judge_impulse(&mut found, impulse, test.impulse_ns);
+    judge_impulse(&mut findings, impulse, test.impulse_ns);
     let late = late_push(adc, calibration, &push, extremes.0[HAMMER]);
     let scale = calibration.per_code(&rows, HAMMER);
     let second = force::second_peak(record, scale, &push).max(late);
     if second > 0.0 {
-        found.add(Code::DoubleHit, Subject::Whole, second);
+        findings.add(Code::DoubleHit, Subject::Whole, second);
     }
     // Where nothing has moved, nothing is left either.
     let share =
         |value: f32| if largest.peak.value > 0.0 { value / largest.peak.value } else { 0.0 };
     let rest = share(largest.spread.value);
     if rest > SWINGS {
-        found.about_channel(Code::PreTriggerNotQuiet, largest.spread.channel, rest);
+        findings.about_channel(Code::PreTriggerNotQuiet, largest.spread.channel, rest);
     }
     let seconds = record.len().saturating_sub(PRE_TRIGGER_SCANS) as f32 / rows.rate.0;
     let window = libm::expf(-test.exponential_decay * seconds);
     let remainder = share(largest.end.value * window);
     if remainder > LEFT {
-        found.about_channel(Code::ClippedRecord, largest.end.channel, remainder);
+        findings.about_channel(Code::ClippedRecord, largest.end.channel, remainder);
     }
     let fingerprint = fingerprint::<f32, _>(record);
     if last == Some(fingerprint) {
-        found.add(Code::DuplicateHit, Subject::Whole, 0.0);
+        findings.add(Code::DuplicateHit, Subject::Whole, 0.0);
     }
     HitReport {
         peak_force: Newtons(push.highest.value),
         peak_acceleration: MetersPerSecondSquared(largest.peak.value),
         swing: Some(Swing { impulse, rest, remainder }),
-        findings: found.list,
+        findings: findings.list,
         fingerprint,
     }
 }
 
-/// Largest ratio of an extreme at the full rate to the distance from the rest value to range or rail, at least 1 at the end of
-/// it. Codes are those of the converter.
+/// Largest ratio of an extreme at the full rate to the distance from the rest value to range or rail, at least 1 at the
+/// end of it. Codes are those of the converter.
 fn share_of_range(
     adc: &AdcProperties,
     calibration: &Calibration,
@@ -116,11 +118,11 @@ fn share_of_range(
     share(low.into(), range.rails[0]).max(share(high.into(), range.rails[1]))
 }
 
-fn judge_impulse(found: &mut Findings, impulse: f32, [least, most]: [f32; 2]) {
+fn judge_impulse(findings: &mut Findings, impulse: f32, [least, most]: [f32; 2]) {
     if impulse < least {
-        found.add(Code::ImpulseTooSmall, Subject::Whole, impulse);
+        findings.add(Code::ImpulseTooSmall, Subject::Whole, impulse);
     } else if impulse > most {
-        found.add(Code::ImpulseTooLarge, Subject::Whole, impulse);
+        findings.add(Code::ImpulseTooLarge, Subject::Whole, impulse);
     }
 }
 
@@ -199,7 +201,7 @@ mod tests {
         }
 
         fn codes(&self) -> Vec<Code> {
-            self.report().findings.iter().map(|found| found.code).collect()
+            self.report().findings.iter().map(|finding| finding.code).collect()
         }
     }
 

@@ -223,8 +223,8 @@ fn ringing<R: Real, D: Samples<R> + ?Sized>(
 
 /// True when a response stays at its extreme, which it has at a scan of the contact, while the force changes.
 ///
-/// `noise` is its standard deviation, and `hum` the amplitude of what else moves the response before the hit, if that is
-/// more.
+/// `noise` is its standard deviation, and `hum` the amplitude of what else moves the response before the hit, if that
+/// is more.
 fn ignores_force<R: Real, D: Samples<R> + ?Sized>(
     response: &Signal<'_, R, D>,
     push: &Signal<'_, R, D>,

@@ -354,8 +354,8 @@ fn a_response_that_stays_at_a_level_while_the_force_changes_is_clipped_at_any_le
                 clean + noise(k, i)
             })
         };
-        let found = codes(&limited(0.75));
-        assert_eq!(found, [(Code::Overload, Subject::channel(4))], "{peak}");
+        let code_list = codes(&limited(0.75));
+        assert_eq!(code_list, [(Code::Overload, Subject::channel(4))], "{peak}");
         assert!(limited(1.1).good(), "{peak}");
     }
 }

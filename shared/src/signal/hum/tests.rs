@@ -25,7 +25,7 @@ fn record(hum: impl Fn(usize, f64) -> f64) -> Vec<Vec<f64>> {
     (0..CHANNELS).map(|k| (0..2048).map(|n| reading(k, n)).collect()).collect()
 }
 
-fn found(hum: impl Fn(usize, f64) -> f64) -> Option<Hum<f64>> {
+fn find_hum(hum: impl Fn(usize, f64) -> f64) -> Option<Hum<f64>> {
     let channels = record(hum);
     let slices: Vec<&[f64]> = channels.iter().map(Vec::as_slice).collect();
     searched(slices.as_slice(), RATE)
@@ -35,7 +35,7 @@ fn fitted<R: Real>(record: &[&[R]], rate: R) -> Option<HumFit<R>> {
     let mut search = HumSearch::new(record[0].len(), REST..QUIET, rate)?;
     let mut room = std::vec![R::zero(); 2048 / GROUP];
     (0..CHANNELS).for_each(|channel| search.add(record, channel, &mut room));
-    let mut fit = search.found()?;
+    let mut fit = search.start_fit()?;
     (0..CHANNELS).for_each(|channel| fit.add(record, channel, &mut room));
     Some(fit)
 }
@@ -54,7 +54,7 @@ fn left(hum: impl Fn(usize, f64) -> f64) -> f64 {
 
 #[test]
 fn without_hum_there_is_none() {
-    assert_eq!(found(|_, _| 0.0), None);
+    assert_eq!(find_hum(|_, _| 0.0), None);
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn frequency_amplitude_and_phase_are_found_and_taken_out() {
         let tone = |k: usize, t: f64| {
             (3.0 + k as f64) * (core::f64::consts::TAU * frequency * t + 0.7 * k as f64).cos()
         };
-        let hum = found(tone).unwrap();
+        let hum = find_hum(tone).unwrap();
         assert_eq!(hum.code, MAINS[usize::from(frequency > 55.0)].1);
         // Noise of one code over a quarter of a second, twice.
         assert!((hum.frequency - frequency).abs() < 0.03, "{frequency}: {}", hum.frequency);
@@ -83,7 +83,7 @@ fn harmonics_are_taken_out_too() {
         let phase = core::f64::consts::TAU * 50.1 * t;
         4.0 * phase.cos() + 2.0 * (2.0 * phase + 1.0).cos() + 1.5 * (3.0 * phase - 2.0).cos()
     };
-    let hum = found(tone).unwrap();
+    let hum = find_hum(tone).unwrap();
     let mut left: Vec<f64> = (0..2048).map(|n| tone(0, n as f64 / RATE)).collect();
     hum.remove(2, &mut left);
     let rms = (left.iter().map(|v| v * v).sum::<f64>() / 2048.0).sqrt();
@@ -94,7 +94,7 @@ fn harmonics_are_taken_out_too() {
 fn the_ripple_of_a_rectifier_is_found_without_its_fundamental() {
     for frequency in [100.3, 119.8] {
         let tone = |_: usize, t: f64| 5.0 * (core::f64::consts::TAU * frequency * t).cos();
-        let hum = found(tone).unwrap();
+        let hum = find_hum(tone).unwrap();
         assert_eq!(hum.code, MAINS[usize::from(frequency > 110.0)].1);
         let mut left: Vec<f64> = (0..2048).map(|n| tone(0, n as f64 / RATE)).collect();
         hum.remove(0, &mut left);

@@ -96,13 +96,13 @@ fn the_accelerance_of_known_modes_is_found_at_every_line() {
     record.begin_wait();
     let trigger = Trigger::new(&ADC, &calibration, Newtons(3.0));
     let mut capture = LongCapture::new(trigger, &ADC);
-    let found = scans(&calibration).zip(0..).find_map(|(scan, n)| {
+    let triggered_at = scans(&calibration).zip(0..).find_map(|(scan, n)| {
         match capture.feed(&mut record, &scan, ScanIndex(n)) {
             CaptureState::Complete { trigger_scan } => Some(trigger_scan),
             _ => None,
         }
     });
-    let trigger = found.unwrap();
+    let trigger = triggered_at.unwrap();
     assert!(trigger.0.abs_diff((PUSH[0] / INTERVAL) as u64) < 10);
     let analysis = LongRecordAnalysis::<f64>::new(&ADC, &calibration, &test, trigger);
     let mut scratch = std::vec![0.0; RECORD_SCANS];
@@ -122,15 +122,18 @@ fn the_accelerance_of_known_modes_is_found_at_every_line() {
         for line in 6..SPECTRUM_BINS {
             let s = analysis.s(line);
             assert!((s.im / std::f64::consts::TAU - line as f64 * 50.0 / 512.0).abs() < 1e-9);
-            let found = lines[line] / force[line];
+            let estimate = lines[line] / force[line];
             let expected = accelerance(s);
-            // Noise of 0.65 and rounding of 0.29 codes of 0.13 m/s², white over 2 kHz, make √(Δt/(2 σ)) times as much in a line:
-            // 3.3e-3 (m/s²) s over an impulse of 1 N s. Four times that, for 366 lines.
-            assert!((found - expected).norm() < 0.013, "{response} {line}: {found} {expected}");
-            let found_32 = lines_32[line] / force_32[line];
-            let found_32 = Complex::new(f64::from(found_32.re), f64::from(found_32.im));
+            // Noise of 0.65 and rounding of 0.29 codes of 0.13 m/s², white over 2 kHz, make √(Δt/(2 σ)) times as much
+            // in a line: 3.3e-3 (m/s²) s over an impulse of 1 N s. Four times that, for 366 lines.
+            assert!(
+                (estimate - expected).norm() < 0.013,
+                "{response} {line}: {estimate} {expected}"
+            );
+            let estimate_32 = lines_32[line] / force_32[line];
+            let estimate_32 = Complex::new(f64::from(estimate_32.re), f64::from(estimate_32.im));
             // The bound of the force's spectrum, and the window's 1e-5 of the largest line.
-            assert!((found_32 - found).norm() < 1e-4 * (1.0 + found.norm()), "{line}");
+            assert!((estimate_32 - estimate).norm() < 1e-4 * (1.0 + estimate.norm()), "{line}");
         }
     }
 }

@@ -20,8 +20,8 @@ const NOISY: f32 = 0.0024;
 const TONE: f32 = 285e-6;
 /// Slow motion that is named, V: 20 mg.
 const MOTION: f32 = 0.00114;
-/// Level of the hammer's input with nothing plugged in, V: 82 kΩ to ground and 1 MΩ to a supply of 3.0 to 3.4 V, which makes
-/// 0.227 to 0.258 V, and 2 % of each resistor.
+/// Level of the hammer's input with nothing plugged in, V: 82 kΩ to ground and 1 MΩ to a supply of 3.0 to 3.4 V, which
+/// makes 0.227 to 0.258 V, and 2 % of each resistor.
 const HAMMER_OPEN: [f32; 2] = [0.218, 0.268];
 /// Below this the hammer's input is shorted, V; a conditioner at 0 V gives 0.11 V.
 const HAMMER_SHORTED: f32 = 0.03;
@@ -57,32 +57,32 @@ impl<R: Real> SelfTest<R> {
     /// The faults, those that explain others first. A channel that has been named is not named again. `known` is `None`
     /// without a tumble test.
     pub fn findings(&self, circuit: Circuit, known: Option<KnownSensors<'_>>) -> Diagnostics {
-        let mut found = Found { all: Diagnostics::new(), judged: 0 };
-        self.hammer(&mut found);
+        let mut faults = FaultList { diagnostics: Diagnostics::new(), judged: 0 };
+        self.hammer(&mut faults);
         for sensor in 0..self.count().saturating_sub(1) / 3 {
-            self.sensor(sensor, circuit, known, &mut found);
+            self.sensor(sensor, circuit, known, &mut faults);
         }
-        let mains = found.judged;
+        let mains = faults.judged;
         // The hammer's input does not depend on the supply as the sensors do.
         let sensors = mains.saturating_sub(1);
-        found.join(Code::PickUp50Hz, mains, Code::MainsInAllChannels);
-        found.join(Code::PickUp60Hz, mains, Code::MainsInAllChannels);
-        found.join(Code::ScreenRipple, sensors, Code::ScreenInAllSensors);
-        found.join(Code::ChannelsAlike, 0, Code::SupplyUnsteady);
-        found.leave_out_what_an_unsteady_supply_does();
-        found.all
+        faults.join(Code::PickUp50Hz, mains, Code::MainsInAllChannels);
+        faults.join(Code::PickUp60Hz, mains, Code::MainsInAllChannels);
+        faults.join(Code::ScreenRipple, sensors, Code::ScreenInAllSensors);
+        faults.join(Code::ChannelsAlike, 0, Code::SupplyUnsteady);
+        faults.leave_out_what_an_unsteady_supply_does();
+        faults.diagnostics
     }
 
-    fn hammer(&self, found: &mut Found) {
+    fn hammer(&self, faults: &mut FaultList) {
         let Some(hammer) = self.channels().get(HAMMER) else { return };
         let level = hammer.level.to_f32();
         let code = match level {
             _ if level < HAMMER_SHORTED => Code::HammerAtGround,
             _ if level > AT_SUPPLY => Code::HammerAtSupply,
             _ if (HAMMER_OPEN[0]..=HAMMER_OPEN[1]).contains(&level) => Code::HammerAbsent,
-            _ => return tones_and_noise(HAMMER, hammer, found),
+            _ => return tones_and_noise(HAMMER, hammer, faults),
         };
-        found.add(code, Subject::Whole, level);
+        faults.add(code, Subject::Whole, level);
     }
 
     fn sensor(
@@ -90,7 +90,7 @@ impl<R: Real> SelfTest<R> {
         sensor: usize,
         circuit: Circuit,
         known: Option<KnownSensors<'_>>,
-        found: &mut Found,
+        faults: &mut FaultList,
     ) {
         let first = 1 + 3 * sensor;
         let Some(axes) = self.channels().get(first..first + 3) else { return };
@@ -107,37 +107,37 @@ impl<R: Real> SelfTest<R> {
             () => None,
         };
         if let Some((code, level)) = whole {
-            return found.add(code, Subject::sensor(sensor), level);
+            return faults.add(code, Subject::sensor(sensor), level);
         }
         let mut all_rest = true;
         for (axis, at_rest) in axes.iter().enumerate() {
             let channel = first + axis;
-            all_rest &= axis_is_at_rest(channel, at_rest, circuit, found);
+            all_rest &= axis_is_at_rest(channel, at_rest, circuit, faults);
         }
         if axes.iter().any(ChannelAtRest::moves) && !axes.iter().any(ChannelAtRest::hums) {
             let moved = axes.iter().map(|axis| axis.slow_range.to_f32()).fold(0.0, f32::max);
             let acceleration = moved / VOLT_PER_G * GRAVITY;
-            found.add(Code::NotAtRest, Subject::sensor(sensor), acceleration);
+            faults.add(Code::NotAtRest, Subject::sensor(sensor), acceleration);
         } else if let Some(KnownSensors(calibration)) = known
             && all_rest
         {
-            one_gravity(sensor, levels, calibration, found);
+            one_gravity(sensor, levels, calibration, faults);
         }
     }
 }
 
 /// The channels whose cutoff, by a block test, is that of a breakout's own capacitor.
 pub fn left_capacitors(calibration: &Calibration) -> impl Iterator<Item = Diagnostic> {
-    calibration.channels.iter().enumerate().skip(1).filter_map(|(channel, of)| {
-        let cutoff = of.cutoff.0;
+    calibration.channels.iter().enumerate().skip(1).filter_map(|(channel, channel_calibration)| {
+        let cutoff = channel_calibration.cutoff.0;
         let is_low = cutoff > 0.0 && cutoff < LEAST_CUTOFF_HZ;
         let subject = Subject::channel(channel);
         is_low.then(|| Diagnostic::about(Code::CapacitorLeft, Severity::Error, subject, cutoff))
     })
 }
 
-/// True when x is at a supply of which y and z have half: contact 5 of a cable that is the wrong way round feeds the output of
-/// x.
+/// True when x is at a supply of which y and z have half: contact 5 of a cable that is the wrong way round feeds the
+/// output of x.
 fn is_fed_through_x([x, y, z]: [f32; 3]) -> bool {
     (FED[0]..FED[1]).contains(&x)
         && (y + z) / 2.0 < x / 2.0 + FED_ZERO
@@ -149,34 +149,34 @@ fn axis_is_at_rest<R: Real>(
     channel: usize,
     at_rest: &ChannelAtRest<R>,
     circuit: Circuit,
-    found: &mut Found,
+    faults: &mut FaultList,
 ) -> bool {
     let level = at_rest.level.to_f32();
     let code = match level {
         _ if (AT_REST[0]..=AT_REST[1]).contains(&level) => {
-            tones_and_noise(channel, at_rest, found);
+            tones_and_noise(channel, at_rest, faults);
             return true;
         }
         _ if level < SILENT => Code::AxisSilent,
         _ if circuit.flash_select.is_some_and(|select| usize::from(select) == channel)
             && (FLASH_SELECT[0]..FLASH_SELECT[1]).contains(&level) =>
         {
-            found.add(Code::FlashOnInputs, Subject::Whole, level);
+            faults.add(Code::FlashOnInputs, Subject::Whole, level);
             return false;
         }
         _ if level > AT_SUPPLY => Code::AxisAtSupply,
         _ => Code::RestLevelOutOfRange,
     };
-    found.add(code, Subject::channel(channel), level);
+    faults.add(code, Subject::channel(channel), level);
     false
 }
 
 /// Names the worst of a channel's tones and noise.
-fn tones_and_noise<R: Real>(channel: usize, at_rest: &ChannelAtRest<R>, found: &mut Found) {
+fn tones_and_noise<R: Real>(channel: usize, at_rest: &ChannelAtRest<R>, faults: &mut FaultList) {
     let [mains_50, mains_60, screen] =
         [at_rest.hum_50_hz, at_rest.hum_60_hz, at_rest.screen].map(|tone| tone.to_f32());
     let noise = at_rest.noise.to_f32();
-    found.judged += 1;
+    faults.judged += 1;
     let (code, value) = match () {
         () if at_rest.is_stuck && channel != HAMMER => (Code::ChannelStuck, 0.0),
         () if at_rest.hums() => match at_rest.largest_tone() {
@@ -189,11 +189,11 @@ fn tones_and_noise<R: Real>(channel: usize, at_rest: &ChannelAtRest<R>, found: &
         () if noise > NOISY => (Code::ChannelNoisy, noise),
         () => return,
     };
-    found.add(code, Subject::channel(channel), value);
+    faults.add(code, Subject::channel(channel), value);
 }
 
 /// Names a calibrated sensor that does not read 1 g.
-fn one_gravity(sensor: usize, levels: [f32; 3], calibration: &Calibration, found: &mut Found) {
+fn one_gravity(sensor: usize, levels: [f32; 3], calibration: &Calibration, faults: &mut FaultList) {
     let squares =
         levels.iter().zip(&calibration.channels[1 + 3 * sensor..]).map(|(level, channel)| {
             let g = (level - channel.zero.0) / channel.sensitivity / GRAVITY;
@@ -201,7 +201,7 @@ fn one_gravity(sensor: usize, levels: [f32; 3], calibration: &Calibration, found
         });
     let read = libm::sqrtf(squares.sum());
     if (read - 1.0).abs() > GRAVITY_ERROR {
-        found.add(Code::NotOneGravity, Subject::sensor(sensor), read);
+        faults.add(Code::NotOneGravity, Subject::sensor(sensor), read);
     }
 }
 
@@ -211,8 +211,8 @@ impl<R: Real> ChannelAtRest<R> {
         self.largest_tone() > TONE && self.largest_tone() > self.noise.to_f32() / 4.0
     }
 
-    /// True when the channel shows a slow motion. Of white noise the means of blocks have a third of its standard deviation
-    /// as their range, of a swing of a few hertz nearly three times.
+    /// True when the channel shows a slow motion. Of white noise the means of blocks have a third of its standard
+    /// deviation as their range, of a swing of a few hertz nearly three times.
     fn moves(&self) -> bool {
         self.slow_range.to_f32() > MOTION && self.slow_range > self.noise
     }
@@ -223,36 +223,37 @@ impl<R: Real> ChannelAtRest<R> {
 }
 
 /// Faults so far.
-struct Found {
-    all: Diagnostics,
+struct FaultList {
+    diagnostics: Diagnostics,
     /// Number of channels whose tones and noise were judged.
     judged: usize,
 }
 
-impl Found {
+impl FaultList {
     fn add(&mut self, code: Code, subject: Subject, value: f32) {
         // A list that is full names enough.
-        let _ = self.all.push(Diagnostic::about(code, Severity::Error, subject, value));
+        let _ = self.diagnostics.push(Diagnostic::about(code, Severity::Error, subject, value));
     }
 
-    /// Joins findings of one code when there are this many, and [`MANY`]: they have one cause then, which explains others.
+    /// Joins findings of one code when there are this many, and [`MANY`]: they have one cause then, which explains
+    /// others.
     fn join(&mut self, code: Code, least: usize, whole: Code) {
-        let of_code = self.all.iter().filter(|found| found.code == code);
+        let of_code = self.diagnostics.iter().filter(|diagnostic| diagnostic.code == code);
         if of_code.clone().count() < least.max(MANY) {
             return;
         }
-        let largest = of_code.map(|found| found.value).fold(0.0, f32::max);
-        self.all.retain(|found| found.code != code);
+        let largest = of_code.map(|diagnostic| diagnostic.value).fold(0.0, f32::max);
+        self.diagnostics.retain(|diagnostic| diagnostic.code != code);
         // There is room again.
-        let _ = self.all.insert(0, Diagnostic::whole(whole, Severity::Error, largest));
+        let _ = self.diagnostics.insert(0, Diagnostic::whole(whole, Severity::Error, largest));
     }
 
     /// With an unsteady supply noise and tones of single channels say nothing.
     fn leave_out_what_an_unsteady_supply_does(&mut self) {
         use Code::{ChannelNoisy, PickUp50Hz, PickUp60Hz, ScreenRipple, SupplyUnsteady};
-        if self.all.iter().any(|found| found.code == SupplyUnsteady) {
+        if self.diagnostics.iter().any(|diagnostic| diagnostic.code == SupplyUnsteady) {
             let of_channels = [ChannelNoisy, PickUp50Hz, PickUp60Hz, ScreenRipple];
-            self.all.retain(|found| !of_channels.contains(&found.code));
+            self.diagnostics.retain(|diagnostic| !of_channels.contains(&diagnostic.code));
         }
     }
 }

@@ -41,8 +41,8 @@ pub(super) struct Tones<R> {
 impl<R: Real> Tones<R> {
     /// Measures the tones of readings whose mean is taken out. What is left in `readings` has no use.
     ///
-    /// One pass over the averages for each frequency: 22 of them over half a second, and more over a longer time, in which
-    /// more can be told apart.
+    /// One pass over the averages for each frequency: 22 of them over half a second, and more over a longer time, in
+    /// which more can be told apart.
     pub fn measure(readings: &mut [R], rate: R) -> Self {
         let bin = rate / R::of(readings.len() as f64);
         let averages = Averages::new(readings, rate);
@@ -70,13 +70,13 @@ impl<R: Real> Tones<R> {
 
     /// Mean square of all tones together.
     pub fn square(&self) -> R {
-        let all = self.mains.iter().flatten().chain([&self.screen]);
-        all.fold(R::zero(), |sum, amplitude| sum + *amplitude * *amplitude) / R::of(2.0)
+        let amplitudes = self.mains.iter().flatten().chain([&self.screen]);
+        amplitudes.fold(R::zero(), |sum, amplitude| sum + *amplitude * *amplitude) / R::of(2.0)
     }
 }
 
-/// Calls `look` with each frequency at which the screen is looked for, Hz: with none in a record that is too short to tell it
-/// from the mains.
+/// Calls `look` with each frequency at which the screen is looked for, Hz: with none in a record that is too short to
+/// tell it from the mains.
 fn for_each_screen<R: Real>(bin: R, mut look: impl FnMut(R)) {
     let [[_, low], [_, high]] = MAINS.map(|both| both.map(R::of));
     let [slowest, fastest] = SCREEN.map(R::of);
@@ -164,7 +164,7 @@ mod tests {
             let [[mains_50, twice_50], [mains_60, twice_60]] = mains;
             // 50 Hz is more than 20 bins away, where the window shows 1e-4; 120 Hz 2.3 bins, where it shows 3 %.
             assert!(mains_50 < 1e-3 && mains_60 < 1e-3 && twice_60 < 0.035, "{hertz}: {mains:?}");
-            let found = screen.max(twice_50);
+            let largest = screen.max(twice_50);
             match (hertz - 100.0).abs() {
                 // A quarter of a bin loses 4 %.
                 off if off > 2.93 => {
@@ -173,9 +173,9 @@ mod tests {
                 // Midway between 100 Hz and the nearest frequency of the search, three quarters of a bin.
                 off if off > 1.5 => assert!(screen > 0.65 && twice_50 == 0.0, "{hertz}: {screen}"),
                 off if off < 1.4 => assert!(twice_50 > 0.65 && screen == 0.0, "{hertz}: {screen}"),
-                _ => assert!(found > 0.65, "{hertz}: {screen} {mains:?}"),
+                _ => assert!(largest > 0.65, "{hertz}: {screen} {mains:?}"),
             }
-            assert!(found < 1.001, "{hertz}: {screen} {mains:?}");
+            assert!(largest < 1.001, "{hertz}: {screen} {mains:?}");
         }
     }
 

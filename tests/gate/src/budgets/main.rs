@@ -1,7 +1,7 @@
-//! Measures the firmware's use of resources on each board, prints it beside the limits, and fails when one is exceeded. How
-//! much flash and RAM an image may fill, and its stack, into which the deepest calls must fit, are in
-//! `boards/<name>/board.toml`. How much of both must stay free for what comes next, and the limits of the measured stack and of
-//! the instructions, both from the emulated board, are in `tests/budgets.toml`.
+//! Measures the firmware's use of resources on each board, prints it beside the limits, and fails when one is exceeded.
+//! How much flash and RAM an image may fill, and its stack, into which the deepest calls must fit, are in
+//! `boards/<name>/board.toml`. How much of both must stay free for what comes next, and the limits of the measured
+//! stack and of the instructions, both from the emulated board, are in `tests/budgets.toml`.
 //!
 //! ```text
 //! cargo run -p massline-gate --bin massline-budgets
@@ -93,10 +93,10 @@ fn stack_line(board: &Board, high_water: u64, calls: u64) -> BudgetLine {
     BudgetLine::new(&name, board.image.stack_bytes.into(), needed_stack(high_water, calls))
 }
 
-/// The stack that is needed: what was measured and a quarter, for what the campaigns did not meet, or the deepest calls, which
-/// begin with `main`, and 1 KiB for methods of `dyn` objects that they end with, such as those that format the message of a
-/// panic. An interrupt of a chip takes up to 1 KiB, with the report of a panic and what the chip itself saves; all have one
-/// priority, so only a fault or an NMI may interrupt it, with up to 0.8 KiB: 2 KiB together.
+/// The stack that is needed: what was measured and a quarter, for what the campaigns did not meet, or the deepest
+/// calls, which begin with `main`, and 1 KiB for methods of `dyn` objects that they end with, such as those that format
+/// the message of a panic. An interrupt of a chip takes up to 1 KiB, with the report of a panic and what the chip
+/// itself saves; all have one priority, so only a fault or an NMI may interrupt it, with up to 0.8 KiB: 2 KiB together.
 fn needed_stack(high_water: u64, calls: u64) -> u64 {
     (high_water + high_water.div_ceil(4)).max(calls + 1024) + 2048
 }

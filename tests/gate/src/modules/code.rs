@@ -188,7 +188,7 @@ fn requires_test(condition: &Meta) -> bool {
         Meta::Path(path) => path.is_ident("test"),
         Meta::List(list) if list.path.is_ident("all") => list
             .parse_args_with(Punctuated::<Meta, Token![,]>::parse_terminated)
-            .is_ok_and(|all| all.iter().any(requires_test)),
+            .is_ok_and(|conditions| conditions.iter().any(requires_test)),
         _ => false,
     }
 }

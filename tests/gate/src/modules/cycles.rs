@@ -8,7 +8,7 @@ use crate::tree::Tree;
 
 /// Result of the check of one tree.
 #[derive(Debug)]
-pub struct Checked {
+pub struct TreeCheck {
     /// Number of modules.
     pub modules: usize,
     /// Number of references from a module to another one that neither contains it nor is contained in it.
@@ -41,7 +41,7 @@ pub struct Reference {
     pub line: usize,
 }
 
-impl Checked {
+impl TreeCheck {
     /// Checks a tree.
     pub fn of(tree: &Tree) -> Self {
         let references = references(tree);
@@ -59,7 +59,7 @@ impl Checked {
 /// The references among the children of each parent. Where a module has a `use` for something, the paths
 /// that rely on this `use` are not counted again.
 fn references(tree: &Tree) -> BTreeMap<usize, BTreeSet<Reference>> {
-    let mut all: BTreeMap<usize, BTreeSet<Reference>> = BTreeMap::new();
+    let mut references: BTreeMap<usize, BTreeSet<Reference>> = BTreeMap::new();
     for (id, module) in tree.modules.iter().enumerate() {
         let (imports, paths): (Vec<_>, Vec<_>) =
             module.code.mentions.iter().partition(|mention| mention.imported);
@@ -75,11 +75,11 @@ fn references(tree: &Tree) -> BTreeMap<usize, BTreeSet<Reference>> {
                 let name = |id: usize| tree.modules[id].name.clone();
                 let (parent, from, to) = (pair.0, name(pair.1), name(pair.2));
                 let (file, line) = (module.file.clone(), mention.line);
-                all.entry(parent).or_default().insert(Reference { from, to, file, line });
+                references.entry(parent).or_default().insert(Reference { from, to, file, line });
             }
         }
     }
-    all
+    references
 }
 
 /// The common parent of two modules, and the siblings below it that are or contain them. `None` when one
@@ -97,7 +97,7 @@ fn cycles(tree: &Tree, parent: usize, references: &BTreeSet<Reference>) -> Vec<C
     }
     let reached: BTreeMap<_, _> =
         direct.keys().map(|&name| (name, reached_from(name, &direct))).collect();
-    let reaches = |a: &str, b: &str| reached.get(a).is_some_and(|all| all.contains(b));
+    let reaches = |a: &str, b: &str| reached.get(a).is_some_and(|targets| targets.contains(b));
     let mut cycles: BTreeSet<Vec<&str>> = BTreeSet::new();
     for &name in direct.keys().filter(|&&name| reaches(name, name)) {
         let others = direct.keys().copied();

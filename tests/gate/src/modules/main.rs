@@ -22,7 +22,7 @@ use std::process::{Command, ExitCode};
 use anyhow::{Context, ensure};
 use serde::Deserialize;
 
-use crate::cycles::{Checked, Cycle};
+use crate::cycles::{Cycle, TreeCheck};
 use crate::tree::Tree;
 
 fn main() -> anyhow::Result<ExitCode> {
@@ -31,7 +31,7 @@ fn main() -> anyhow::Result<ExitCode> {
     let targets = workspace.packages.iter().flat_map(|package| &package.targets);
     for target in targets {
         let tree = Tree::load(&target.src_path, &|path| fs::read_to_string(path))?;
-        let checked = Checked::of(&tree);
+        let checked = TreeCheck::of(&tree);
         modules += checked.modules;
         references += checked.references;
         cycles += checked.cycles.len();
@@ -40,12 +40,12 @@ fn main() -> anyhow::Result<ExitCode> {
         }
     }
     let packages = workspace.packages.len();
-    let of = format!("in {packages} packages, {modules} modules, {references} references");
+    let scope = format!("in {packages} packages, {modules} modules, {references} references");
     Ok(if cycles == 0 {
-        println!("no cycles between sibling modules {of}");
+        println!("no cycles between sibling modules {scope}");
         ExitCode::SUCCESS
     } else {
-        println!("{cycles} cycles between sibling modules {of}");
+        println!("{cycles} cycles between sibling modules {scope}");
         ExitCode::FAILURE
     })
 }

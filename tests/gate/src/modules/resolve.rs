@@ -25,10 +25,10 @@ impl Meaning {
 pub fn modules_of(tree: &Tree, from: usize, mention: &Mention) -> BTreeSet<usize> {
     let mut names = Names { tree, in_progress: Vec::new() };
     let mut named = BTreeSet::new();
-    let found = names.follow(from, &mention.path, &mut named);
+    let meanings = names.follow(from, &mention.path, &mut named);
     if mention.path.len() == 1 && !mention.imported {
         // A bare name in an expression may be a variable, but not a module.
-        let items = found.iter().filter(|meaning| matches!(meaning, Meaning::ItemOf(_)));
+        let items = meanings.iter().filter(|meaning| matches!(meaning, Meaning::ItemOf(_)));
         return items.map(|meaning| meaning.module()).collect();
     }
     named
@@ -49,25 +49,25 @@ impl Names<'_> {
         named: &mut BTreeSet<usize>,
     ) -> Vec<Meaning> {
         let Some((first, rest)) = path.split_first() else { return Vec::new() };
-        let mut found = match self.keyword(from, first) {
+        let mut meanings = match self.keyword(from, first) {
             Some(module) => vec![Meaning::Module(module)],
             None => self.look_up(from, first),
         };
-        named.extend(found.iter().map(|meaning| meaning.module()));
+        named.extend(meanings.iter().map(|meaning| meaning.module()));
         for name in rest {
-            let modules: BTreeSet<_> = found
+            let modules: BTreeSet<_> = meanings
                 .iter()
                 .filter(|meaning| matches!(meaning, Meaning::Module(_)))
                 .map(|meaning| meaning.module())
                 .collect();
             if modules.is_empty() {
                 // A variant or an associated item belongs to the module of its type.
-                return found;
+                return meanings;
             }
-            found = modules.iter().flat_map(|&module| self.member(module, name)).collect();
-            named.extend(found.iter().map(|meaning| meaning.module()));
+            meanings = modules.iter().flat_map(|&module| self.member(module, name)).collect();
+            named.extend(meanings.iter().map(|meaning| meaning.module()));
         }
-        found
+        meanings
     }
 
     fn member(&mut self, module: usize, name: &str) -> Vec<Meaning> {
@@ -75,9 +75,9 @@ impl Names<'_> {
             return vec![Meaning::Module(module)];
         }
         let circular = self.is_in_progress(module, name);
-        let found = self.look_up(module, name);
+        let meanings = self.look_up(module, name);
         // A name without a declaration is defined there by a macro.
-        if found.is_empty() && !circular { vec![Meaning::ItemOf(module)] } else { found }
+        if meanings.is_empty() && !circular { vec![Meaning::ItemOf(module)] } else { meanings }
     }
 
     fn keyword(&self, module: usize, name: &str) -> Option<usize> {
@@ -90,7 +90,7 @@ impl Names<'_> {
     }
 
     fn is_in_progress(&self, module: usize, name: &str) -> bool {
-        self.in_progress.iter().any(|(of, entry)| *of == module && entry == name)
+        self.in_progress.iter().any(|(from, entry)| *from == module && entry == name)
     }
 
     /// Resolves a name in a module: its own items, child modules and imports, then glob imports.
@@ -101,25 +101,25 @@ impl Names<'_> {
         self.in_progress.push((module, name.to_owned()));
         let tree = self.tree;
         let code = &tree.modules[module].code;
-        let mut found: Vec<_> = tree.children_named(module, name).map(Meaning::Module).collect();
+        let mut meanings: Vec<_> = tree.children_named(module, name).map(Meaning::Module).collect();
         if code.definitions.contains(name) {
-            found.push(Meaning::ItemOf(module));
+            meanings.push(Meaning::ItemOf(module));
         }
-        let mut declared = !found.is_empty();
+        let mut declared = !meanings.is_empty();
         for import in code.imports.iter().filter(|import| import.name == name) {
             declared = true;
-            found.extend(self.follow(module, &import.path, &mut BTreeSet::new()));
+            meanings.extend(self.follow(module, &import.path, &mut BTreeSet::new()));
         }
         if !declared {
             for glob in &code.globs {
                 for meaning in self.follow(module, glob, &mut BTreeSet::new()) {
                     if let Meaning::Module(from) = meaning {
-                        found.extend(self.look_up(from, name));
+                        meanings.extend(self.look_up(from, name));
                     }
                 }
             }
         }
         self.in_progress.pop();
-        found
+        meanings
     }
 }

@@ -5,14 +5,14 @@ use std::path::Path;
 use super::*;
 
 /// Checks sources given as paths and texts; the first is the root.
-fn check(files: &[(&str, &str)]) -> Checked {
+fn check(files: &[(&str, &str)]) -> TreeCheck {
     let texts: HashMap<&Path, &str> =
         files.iter().map(|(path, text)| (Path::new(*path), *text)).collect();
     let read = |path: &Path| {
         let text = texts.get(path).ok_or(io::ErrorKind::NotFound)?;
         Ok((*text).to_owned())
     };
-    Checked::of(&Tree::load(Path::new(files[0].0), &read).unwrap())
+    TreeCheck::of(&Tree::load(Path::new(files[0].0), &read).unwrap())
 }
 
 /// The children of every cycle.
@@ -189,7 +189,8 @@ fn a_path_attribute_names_the_file_of_a_module() {
 
 #[test]
 fn a_module_with_a_file_for_each_system_has_the_first() {
-    let each = "#[cfg_attr(unix, path = \"a/unix.rs\")] #[cfg_attr(not(unix), path = \"a/elsewhere.rs\")] mod a; mod b;";
+    let each = "#[cfg_attr(unix, path = \"a/unix.rs\")] #[cfg_attr(not(unix), path = \"a/elsewhere.rs\")] mod a; mod \
+         b;";
     let files =
         [("src/lib.rs", each), ("src/a/unix.rs", "use super::b;"), ("src/b.rs", "use super::a;")];
     assert_eq!(cycles(&files), [["a", "b"]]);

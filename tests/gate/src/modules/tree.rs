@@ -11,7 +11,7 @@ use syn::{Attribute, Expr, ExprLit, Item, ItemMod, Lit, Meta, Token};
 use crate::code::{Code, is_for_tests};
 
 /// Reads the text of a file.
-pub type Read<'a> = &'a dyn Fn(&Path) -> io::Result<String>;
+pub type FileReader<'a> = &'a dyn Fn(&Path) -> io::Result<String>;
 
 /// All modules; the first is the root.
 #[derive(Debug, Default)]
@@ -47,7 +47,7 @@ impl Tree {
     ///
     /// # Errors
     /// When a file is missing or is not Rust.
-    pub fn load(root: &Path, read: Read<'_>) -> anyhow::Result<Self> {
+    pub fn load(root: &Path, read: FileReader<'_>) -> anyhow::Result<Self> {
         let mut tree = Self::default();
         let text = read(root).with_context(|| root.display().to_string())?;
         tree.add_file("", None, Place::with_own_folder(root.to_owned()), &text, read)?;
@@ -76,7 +76,7 @@ impl Tree {
         parent: Option<usize>,
         place: Place,
         text: &str,
-        read: Read<'_>,
+        read: FileReader<'_>,
     ) -> anyhow::Result<()> {
         let file = syn::parse_file(text).with_context(|| place.file.display().to_string())?;
         if is_for_tests(&file.attrs) {
@@ -91,7 +91,7 @@ impl Tree {
         parent: Option<usize>,
         place: Place,
         items: &[Item],
-        read: Read<'_>,
+        read: FileReader<'_>,
     ) -> anyhow::Result<()> {
         let id = self.modules.len();
         let (name, file, code) = (name.to_owned(), place.file.clone(), Code::of(items));
@@ -129,7 +129,12 @@ impl Place {
     }
 
     /// A child module in a file of its own, and the text of that file.
-    fn find(&self, module: &ItemMod, name: &str, read: Read<'_>) -> anyhow::Result<(Self, String)> {
+    fn find(
+        &self,
+        module: &ItemMod,
+        name: &str,
+        read: FileReader<'_>,
+    ) -> anyhow::Result<(Self, String)> {
         if let Some(path) = module.attrs.iter().find_map(path_attribute) {
             let file = self.base.join(path);
             let text = read(&file).with_context(|| file.display().to_string())?;
@@ -148,8 +153,8 @@ impl Place {
     }
 }
 
-/// The path of `#[path = "…"]`, or of `#[cfg_attr(…, path = "…")]` whatever its condition: of a module with one file for
-/// each system the first is read.
+/// The path of `#[path = "…"]`, or of `#[cfg_attr(…, path = "…")]` whatever its condition: of a module with one file
+/// for each system the first is read.
 fn path_attribute(attribute: &Attribute) -> Option<String> {
     if !attribute.path().is_ident("cfg_attr") {
         return path_of(&attribute.meta);

@@ -6,7 +6,7 @@ use massline_boards::Part;
 
 use crate::circuit::of_sensor;
 use crate::figures::{Figures, figures};
-use crate::source::{Cable, Drawn, Parts};
+use crate::source::{Cable, DrawnBoard, Parts};
 
 const HEAD: &str = "\
 # Parts, figures, contacts
@@ -31,7 +31,7 @@ with VAT, without shipping: no shop was asked. Numbers are those of the makers, 
 ///
 /// # Errors
 /// When a value has no unit.
-pub fn page(parts: &Parts, boards: &[Drawn]) -> anyhow::Result<String> {
+pub fn page(parts: &Parts, boards: &[DrawnBoard]) -> anyhow::Result<String> {
     let figures =
         boards.iter().map(|board| figures(parts, board)).collect::<Result<Vec<_>, _>>()?;
     let mut page = HEAD.to_owned();
@@ -47,7 +47,7 @@ pub fn page(parts: &Parts, boards: &[Drawn]) -> anyhow::Result<String> {
 fn prices(
     page: &mut String,
     parts: &Parts,
-    boards: &[Drawn],
+    boards: &[DrawnBoard],
     figures: &[Figures],
 ) -> std::fmt::Result {
     *page += PRICES;
@@ -73,8 +73,11 @@ fn table(page: &mut String, parts: &Parts, lines: &[Part]) -> Result<f64, std::f
         let maker = if part.maker == "any" { String::new() } else { format!("{} ", part.maker) };
         let refs = in_order(part.designators(sensors)).join(", ");
         let price = each * f64::from(count);
-        let (what, number) = (&part.what, &part.number);
-        writeln!(page, "| {count} | {what} | {refs} | {maker}{number} | {each:.2} | {price:.2} |")?;
+        let (description, number) = (&part.what, &part.number);
+        writeln!(
+            page,
+            "| {count} | {description} | {refs} | {maker}{number} | {each:.2} | {price:.2} |"
+        )?;
         sum += price;
     }
     writeln!(page, "| | **sum** | | | | **{sum:.2}** |\n")?;
@@ -89,7 +92,7 @@ fn in_order(mut names: Vec<String>) -> Vec<String> {
     names
 }
 
-fn values(page: &mut String, boards: &[Drawn], figures: &[Figures]) -> std::fmt::Result {
+fn values(page: &mut String, boards: &[DrawnBoard], figures: &[Figures]) -> std::fmt::Result {
     let Some(first) = figures.first() else { return Ok(()) };
     *page += "## What the values give\n\n| figure | value | limit |\n| --- | --- | --- |\n";
     let mg = |g: f64| format!("{:.2} mg rms", g * 1e3);
@@ -128,8 +131,8 @@ fn values(page: &mut String, boards: &[Drawn], figures: &[Figures]) -> std::fmt:
         ),
         ("largest current of the buzzer's pin", format!("{:.1} mA", first.buzzer * 1e3), "4 mA"),
     ];
-    for (what, value, limit) in rows {
-        writeln!(page, "| {what} | {value} | {limit} |")?;
+    for (figure, value, limit) in rows {
+        writeln!(page, "| {figure} | {value} | {limit} |")?;
     }
     *page += "\n| board | current from the cell | until 3.5 V |\n| --- | --- | --- |\n";
     for (board, figures) in boards.iter().zip(figures) {
@@ -140,7 +143,7 @@ fn values(page: &mut String, boards: &[Drawn], figures: &[Figures]) -> std::fmt:
     Ok(())
 }
 
-fn currents(page: &mut String, parts: &Parts, boards: &[Drawn]) -> anyhow::Result<()> {
+fn currents(page: &mut String, parts: &Parts, boards: &[DrawnBoard]) -> anyhow::Result<()> {
     let cell = &parts.cell;
     writeln!(
         page,
@@ -149,9 +152,9 @@ fn currents(page: &mut String, parts: &Parts, boards: &[Drawn]) -> anyhow::Resul
         cell.milliamp_hours, cell.usable_percent
     )?;
     *page += "| part | mA |\n| --- | --- |\n";
-    let mut all: Vec<&Part> = boards.iter().flat_map(|board| &board.wiring.part).collect();
-    all.extend(&parts.part);
-    for part in all.iter().filter(|part| part.microamps > 0) {
+    let mut all_parts: Vec<&Part> = boards.iter().flat_map(|board| &board.wiring.part).collect();
+    all_parts.extend(&parts.part);
+    for part in all_parts.iter().filter(|part| part.microamps > 0) {
         let count = part.count(parts.sensor.count);
         let ma = f64::from(count * part.microamps) / 1e3;
         writeln!(page, "| {count} × {} | {ma} |", part.number)?;
@@ -169,7 +172,7 @@ fn currents(page: &mut String, parts: &Parts, boards: &[Drawn]) -> anyhow::Resul
     Ok(())
 }
 
-fn contacts(page: &mut String, parts: &Parts, boards: &[Drawn]) -> std::fmt::Result {
+fn contacts(page: &mut String, parts: &Parts, boards: &[DrawnBoard]) -> std::fmt::Result {
     *page += "## Contacts\n\n";
     for cable in &parts.cable {
         let numbers = if cable.name.contains("{j}") { 1..=parts.sensor.count } else { 0..=0 };
@@ -181,7 +184,12 @@ fn contacts(page: &mut String, parts: &Parts, boards: &[Drawn]) -> std::fmt::Res
 }
 
 /// The contacts of a cable; `sensor` is 0 if it is that of no sensor.
-fn contact(page: &mut String, boards: &[Drawn], cable: &Cable, sensor: usize) -> std::fmt::Result {
+fn contact(
+    page: &mut String,
+    boards: &[DrawnBoard],
+    cable: &Cable,
+    sensor: usize,
+) -> std::fmt::Result {
     let name = |text: &str| if sensor > 0 { of_sensor(text, sensor) } else { text.to_owned() };
     let ends = cable.ends.iter().map(|end| name(end)).collect::<Vec<_>>().join(" to ");
     writeln!(page, "**{}**, {}: {ends}\n", name(&cable.name), name(&cable.what))?;

@@ -6,23 +6,23 @@ use anyhow::{Context, bail, ensure};
 
 use crate::circuit::{Nets, nets, of_sensor, unconnected};
 use crate::pen::Sheet;
-use crate::source::{Drawn, Parts};
+use crate::source::{DrawnBoard, Parts};
 use crate::trace::{Point, Trace};
 
 /// Checks facts and drawings of a board.
 ///
 /// # Errors
 /// The first net, pin, part or text that is wrong.
-pub fn check(parts: &Parts, board: &Drawn, sheets: &[Sheet]) -> anyhow::Result<()> {
+pub fn check(parts: &Parts, board: &DrawnBoard, sheets: &[Sheet]) -> anyhow::Result<()> {
     let wanted = nets(parts, board);
     facts(parts, board, &wanted)?;
     drawing(board, sheets, &wanted)?;
     sheets.iter().try_for_each(legible)
 }
 
-/// Checks that every net leads somewhere, every part has a line in the bill of materials, every contact of a cable is at
-/// the same net at both ends, and no pin of the board has two uses.
-fn facts(parts: &Parts, board: &Drawn, wanted: &Nets) -> anyhow::Result<()> {
+/// Checks that every net leads somewhere, every part has a line in the bill of materials, every contact of a cable is
+/// at the same net at both ends, and no pin of the board has two uses.
+fn facts(parts: &Parts, board: &DrawnBoard, wanted: &Nets) -> anyhow::Result<()> {
     if let [net, ..] = unconnected(wanted)[..] {
         bail!("the net {net} leads nowhere: {:?}", wanted[net]);
     }
@@ -65,22 +65,22 @@ fn cables(parts: &Parts, net_of: &BTreeMap<&str, &String>) -> anyhow::Result<()>
             for wire in &cable.wires {
                 let (contact, here) = (&wire[0], net(0, &wire[0])?);
                 if cable.ends.len() > 1 {
-                    let there = net(1, wire.get(2).unwrap_or(contact))?;
+                    let other = net(1, wire.get(2).unwrap_or(contact))?;
                     let name = name(&cable.name);
-                    ensure!(here == there, "{name}: {contact} joins {here} and {there}");
+                    ensure!(here == other, "{name}: {contact} joins {here} and {other}");
                 }
                 ensure!(contacts.insert(contact), "{}: {contact} twice", name(&cable.name));
             }
             let end = format!("{}.", name(&cable.ends[0]));
-            let all = net_of.keys().filter(|pin| pin.starts_with(&end)).count();
-            ensure!(all == contacts.len(), "{}: a contact without a wire", name(&cable.name));
+            let pin_count = net_of.keys().filter(|pin| pin.starts_with(&end)).count();
+            ensure!(pin_count == contacts.len(), "{}: a contact without a wire", name(&cable.name));
         }
     }
     Ok(())
 }
 
 /// Checks that both sheets together draw exactly the nets of the facts, and the pins that belong to the board alone.
-pub fn drawing(board: &Drawn, sheets: &[Sheet], wanted: &Nets) -> anyhow::Result<()> {
+pub fn drawing(board: &DrawnBoard, sheets: &[Sheet], wanted: &Nets) -> anyhow::Result<()> {
     let traces: Vec<&Trace> = sheets.iter().map(|sheet| &sheet.trace).collect();
     let drawn: BTreeSet<_> =
         Trace::nets(&traces).map_err(anyhow::Error::msg)?.into_values().collect();

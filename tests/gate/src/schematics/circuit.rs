@@ -4,17 +4,17 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use massline_boards::Wiring;
 
-use crate::source::{Drawn, Netlist, Parts};
+use crate::source::{DrawnBoard, Netlist, Parts};
 
 /// Name of each net, with its pins as `part.pin`.
 pub type Nets = BTreeMap<String, BTreeSet<String>>;
 
 /// All nets of a rig with this board.
-pub fn nets(parts: &Parts, board: &Drawn) -> Nets {
-    let mut all = pins(parts, board);
-    all.extend(board_pins(&board.wiring));
+pub fn nets(parts: &Parts, board: &DrawnBoard) -> Nets {
+    let mut connections = pins(parts, board);
+    connections.extend(board_pins(&board.wiring));
     let mut nets = Nets::new();
-    for (pin, net) in all {
+    for (pin, net) in connections {
         nets.entry(net).or_default().insert(pin);
     }
     nets
@@ -45,18 +45,18 @@ pub fn raw(wiring: &Wiring) -> &str {
     wiring.power.raw.as_deref().unwrap_or("VSYS")
 }
 
-fn pins(parts: &Parts, board: &Drawn) -> Vec<(String, String)> {
+fn pins(parts: &Parts, board: &DrawnBoard) -> Vec<(String, String)> {
     let wiring = &board.wiring;
     let rail = |net: &str| {
         net.replace("{supply}", &wiring.supply)
             .replace("{sensors}", wiring.sensor_rail())
             .replace("{raw}", raw(wiring))
     };
-    let mut all = Vec::new();
+    let mut connections = Vec::new();
     let mut add = |netlist: &Netlist, name: &dyn Fn(&str) -> String| {
         for (part, pins) in netlist {
             for (pin, net) in pins {
-                all.push((format!("{}.{pin}", name(part)), rail(&name(net))));
+                connections.push((format!("{}.{pin}", name(part)), rail(&name(net))));
             }
         }
     };
@@ -64,14 +64,15 @@ fn pins(parts: &Parts, board: &Drawn) -> Vec<(String, String)> {
     for number in 1..=parts.sensor.count {
         add(&parts.sensor.netlist, &|text| of_sensor(text, number));
     }
-    all
+    connections
 }
 
 /// The pins of the board and of its converter.
 fn board_pins(wiring: &Wiring) -> Vec<(String, String)> {
-    let mut all = Vec::new();
-    let mut pin =
-        |part: &str, pin: &str, net: &str| all.push((format!("{part}.{pin}"), net.to_owned()));
+    let mut connections = Vec::new();
+    let mut pin = |part: &str, pin: &str, net: &str| {
+        connections.push((format!("{part}.{pin}"), net.to_owned()))
+    };
     let inputs = if wiring.adc.is_some() { "U8" } else { "M1" };
     for (number, name) in wiring.channels.iter().enumerate() {
         pin(inputs, name, &format!("CH{number}"));
@@ -102,7 +103,7 @@ fn board_pins(wiring: &Wiring) -> Vec<(String, String)> {
         pin(&resistor, "1", &net);
         pin(&resistor, "2", "GND");
     }
-    let Some(adc) = &wiring.adc else { return all };
+    let Some(adc) = &wiring.adc else { return connections };
     let (supply, reference) = (wiring.supply.as_str(), wiring.sensor_rail());
     for [name, other] in &adc.wires {
         pin("U8", name, name);
@@ -121,7 +122,7 @@ fn board_pins(wiring: &Wiring) -> Vec<(String, String)> {
         pin(name, "1", if adc.reference.contains(place) { reference } else { supply });
         pin(name, "2", "GND");
     }
-    all
+    connections
 }
 
 /// The resistor at a pin that is pulled down.

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use anyhow::Context;
 use massline_boards::part::in_si;
 
-use crate::source::{Drawn, Parts};
+use crate::source::{DrawnBoard, Parts};
 
 /// Mains, V and Hz, and the coupling to it for which the circuit is made, F.
 const MAINS: (f64, f64) = (230.0, 50.0);
@@ -54,7 +54,7 @@ pub struct Figures {
 ///
 /// # Errors
 /// When a part has no value with a unit.
-pub fn figures(parts: &Parts, board: &Drawn) -> anyhow::Result<Figures> {
+pub fn figures(parts: &Parts, board: &DrawnBoard) -> anyhow::Result<Figures> {
     let value = |name: &str| in_si(&parts.value(board, name)).with_context(|| name.to_owned());
     let (filter, resistor, input) = (value("C11")?, value("R11")?, value("C41")?);
     let at_sensor = SENSOR_OHM / (TAU * MAINS.1 * SENSOR_OHM * filter).hypot(1.0);
@@ -82,8 +82,9 @@ fn mains(farad: f64, ohm: f64) -> f64 {
     TAU * MAINS.1 * farad * MAINS.0 * ohm / VOLT_PER_G
 }
 
-/// Capacitance from a conductor of 10 mm × 1 mm over a ground plane to a mains wire 0.1 m away, F. The field of a wire of
-/// 1 mm radius, 1 m from ground, is V/(r ln(2h/a)); three times that at edges. Its flux through the area is the charge.
+/// Capacitance from a conductor of 10 mm × 1 mm over a ground plane to a mains wire 0.1 m away, F. The field of a wire
+/// of 1 mm radius, 1 m from ground, is V/(r ln(2h/a)); three times that at edges. Its flux through the area is the
+/// charge.
 fn at_trace() -> f64 {
     const VACUUM: f64 = 8.854e-12;
     3.0 * VACUUM * (0.010 * 0.001) / (0.1 * (2.0_f64 / 0.001).ln())
@@ -111,9 +112,9 @@ fn phase_margin(ohm: f64, farad: f64) -> f64 {
 }
 
 /// Mean current out of the cell, A.
-fn current(parts: &Parts, board: &Drawn) -> f64 {
+fn current(parts: &Parts, board: &DrawnBoard) -> f64 {
     let count = parts.sensor.count;
-    let of = |panel: bool| {
+    let amperes = |panel: bool| {
         let parts = parts.bill(board).filter(|part| part.panel == panel);
         parts.map(|part| f64::from(part.count(count) * part.microamps)).sum::<f64>() / 1e6
     };
@@ -121,7 +122,7 @@ fn current(parts: &Parts, board: &Drawn) -> f64 {
         let cell = f64::from(parts.cell.millivolts) / 1e3;
         SUPPLY / cell * 100.0 / f64::from(percent)
     });
-    of(false) * gain + of(true)
+    amperes(false) * gain + amperes(true)
 }
 
 #[cfg(test)]

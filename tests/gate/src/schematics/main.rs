@@ -3,9 +3,9 @@
 //! ```text
 //! cargo run -p massline-gate --bin massline-schematics
 //! ```
-//! writes `boards/<name>/schematic.svg` and `power.svg`, `boards/PARTS.md`, and the drawings of `boards/BRING-UP.md`. The
-//! tests compare the drawings with their sources, the nets that are drawn with those of the facts, and the facts with the
-//! firmware and the guides.
+//! writes `boards/<name>/schematic.svg` and `power.svg`, `boards/PARTS.md`, and the drawings of `boards/BRING-UP.md`.
+//! The tests compare the drawings with their sources, the nets that are drawn with those of the facts, and the facts
+//! with the firmware and the guides.
 
 mod bill;
 mod check;
@@ -29,7 +29,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 use crate::pen::Sheet;
-use crate::source::{Drawn, Parts};
+use crate::source::{DrawnBoard, Parts};
 
 fn main() -> anyhow::Result<()> {
     let (parts, boards) = (source::parts(&root())?, source::boards(&root())?);
@@ -56,13 +56,13 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-fn folder(board: &Drawn) -> PathBuf {
+fn folder(board: &DrawnBoard) -> PathBuf {
     root().join("boards").join(&board.name)
 }
 
 /// Files of the sheets of a board.
 const SHEETS: [&str; 2] = ["schematic.svg", "power.svg"];
 
-fn sheets(parts: &Parts, board: &Drawn) -> [Sheet; 2] {
+fn sheets(parts: &Parts, board: &DrawnBoard) -> [Sheet; 2] {
     [sheet::draw(parts, board), power::draw(parts, board)]
 }

@@ -4,7 +4,7 @@ use massline_boards::Wiring;
 
 use crate::circuit::raw;
 use crate::pen::{Align, Pen, Sheet};
-use crate::source::{Cable, Drawn, Parts};
+use crate::source::{Cable, DrawnBoard, Parts};
 use crate::title::{self, title};
 
 const SIZE: (i32, i32) = (1330, 900);
@@ -19,7 +19,7 @@ const TABLES: i32 = 630;
 const LINE: i32 = 22;
 
 /// Draws the sheet.
-pub fn draw(parts: &Parts, board: &Drawn) -> Sheet {
+pub fn draw(parts: &Parts, board: &DrawnBoard) -> Sheet {
     let mut pen = Pen::new(SIZE.0, SIZE.1);
     title(&mut pen, parts, board, SIZE, title::SECOND);
     let mut sheet = Layout { pen: &mut pen, parts, board };
@@ -36,7 +36,7 @@ pub fn draw(parts: &Parts, board: &Drawn) -> Sheet {
 struct Layout<'a> {
     pen: &'a mut Pen,
     parts: &'a Parts,
-    board: &'a Drawn,
+    board: &'a DrawnBoard,
 }
 
 impl Layout<'_> {
@@ -213,11 +213,12 @@ impl Layout<'_> {
             true => format!("W2 to W{}", count + 1),
             false => cable.name.clone(),
         };
-        let what = cable.what.replace("{n}", "1 to 3").replace(" at P1 to 3", " at P1 to P3");
-        let (what, rest) = what.split_once("; ").unwrap_or((&what, ""));
-        let (kind, what) = what.split_once(": ").unwrap_or(("", what));
+        let description =
+            cable.what.replace("{n}", "1 to 3").replace(" at P1 to 3", " at P1 to P3");
+        let (description, rest) = description.split_once("; ").unwrap_or((&description, ""));
+        let (kind, description) = description.split_once(": ").unwrap_or(("", description));
         self.pen.text((x, y - 30), 12, Align::Left, &format!("{name}  {kind}"));
-        self.pen.text((x, y - 12), 11, Align::Left, what);
+        self.pen.text((x, y - 12), 11, Align::Left, description);
         let column = |sensor: usize| x + 120 + 80 * sensor as i32;
         let mut at = y + 16;
         self.pen.line(&[(x, y), (x + width, y)]);

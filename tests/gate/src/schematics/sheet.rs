@@ -10,7 +10,7 @@ use massline_boards::Wiring;
 use massline_boards::wiring::Adc;
 
 use crate::pen::{Align, Pen, Sheet};
-use crate::source::{Drawn, Parts};
+use crate::source::{DrawnBoard, Parts};
 use crate::title::{self, title};
 
 const SIZE: (i32, i32) = (1410, 1656);
@@ -41,7 +41,7 @@ const AMPLIFIERS: [(&str, [u8; 3]); 4] =
     [("A", [3, 2, 1]), ("B", [5, 6, 7]), ("C", [10, 9, 8]), ("D", [12, 13, 14])];
 
 /// Draws the sheet.
-pub fn draw(parts: &Parts, board: &Drawn) -> Sheet {
+pub fn draw(parts: &Parts, board: &DrawnBoard) -> Sheet {
     let wiring = &board.wiring;
     let beside = if wiring.adc.is_some() { ADC } else { 0 };
     let size = (SIZE.0 + beside, SIZE.1);
@@ -69,7 +69,7 @@ pub fn draw(parts: &Parts, board: &Drawn) -> Sheet {
 struct Layout<'a> {
     pen: &'a mut Pen,
     parts: &'a Parts,
-    board: &'a Drawn,
+    board: &'a DrawnBoard,
     wiring: &'a Wiring,
 }
 
@@ -128,8 +128,8 @@ impl Layout<'_> {
         }
     }
 
-    /// The end of a channel: its wire from `x` to the converter, with the capacitor at the input, and a sensor's with the resistor that
-    /// brings it to 0 V when nothing is plugged in.
+    /// The end of a channel: its wire from `x` to the converter, with the capacitor at the input, and a sensor's with
+    /// the resistor that brings it to 0 V when nothing is plugged in.
     fn input(&mut self, number: usize, x: i32, y: i32, name: &str) {
         self.pen.wire(&[(x, y), (LEFT, y)]);
         if number > 0 {

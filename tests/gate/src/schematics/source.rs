@@ -60,7 +60,7 @@ pub struct Cable {
 
 /// A board that has a schematic.
 #[derive(Debug)]
-pub struct Drawn {
+pub struct DrawnBoard {
     /// Its folder under `boards/`.
     pub name: String,
     pub title: String,
@@ -69,10 +69,10 @@ pub struct Drawn {
 }
 
 /// Every board with a chip.
-pub fn boards(root: &Path) -> anyhow::Result<Vec<Drawn>> {
+pub fn boards(root: &Path) -> anyhow::Result<Vec<DrawnBoard>> {
     let drawn = |board: Board| {
         let Board { name, title, chip, wiring, .. } = board;
-        Some(Drawn { name, title, chip: chip?.name, wiring: wiring? })
+        Some(DrawnBoard { name, title, chip: chip?.name, wiring: wiring? })
     };
     Ok(massline_boards::boards(root)?.into_iter().filter_map(drawn).collect())
 }
@@ -87,15 +87,15 @@ pub fn parts(root: &Path) -> anyhow::Result<Parts> {
 
 impl Parts {
     /// The parts of a rig with this board: line by line of the bill of materials.
-    pub fn bill<'a>(&'a self, board: &'a Drawn) -> impl Iterator<Item = &'a Part> {
+    pub fn bill<'a>(&'a self, board: &'a DrawnBoard) -> impl Iterator<Item = &'a Part> {
         board.wiring.part.iter().chain(&self.part)
     }
 
     /// The value of a part by its designator.
-    pub fn value(&self, board: &Drawn, name: &str) -> String {
+    pub fn value(&self, board: &DrawnBoard, name: &str) -> String {
         let mut bill = self.bill(board);
-        let found =
+        let part =
             bill.find(|p| p.designators(self.sensor.count).iter().any(|other| other == name));
-        found.map(|part| part.value.clone()).unwrap_or_default()
+        part.map(|part| part.value.clone()).unwrap_or_default()
     }
 }

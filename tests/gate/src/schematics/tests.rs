@@ -8,7 +8,7 @@ use super::*;
 use crate::figures::figures;
 use crate::trace::Trace;
 
-fn boards() -> Vec<Drawn> {
+fn boards() -> Vec<DrawnBoard> {
     let boards = source::boards(&root()).unwrap();
     // The three boards that have a guide.
     assert!(boards.len() >= 3, "{boards:?}");
@@ -19,12 +19,12 @@ fn parts() -> Parts {
     source::parts(&root()).unwrap()
 }
 
-fn file(board: &Drawn, name: &str) -> String {
+fn file(board: &DrawnBoard, name: &str) -> String {
     fs::read_to_string(folder(board).join(name)).unwrap()
 }
 
 /// What the check says of these facts, drawn.
-fn verdict(parts: &Parts, board: &Drawn) -> String {
+fn verdict(parts: &Parts, board: &DrawnBoard) -> String {
     let checked = check::check(parts, board, &sheets(parts, board));
     checked.map_or_else(|error| error.to_string(), |()| "right".to_owned())
 }
@@ -76,14 +76,14 @@ fn a_drawing_that_lacks_any_wire_is_found() {
 #[test]
 fn a_pin_without_a_dot_or_drawn_twice_is_found() {
     let (parts, boards) = (parts(), boards());
-    let said = |change: &dyn Fn(&mut Trace)| {
+    let message_after = |change: &dyn Fn(&mut Trace)| {
         let mut sheets = sheets(&parts, &boards[0]);
         change(&mut sheets[0].trace);
         check::check(&parts, &boards[0], &sheets).unwrap_err().to_string()
     };
-    let twice = said(&|trace| trace.pin((5, 5), "J2.4".to_owned()));
+    let twice = message_after(&|trace| trace.pin((5, 5), "J2.4".to_owned()));
     assert!(twice.contains("J2.4 is drawn twice"), "{twice}");
-    let short = said(&|trace| {
+    let short = message_after(&|trace| {
         trace.name((7, 7), "SCL");
         trace.name((7, 7), "SDA");
     });
@@ -110,8 +110,8 @@ fn a_pin_of_the_board_with_two_uses_is_named() {
     assert!(verdict.contains("M1.PB12 is in the nets TONE and OK"), "{verdict}");
     let board = boards.iter_mut().find(|board| !board.wiring.connector.is_empty()).unwrap();
     board.wiring.connector.insert("PB6".to_owned(), "D5".to_owned());
-    let said = self::verdict(&parts(), board);
-    assert!(said.contains("D5, of PB6, is twice on the header"), "{said}");
+    let message = self::verdict(&parts(), board);
+    assert!(message.contains("D5, of PB6, is twice on the header"), "{message}");
 }
 
 #[test]
@@ -120,16 +120,16 @@ fn a_cable_with_crossed_wires_and_a_contact_named_twice_are_found() {
     let socket = crossed.sensor.netlist.get_mut("J{j}").unwrap();
     socket.insert("2".to_owned(), "CH{y}".to_owned());
     socket.insert("3".to_owned(), "CH{x}".to_owned());
-    let said = verdict(&crossed, &boards()[0]);
-    assert!(said.contains("W2: 2 joins CH2 and CH1"), "{said}");
+    let message = verdict(&crossed, &boards()[0]);
+    assert!(message.contains("W2: 2 joins CH2 and CH1"), "{message}");
     let mut twice = parts();
     twice.cable[3].wires[3] = twice.cable[3].wires[2].clone();
-    let said = verdict(&twice, &boards()[0]);
-    assert!(said.contains("DS1: SCL twice"), "{said}");
+    let message = verdict(&twice, &boards()[0]);
+    assert!(message.contains("DS1: SCL twice"), "{message}");
     let mut short = parts();
     short.cable[1].wires.pop();
-    let said = verdict(&short, &boards()[0]);
-    assert!(said.contains("W2: a contact without a wire"), "{said}");
+    let message = verdict(&short, &boards()[0]);
+    assert!(message.contains("W2: a contact without a wire"), "{message}");
 }
 
 #[test]
@@ -201,7 +201,7 @@ fn the_guides_state_the_figures() {
 #[test]
 fn the_wiring_is_that_of_the_firmware() {
     for board in &boards() {
-        let (Drawn { name: board, wiring, .. }, code) = (board, file(board, "src/chip.rs"));
+        let (DrawnBoard { name: board, wiring, .. }, code) = (board, file(board, "src/chip.rs"));
         let used: BTreeSet<_> = pins(&code).collect();
         let wired: BTreeSet<_> = wiring.firmware_pins().map(str::to_owned).collect();
         assert_eq!(used, wired, "{board}");

@@ -1,7 +1,7 @@
 //! The title block of a sheet.
 
 use crate::pen::{Align, Pen};
-use crate::source::{Drawn, Parts};
+use crate::source::{DrawnBoard, Parts};
 
 /// Subject and file of each sheet.
 pub const FIRST: (usize, &str) = (1, "sensors, hammer, panel");
@@ -13,7 +13,7 @@ const SIZE: (i32, i32) = (380, 112);
 pub fn title(
     pen: &mut Pen,
     parts: &Parts,
-    board: &Drawn,
+    board: &DrawnBoard,
     (width, height): (i32, i32),
     (sheet, subject): (usize, &str),
 ) {

@@ -199,7 +199,7 @@ fn differences(id: &str) -> [[f64; 2]; 2] {
     let case = Case::find(id).unwrap();
     let mut report = |_: &str, _: &str, _: bool, _: f64| {};
     let check = Check::<f64>::new(case, &mut report);
-    let of = |path: &str| Theta::from_iterator(case.real(path).unwrap().iter());
+    let read_theta = |path: &str| Theta::from_iterator(case.real(path).unwrap().iter());
     let number = |path: &str| case.number(path).unwrap();
     let layout = stated_layout(&check).unwrap();
     let dofs = dofs(&check, &layout).unwrap();
@@ -214,11 +214,11 @@ fn differences(id: &str) -> [[f64; 2]; 2] {
         rotation: sensor.rotation * c,
         position: sensor.position * c,
     };
-    let start = phi_of(&of("inputs.theta_true"));
+    let start = phi_of(&read_theta("inputs.theta_true"));
     let dense = Dense { layout, budget, dofs }.iterate(start, 30);
-    let file = [of("expected.theta"), of("expected.sd")];
+    let file = [read_theta("expected.theta"), read_theta("expected.sd")];
     let ours = [solver.theta(), solver.sigma().unwrap()];
-    let stated = of("expected.sd_stated");
+    let stated = read_theta("expected.sd_stated");
     let apart = |a: &[Theta; 2], b: &[Theta; 2]| {
         [
             (a[0] - b[0]).component_div(&stated).amax(),
@@ -230,15 +230,15 @@ fn differences(id: &str) -> [[f64; 2]; 2] {
 
 #[test]
 fn a_dense_iteration_ends_where_the_solver_does_and_not_where_the_fourth_case_does() {
-    let found: Vec<_> =
+    let deviations: Vec<_> =
         ["l_learn_01_bar1_bench", "l_learn_02_bar4_twice", DEVIATING].map(differences).into();
-    for [_, ours] in &found {
+    for [_, ours] in &deviations {
         // The solver's own scale differs from the file's in the fourth digit.
-        assert!(ours[0] < 3e-3 && ours[1] < 3e-3, "{found:?}");
+        assert!(ours[0] < 3e-3 && ours[1] < 3e-3, "{deviations:?}");
     }
-    for [file, _] in &found[..2] {
-        assert!(file[0] < 1e-3 && file[1] < 1e-3, "{found:?}");
+    for [file, _] in &deviations[..2] {
+        assert!(file[0] < 1e-3 && file[1] < 1e-3, "{deviations:?}");
     }
-    let [[theta, sigma], _] = found[2];
-    assert!((theta - 0.0533).abs() < 1e-3 && (sigma - 0.0527).abs() < 1e-3, "{found:?}");
+    let [[theta, sigma], _] = deviations[2];
+    assert!((theta - 0.0533).abs() < 1e-3 && (sigma - 0.0527).abs() < 1e-3, "{deviations:?}");
 }

@@ -142,14 +142,14 @@ impl Row {
         let scatter = if long() { 1.0 } else { 1.5 };
         let shift = self.rms(self.shifts);
         assert!(shift <= disturbance.shift * scatter, "{name}: shifted by {shift} sd");
-        for (count, most, what) in [
+        for (count, most, description) in [
             (self.hits.rejected_wrongly, disturbance.rejected_wrongly, "good taps rejected"),
             (self.hits.accepted_wrongly, disturbance.accepted_wrongly, "bad taps accepted"),
         ] {
             let count = self.each(count);
             // Of 15 hits; one more in each run of a few.
             let few = if long() { 0.0 } else { 1.0 };
-            assert!(count <= most + few, "{name}: {count} {what} per run");
+            assert!(count <= most + few, "{name}: {count} {description} per run");
         }
     }
 }
@@ -170,11 +170,11 @@ impl fmt::Display for Row {
             self.each(rejected_wrongly),
             self.each(accepted_wrongly),
         )?;
-        let mut all = BTreeMap::<&str, u64>::new();
+        let mut counts = BTreeMap::<&str, u64>::new();
         for (code, count) in self.of_test.iter().flat_map(|(_, codes)| codes) {
-            *all.entry(code).or_default() += count;
+            *counts.entry(code).or_default() += count;
         }
-        write!(f, " {all:?} |")
+        write!(f, " {counts:?} |")
     }
 }
 
@@ -184,7 +184,7 @@ fn warnings(run: &SimulatedTest) -> BTreeSet<String> {
     let grave = run.diagnostics.iter().chain(of_answer).filter(|d| d.severity >= Severity::Warning);
     let rejected = run.hits.iter().filter(|(_, hit)| !hit.good);
     let reasons =
-        rejected.flat_map(|(_, hit)| hit.findings.iter().filter(|found| found.is_error()));
-    let named = grave.map(|found| found.code.name().to_string());
-    named.chain(reasons.map(|found| format!("hit:{}", found.code.name()))).collect()
+        rejected.flat_map(|(_, hit)| hit.findings.iter().filter(|finding| finding.is_error()));
+    let named = grave.map(|diagnostic| diagnostic.code.name().to_string());
+    named.chain(reasons.map(|finding| format!("hit:{}", finding.code.name()))).collect()
 }

@@ -2,7 +2,7 @@
 
 use massline_physics::Bench;
 use massline_physics::suspension::Suspension;
-use massline_shared::layout::{Attached, Sensor};
+use massline_shared::layout::{AttachedBody, Sensor};
 use nalgebra::{Rotation3, Vector3};
 
 /// A disturbance, and what has to be true of its runs.
@@ -204,12 +204,12 @@ fn tilt(bench: &mut Bench, degrees: f64) {
 }
 
 /// Boards of this mass, weighed to 2 %, as one attached body.
-pub fn boards(sensors: &[Sensor<f64>], mass_kg: f64) -> Attached<f64> {
+pub fn boards(sensors: &[Sensor<f64>], mass_kg: f64) -> AttachedBody<f64> {
     const WEIGHED: f64 = 0.02;
-    let mut all = Attached { phi: [0.0; 10], relative_sigma: WEIGHED };
+    let mut attached = AttachedBody { phi: [0.0; 10], relative_sigma: WEIGHED };
     for sensor in sensors {
-        let one = Attached::point(mass_kg, WEIGHED, sensor.position);
-        all.phi.iter_mut().zip(one.phi).for_each(|(sum, of)| *sum += of);
+        let one = AttachedBody::point(mass_kg, WEIGHED, sensor.position);
+        attached.phi.iter_mut().zip(one.phi).for_each(|(sum, term)| *sum += term);
     }
-    all
+    attached
 }

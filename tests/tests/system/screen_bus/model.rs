@@ -1,7 +1,8 @@
 //! A screen with an SSD1306 or an SH1106 on its bus, which may lose count of the clocks, and a gauge beside it.
 //!
-//! The two controllers differ as their data sheets say: 128 columns of memory, all on the glass, or 132, of which two at each
-//! side are not. Both go on with the next column of the page after each byte, and begin it again after the last.
+//! The two controllers differ as their data sheets say: 128 columns of memory, all on the glass, or 132, of which two
+//! at each side are not. Both go on with the next column of the page after each byte, and begin it again after the
+//! last.
 
 use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
@@ -105,7 +106,7 @@ impl Model {
     }
 
     /// The picture on the glass.
-    pub fn shown(&self) -> [Page; PAGES] {
+    pub fn displayed_pages(&self) -> [Page; PAGES] {
         let (first, memory) = (self.controller.hidden(), self.memory.borrow());
         memory.map(|page| std::array::from_fn(|column| page[first + column]))
     }
@@ -133,7 +134,8 @@ impl Model {
 
     async fn take(&self, bytes: &[u8]) {
         if self.is_slow.get() {
-            // The peripheral sends by itself; the rig looks when it has begun, when the address is taken, and at the end.
+            // The peripheral sends by itself; the rig looks when it has begun, when the address is taken, and at the
+            // end.
             for _ in 0..3 {
                 yield_now().await;
             }

@@ -32,12 +32,12 @@ pub struct RealBoard {
 
 /// All of them.
 pub fn boards() -> [RealBoard; 3] {
-    let of = |name, adc, supply| RealBoard { name, adc, supply };
+    let board = |name, adc, supply| RealBoard { name, adc, supply };
     let at_three_volts = Volts(3.0);
     [
-        of("blackpill-f411", massline_blackpill_f411::plan::properties(at_three_volts), 3.3),
-        of("nucleo-g474re", massline_nucleo_g474re::plan::properties(at_three_volts), 3.3),
-        of("pico2", massline_pico2::plan::PROPERTIES, 3.0),
+        board("blackpill-f411", massline_blackpill_f411::plan::properties(at_three_volts), 3.3),
+        board("nucleo-g474re", massline_nucleo_g474re::plan::properties(at_three_volts), 3.3),
+        board("pico2", massline_pico2::plan::PROPERTIES, 3.0),
     ]
 }
 
@@ -127,8 +127,8 @@ impl Circuit {
         (TAU * Calibration::ADXL326_OUTPUT_OHM * (self.value("C11") + BREAKOUT)).recip()
     }
 
-    /// Ripple of the supply that a sensor in the middle of it reads as this, V: the converter follows at once, the sensor
-    /// through its low-pass.
+    /// Ripple of the supply that a sensor in the middle of it reads as this, V: the converter follows at once, the
+    /// sensor through its low-pass.
     pub fn ripple(&self, read_v: f64, hertz: f64) -> f64 {
         let x = TAU * hertz * Calibration::ADXL326_OUTPUT_OHM * self.value("C11");
         let middle = Calibration::ADXL326_ZERO.0 / self.board.supply;

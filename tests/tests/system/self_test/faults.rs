@@ -71,7 +71,7 @@ fn hum(
 /// Cases of rigs around one board.
 struct Cases<'a> {
     circuit: &'a Circuit,
-    all: Vec<Case>,
+    list: Vec<Case>,
 }
 
 impl Cases<'_> {
@@ -83,7 +83,7 @@ impl Cases<'_> {
         let mut rig = Rig::on(bench);
         change(&mut rig);
         let named = named.iter().map(ToString::to_string).collect();
-        self.all.push(Case { name, rig, named });
+        self.list.push(Case { name, rig, named });
     }
 
     /// Adds a fault that changes what stands at the inputs.
@@ -122,13 +122,13 @@ impl Cases<'_> {
 
 /// Faults of rigs around a board.
 pub fn cases(circuit: &Circuit) -> Vec<Case> {
-    let mut cases = Cases { circuit, all: Vec::new() };
+    let mut cases = Cases { circuit, list: Vec::new() };
     sensors(&mut cases);
     wires(&mut cases);
     tones(&mut cases);
     hammer(&mut cases);
     others(&mut cases);
-    cases.all
+    cases.list
 }
 
 fn sensors(cases: &mut Cases<'_>) {

@@ -56,10 +56,10 @@ fn tumbled(bench: &Bench, seed: u64) -> CalibrationRecord {
         let gains = errors.sensitivity;
         for axis in 0..3 {
             let channel = 1 + 3 * sensor + axis;
-            let of = &mut calibration.channels[channel];
-            of.zero = Volts((bench.sensor.zero_v + zero_v[channel]) as f32);
+            let entry = &mut calibration.channels[channel];
+            entry.zero = Volts((bench.sensor.zero_v + zero_v[channel]) as f32);
             let per_g = bench.sensor.sensitivity_v_per_g * gains[(axis, axis)];
-            of.sensitivity = (per_g / STANDARD_GRAVITY) as f32;
+            entry.sensitivity = (per_g / STANDARD_GRAVITY) as f32;
         }
         let share = |row, column| (gains[(row, column)] / gains[(row, row)]) as f32;
         calibration.cross_axis[sensor] = CrossAxis {

@@ -206,8 +206,8 @@ impl DfuIo for Rom {
 struct Log(Vec<(Step, u64, u64)>);
 
 impl ProgressObserver for Log {
-    fn at(&mut self, step: Step, done: u64, of: u64) -> massline_result::Result<()> {
-        self.0.push((step, done, of));
+    fn at(&mut self, step: Step, done: u64, total: u64) -> massline_result::Result<()> {
+        self.0.push((step, done, total));
         Ok(())
     }
 }
@@ -237,8 +237,8 @@ fn the_image_is_written_verified_and_started_and_the_store_stays() {
     assert_eq!(state.erased, [ORIGIN, ORIGIN + 0x1_0000, ORIGIN + 0x2_0000]);
     assert_eq!(state.started, Some(ORIGIN));
     for step in [Step::Erase, Step::Write, Step::Verify] {
-        let (_, done, of) = log.0.iter().rfind(|at| at.0 == step).unwrap();
-        assert_eq!(done, of, "{step:?}");
+        let (_, done, total) = log.0.iter().rfind(|at| at.0 == step).unwrap();
+        assert_eq!(done, total, "{step:?}");
     }
 }
 

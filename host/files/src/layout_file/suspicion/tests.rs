@@ -27,10 +27,12 @@ fn millimetres_and_other_units_are_suspected() {
     assert_eq!(suspicions(&reference(0.01)), [""; 0]);
     // 0.01 kg m² is 10⁴ kg mm², 10⁷ g mm², 100 kg cm², 34 lb in² and 10 g m².
     for inertia in [1e4, 1e7, 100.0, 34.2, 10.0] {
-        let said = suspicions(&reference(inertia));
+        let messages = suspicions(&reference(inertia));
         assert!(
-            said.len() == 1 && said[0].contains("radius of gyration") && said[0].contains("1e-6"),
-            "{said:?}"
+            messages.len() == 1
+                && messages[0].contains("radius of gyration")
+                && messages[0].contains("1e-6"),
+            "{messages:?}"
         );
     }
 }
@@ -41,8 +43,8 @@ fn lengths_in_inches_and_angles_in_degrees_are_suspected() {
         LayoutFile::parse(&nodes(scale, tables), "l").unwrap().suspicions()
     };
     let only = |scale: f64, tables: &str, words: &str| {
-        let said = suspicions(scale, tables);
-        assert!(said.len() == 1 && said[0].contains(words), "{said:?}");
+        let messages = suspicions(scale, tables);
+        assert!(messages.len() == 1 && messages[0].contains(words), "{messages:?}");
     };
     // Nodes 0.13 m apart in inches.
     only(

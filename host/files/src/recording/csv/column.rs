@@ -86,7 +86,8 @@ impl Column {
         Some(Times { values: self.values.clone(), digits: self.digits.clone()? }.unwrapped())
     }
 
-    /// The values of a column without a unit as times, if each is above the one before: no reading of a sensor does that.
+    /// The values of a column without a unit as times, if each is above the one before: no reading of a sensor does
+    /// that.
     pub fn rising(&self, channel: &Channel) -> Option<Times> {
         let rises = self.values.len() >= FEWEST_RISING
             && self.values.windows(2).all(|pair| pair[0] < pair[1]);

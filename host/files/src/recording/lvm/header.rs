@@ -108,22 +108,22 @@ impl SegmentHeader {
         }
     }
 
-    /// Why a channel cannot be used beside the others: it has another rate, begins at another time or has another number of
-    /// samples.
+    /// Why a channel cannot be used beside the others: it has another rate, begins at another time or has another
+    /// number of samples.
     pub fn fault(&self, channel: usize) -> Option<RecordingError> {
         let reference = self.reference();
         let (this, that) = (channel + 1, reference + 1);
-        let of = |list: &[Option<f64>]| {
+        let pair = |list: &[Option<f64>]| {
             Some((list.get(reference).copied()??, list.get(channel).copied()??))
         };
         let steps: Vec<Option<f64>> =
             self.deltas.iter().map(|delta| delta.map(|delta| delta.step)).collect();
-        if let Some((first, step)) = of(&steps)
+        if let Some((first, step)) = pair(&steps)
             && (step - first).abs() > EQUAL_RATES * first.abs()
         {
             let fault = format!(
-                "Delta_X: channel {this} has a step of {step} s and channel {that} one of {first} s; export channels of one \
-                 rate"
+                "Delta_X: channel {this} has a step of {step} s and channel {that} one of {first} s; export channels \
+                 of one rate"
             );
             return Some(RecordingError::Header { line: self.delta_line, fault });
         }
@@ -131,7 +131,7 @@ impl SegmentHeader {
         for (entry, beginnings, line) in
             [("X0", &self.firsts, self.first_line), ("Time", &self.clocks, self.clock_line)]
         {
-            if let Some((first, begins)) = of(beginnings)
+            if let Some((first, begins)) = pair(beginnings)
                 && (begins - first).abs() > TOGETHER * step.abs() + ROUNDED * first.abs()
             {
                 let fault = format!(

@@ -4,7 +4,7 @@ use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, Calibra
 use massline_shared::layout::{AXIS_LETTERS, RIG_SENSORS};
 use massline_shared::signal::ChannelCalibration;
 
-use super::{Fact, Folded, Group, fact, percent};
+use super::{CollapsibleTable, Fact, Group, fact, percent};
 use crate::result_file::ResultFile;
 use crate::typography::with_minus_signs;
 use crate::words::hash_text;
@@ -62,34 +62,35 @@ pub(in super::super) fn method_and_day(source: &ResultFile) -> Result<String> {
     }))
 }
 
-fn rows(of: &CalibrationRecord, measured: Option<&str>) -> Vec<Fact> {
-    let mut rows = vec![fact("method", spelled(of.method))];
+fn rows(record: &CalibrationRecord, measured: Option<&str>) -> Vec<Fact> {
+    let mut rows = vec![fact("method", spelled(record.method))];
     // A data sheet has no day.
-    if of.method != CalibrationMethod::DataSheet || !of.date.is_empty() {
-        rows.push(fact("calibrated", dated(&of.date, measured)));
+    if record.method != CalibrationMethod::DataSheet || !record.date.is_empty() {
+        rows.push(fact("calibrated", dated(&record.date, measured)));
     }
-    if !of.hammer.is_empty() {
-        rows.push(fact("hammer", of.hammer.as_str()));
+    if !record.hammer.is_empty() {
+        rows.push(fact("hammer", record.hammer.as_str()));
     }
-    let names = of.sensors.iter().map(|name| name.as_str());
+    let names = record.sensors.iter().map(|name| name.as_str());
     let named: Vec<&str> = names.filter(|name| !name.is_empty()).collect();
     if !named.is_empty() {
         rows.push(fact("sensors", named.join(", ")));
     }
-    if let Some(temperature) = of.temperature {
+    if let Some(temperature) = record.temperature {
         rows.push(fact("temperature then", format!("{temperature:.0} °C")));
     }
-    rows.push(fact("its uncertainty (1 sd)", sigma(&of.sigma)));
+    rows.push(fact("its uncertainty (1 sd)", sigma(&record.sigma)));
     rows
 }
 
-fn sigma(of: &CalibrationSigma) -> String {
-    let [gain, cross_axis, hammer_gain] = [of.gain, of.cross_axis, of.hammer_gain].map(percent);
+fn sigma(sigma: &CalibrationSigma) -> String {
+    let [gain, cross_axis, hammer_gain] =
+        [sigma.gain, sigma.cross_axis, sigma.hammer_gain].map(percent);
     format!("gains {gain}, cross-axis {cross_axis}, hammer {hammer_gain}")
 }
 
 /// Zero, sensitivity and low-pass of every channel.
-fn channels(of: &CalibrationRecord) -> Folded {
+fn channels(record: &CalibrationRecord) -> CollapsibleTable {
     let row = |name: String, channel: &ChannelCalibration, unit: &str| {
         let cutoff = match channel.cutoff.0 {
             0.0 => "none".to_owned(),
@@ -99,13 +100,13 @@ fn channels(of: &CalibrationRecord) -> Folded {
         let sensitivity = format!("{:.4} {unit}", 1e3 * channel.sensitivity);
         vec![name, with_minus_signs(&zero), with_minus_signs(&sensitivity), cutoff]
     };
-    let [hammer, responses @ ..] = &of.calibration.channels;
+    let [hammer, responses @ ..] = &record.calibration.channels;
     let mut rows = vec![row("hammer".into(), hammer, "mV/N")];
     for (k, channel) in responses.iter().enumerate().take(3 * RIG_SENSORS) {
         let name = format!("sensor {} {}", k / 3 + 1, AXIS_LETTERS[k % 3]);
         rows.push(row(name, channel, "mV/(m/s²)"));
     }
-    Folded {
+    CollapsibleTable {
         summary: "Channels: zeros, sensitivities and low-passes",
         header: vec!["channel", "zero, V", "sensitivity", "low-pass, Hz"],
         rows,

@@ -71,11 +71,14 @@ fn of_archive(archive: &Archive) -> Vec<Fact> {
     ]
 }
 
-/// The record of a hit in the suspension profile: the force in every scan about the hit, the responses filtered and decimated.
+/// The record of a hit in the suspension profile: the force in every scan about the hit, the responses filtered and
+/// decimated.
 fn long_record(adc: &AdcProperties) -> String {
     let rate = f64::from(adc.of_rows().rate.0);
-    let [all, before] = [RECORD_SCANS, PRE_TRIGGER_SCANS].map(|rows| rows as f64 / rate);
-    format!("{all:.1} s, {before:.1} s of it before the hit; responses at {rate:.0} per second")
+    let [duration, before] = [RECORD_SCANS, PRE_TRIGGER_SCANS].map(|rows| rows as f64 / rate);
+    format!(
+        "{duration:.1} s, {before:.1} s of it before the hit; responses at {rate:.0} per second"
+    )
 }
 
 /// What a document says, which has no more than this.

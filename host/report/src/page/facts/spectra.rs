@@ -20,7 +20,7 @@ fn rows(archive: &Archive, measured: &[MeasuredDof]) -> Vec<Fact> {
         fact("responses up to", format!("{highest:.1} Hz")),
     ];
     let levels = archive.spectra.iter().filter_map(|spectra| {
-        let line = measured.iter().find(|of| of.dof == spectra.dof)?;
+        let line = measured.iter().find(|dof| dof.dof == spectra.dof)?;
         let [_, high] = line.band_hz?;
         Some((level_db(spectra, high)?, high, &spectra.dof))
     });
@@ -37,9 +37,9 @@ fn rows(archive: &Archive, measured: &[MeasuredDof]) -> Vec<Fact> {
 /// The auto spectrum of the force at a frequency over its maximum, dB; `None` where it is not known.
 fn level_db(spectra: &ArchivedSpectra, frequency_hz: f64) -> Option<f64> {
     let place = (frequency_hz / spectra.resolution_hz).round();
-    let there = f64::from(*spectra.force_auto.get(place as usize)?);
+    let power = f64::from(*spectra.force_auto.get(place as usize)?);
     let largest = spectra.force_auto.iter().copied().map(f64::from).fold(0.0, f64::max);
-    let level = 10.0 * (there / largest).log10();
+    let level = 10.0 * (power / largest).log10();
     level.is_finite().then_some(level)
 }
 

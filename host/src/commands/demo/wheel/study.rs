@@ -1,7 +1,7 @@
 //! Answers to the wheel's responses with noise, against the truth.
 
 use massline_physics::Bench;
-use massline_physics::responses::{Besides, SprungPart, add_noise, frequency_responses};
+use massline_physics::responses::{ObjectExtras, SprungPart, add_noise, frequency_responses};
 use massline_shared::FrequencyResponses;
 use massline_shared::body::{RigidBody, scale};
 use massline_shared::identify::global_fit::{GlobalFitSettings, GlobalFitSolution};
@@ -15,7 +15,7 @@ use crate::solve::SUSPENSION_BAND_HZ;
 use massline_analysis::bench_error::bench_error;
 use massline_analysis::parallel::pieces;
 use massline_analysis::suspension::{
-    Answered, Asked, GlobalAnswer, HostFit, ModeChoice, Survey, Variant, answered,
+    GlobalAnswer, HostFit, ModalAnswers, ModeChoice, Survey, SurveyedAnswer, Variant, answered,
 };
 use massline_client::interrupt::Interrupt;
 use massline_files::uff::{Encoding, functions_of, write};
@@ -74,7 +74,8 @@ pub(super) struct Study {
     pub(super) flexible: u64,
 }
 
-/// Errors of one run: for each row the squared error over scale, summed over the ten, and the number of intervals that hold.
+/// Errors of one run: for each row the squared error over scale, summed over the ten, and the number of intervals that
+/// hold.
 type Errors = Vec<Option<(f64, Option<u32>)>>;
 
 /// What one run gives.
@@ -107,7 +108,7 @@ impl Wheel {
         let bench = Bench::named("wheel").map_err(bench_error)?;
         let count = ((high - low) / spacing).round() as u32;
         let frequencies: Vec<f64> = (0..=count).map(|k| low + spacing * f64::from(k)).collect();
-        let besides = Besides { part: tyre.then_some(TYRE), ..Besides::default() };
+        let besides = ObjectExtras { part: tyre.then_some(TYRE), ..ObjectExtras::default() };
         let exact = frequency_responses(&bench, layout, &frequencies, 0.0, &besides)
             .map_err(bench_error)?;
         let mut layout = layout.clone();
@@ -159,12 +160,12 @@ impl Wheel {
         let memory = || Box::new(Reduction::new());
         let one = |memory: &mut Box<Reduction<f64>>, run: u64| self.run(forces, seed, run, memory);
         let _guard = interrupt.guard();
-        let made = pieces(runs, &|| interrupt.pressed(), progress, memory, one);
-        let rows = rows(&made);
+        let completed_runs = pieces(runs, &|| interrupt.pressed(), progress, memory, one);
+        let rows = rows(&completed_runs);
         let layout = self.with_forces(forces);
         let forces = layout.hits.iter().map(|hit| hit.dof.to_string()).collect();
-        let flexible = made.iter().filter(|run| run.flexible).count() as u64;
-        let runs = made.len() as u64;
+        let flexible = completed_runs.iter().filter(|run| run.flexible).count() as u64;
+        let runs = completed_runs.len() as u64;
         Ok(Study { set: set.into(), forces, runs, rows, flexible })
     }
 
@@ -175,9 +176,9 @@ impl Wheel {
         let nothing = || Run { errors: unanswered(), bound: None, flexible: false };
         let mut noisy = self.exact.clone();
         add_noise(&mut noisy, self.noise, seed, run);
-        let all = self.layout.hits.len();
+        let hit_count = self.layout.hits.len();
         let picked: Vec<Complex<f64>> = noisy
-            .chunks_exact(all)
+            .chunks_exact(hit_count)
             .flat_map(|of_hits| forces.iter().map(|force| of_hits[*force]))
             .collect();
         let layout = self.with_forces(forces);
@@ -185,14 +186,14 @@ impl Wheel {
         let readings = FrequencyResponses::new(&self.frequencies, &picked, channels, forces.len());
         let Some(readings) = readings else { return nothing() };
         let Ok(fit) = HostFit::new(&layout, &readings, memory) else { return nothing() };
-        let Answered { answers, .. } = answered(&fit, &variants, false, memory);
+        let ModalAnswers { answers, .. } = answered(&fit, &variants, false, memory);
         let start = answers.first().map(|(_, answer)| answer.body);
         let global = start.and_then(|start| {
             GlobalAnswer::of(&layout, &readings, &start, &GlobalFitSettings::default()).ok()
         });
-        let mut asked: Vec<Asked<'_>> =
-            answers.iter().map(|(variant, _)| Asked::Modal(*variant)).collect();
-        asked.extend(global.as_ref().map(Asked::Global));
+        let mut asked: Vec<SurveyedAnswer<'_>> =
+            answers.iter().map(|(variant, _)| SurveyedAnswer::Modal(*variant)).collect();
+        asked.extend(global.as_ref().map(SurveyedAnswer::Global));
         let survey = Survey::of(&layout, Some(&fit), &asked, |_, _| ());
         let mut errors = unanswered();
         let mut thetas = [None; METHODS];
@@ -224,11 +225,12 @@ impl Wheel {
         Run { errors, bound, flexible }
     }
 
-    /// The squared Cramér-Rao bound over scale, summed over the ten: the covariance of the global fit under the true noise.
-    fn bound(&self, found: &GlobalFitSolution<f64>) -> Option<f64> {
-        let sigma = found.estimate.sigma()?;
+    /// The squared Cramér-Rao bound over scale, summed over the ten: the covariance of the global fit under the true
+    /// noise.
+    fn bound(&self, solution: &GlobalFitSolution<f64>) -> Option<f64> {
+        let sigma = solution.estimate.sigma()?;
         let scale = scale(self.truth.mass, self.layout.characteristic_length());
-        let true_over_found = self.noise * std::f64::consts::FRAC_1_SQRT_2 / found.noise;
+        let true_over_found = self.noise * std::f64::consts::FRAC_1_SQRT_2 / solution.noise;
         Some((sigma * true_over_found).component_div(&scale).norm_squared())
     }
 
@@ -256,7 +258,7 @@ fn rows(runs: &[Run]) -> Vec<Row> {
     let row = |(place, name): (usize, String)| {
         let answered: Vec<_> = runs.iter().filter_map(|run| run.errors[place]).collect();
         let count = answered.len() as f64;
-        let mean = |sum: f64, of: f64| (of > 0.0).then(|| sum / of);
+        let mean = |sum: f64, divisor: f64| (divisor > 0.0).then(|| sum / divisor);
         let squares = answered.iter().map(|(squares, _)| squares).sum::<f64>();
         let held: Vec<u32> = answered.iter().filter_map(|(_, held)| *held).collect();
         let intervals = 10.0 * held.len() as f64;

@@ -101,23 +101,23 @@ fn a_segment_without_a_hit_can_be_passed_over() {
 
 #[test]
 fn the_layout_must_be_that_of_the_tape() {
-    let all = [(0, "1:+Y"), (10, "2:+Z"), (20, "4:+X")];
+    let segments = [(0, "1:+Y"), (10, "2:+Z"), (20, "4:+X")];
     let new = |segments: &[(u64, &str)], change: fn(&mut Sidecar)| {
         let mut sidecar = sidecar(segments);
         change(&mut sidecar);
         let tape = Tape { sidecar, scans: scans(100).into(), cut_short: false };
         TapeSource::new(tape, &layout()).map(|(_, warning)| warning)
     };
-    assert_eq!(new(&all, |_| ()).unwrap(), None);
+    assert_eq!(new(&segments, |_| ()).unwrap(), None);
     // The tape of an interrupted campaign still belongs to this layout.
-    assert_eq!(new(&all[..1], |_| ()).unwrap(), None);
-    let warning = new(&all, |s| s.layout_hash ^= 1).unwrap().unwrap();
+    assert_eq!(new(&segments[..1], |_| ()).unwrap(), None);
+    let warning = new(&segments, |s| s.layout_hash ^= 1).unwrap().unwrap();
     assert!(warning.contains("another layout"));
-    let error = new(&all[..2], |s| s.layout_hash ^= 1).unwrap_err().to_string();
+    let error = new(&segments[..2], |s| s.layout_hash ^= 1).unwrap_err().to_string();
     assert!(error.contains("hits at 4:+X"), "{error}");
     let error = new(&[(0, "3:+Y")], |_| ()).unwrap_err().to_string();
     assert!(error.contains("hits at 3:+Y"), "{error}");
-    let error = new(&all, |s| s.adc.channels = 7).unwrap_err().to_string();
+    let error = new(&segments, |s| s.adc.channels = 7).unwrap_err().to_string();
     assert!(error.contains("3 sensors and the tape 2"), "{error}");
 }
 

@@ -6,12 +6,12 @@ use super::*;
 const LAYOUT: &str = include_str!("../../../../examples/three-bar-test-1.toml");
 
 /// A campaign as the host sees it.
-struct Seen {
+struct ObservedCampaign {
     log: HitLog,
     status: Status,
 }
 
-impl Seen {
+impl ObservedCampaign {
     fn new() -> Self {
         let status = Status {
             phase: Phase::Armed.into(),
@@ -74,7 +74,7 @@ impl Seen {
     }
 
     fn verdicts(&self) -> Vec<HitVerdict> {
-        self.log.entries.iter().map(|of| of.verdict).collect()
+        self.log.entries.iter().map(|entry| entry.verdict).collect()
     }
 }
 
@@ -82,7 +82,7 @@ use HitVerdict::{Accepted, Dropped, OutlierRemoved, Redone, Rejected, Skipped, U
 
 #[test]
 fn a_bad_hit_and_one_that_the_operator_rejects_are_rejected() {
-    let mut seen = Seen::new();
+    let mut seen = ObservedCampaign::new();
     seen.good();
     seen.hit(Some(Code::DoubleHit));
     seen.hit(None);
@@ -101,7 +101,7 @@ fn a_bad_hit_and_one_that_the_operator_rejects_are_rejected() {
 #[test]
 fn an_outlier_is_removed_whether_its_event_or_the_status_comes_first() {
     for event_first in [true, false] {
-        let mut seen = Seen::new();
+        let mut seen = ObservedCampaign::new();
         seen.good();
         seen.hit(None);
         seen.status.rejected += 1;
@@ -120,7 +120,7 @@ fn an_outlier_is_removed_whether_its_event_or_the_status_comes_first() {
 #[test]
 fn the_first_two_hits_that_disagree_are_both_removed() {
     for event_first in [true, false] {
-        let mut seen = Seen::new();
+        let mut seen = ObservedCampaign::new();
         seen.good();
         seen.hit(None);
         (seen.status.rejected, seen.status.accepted[0]) = (2, 0);
@@ -140,7 +140,7 @@ fn the_first_two_hits_that_disagree_are_both_removed() {
 /// The third hit shows that one of the first two landed elsewhere: it stays as the first.
 #[test]
 fn two_hits_that_a_third_replaces_are_removed() {
-    let mut seen = Seen::new();
+    let mut seen = ObservedCampaign::new();
     seen.good();
     seen.good();
     seen.hit(None);
@@ -157,7 +157,7 @@ fn two_hits_that_a_third_replaces_are_removed() {
 
 #[test]
 fn a_hit_can_be_taken_back_and_a_dof_begun_again() {
-    let mut seen = Seen::new();
+    let mut seen = ObservedCampaign::new();
     seen.good();
     seen.good();
     seen.status.accepted[0] = 1;
@@ -173,7 +173,7 @@ fn a_hit_can_be_taken_back_and_a_dof_begun_again() {
 #[test]
 fn a_hit_whose_undo_is_reported_is_undone() {
     for status_first in [false, true] {
-        let mut seen = Seen::new();
+        let mut seen = ObservedCampaign::new();
         seen.hit(None);
         seen.status.accepted[0] = 1;
         seen.look(Phase::Armed);
@@ -190,7 +190,7 @@ fn a_hit_whose_undo_is_reported_is_undone() {
 
 #[test]
 fn the_hits_of_a_skipped_dof_and_one_without_a_verdict_are_not_in_the_answer() {
-    let mut seen = Seen::new();
+    let mut seen = ObservedCampaign::new();
     seen.good();
     (seen.status.accepted[0], seen.status.dof) = (0, 1);
     seen.look(Phase::Armed);
@@ -201,7 +201,7 @@ fn the_hits_of_a_skipped_dof_and_one_without_a_verdict_are_not_in_the_answer() {
 
 #[test]
 fn hits_before_the_log_began_are_not_taken_for_its_own() {
-    let mut seen = Seen::new();
+    let mut seen = ObservedCampaign::new();
     seen.log = HitLog::simulated();
     seen.status.accepted[0] = 3;
     seen.look(Phase::Armed);

@@ -2,7 +2,7 @@
 
 use super::wheel::*;
 use super::*;
-use crate::layout::{Attached, Prior};
+use crate::layout::{AttachedBody, Prior};
 
 /// The answer for a layout and data, and its sensitivities.
 struct Answer {
@@ -42,9 +42,9 @@ fn weighted_answer(
     };
     let start = RigidBody::from_theta(&SVector::from(THETA));
     let mut memory = vec![0.0; workspace(3, 5)];
-    let found =
+    let solution =
         solve_with_sensitivities(layout, &responses, &start, &settings, &mut memory, &mut to);
-    let estimate = found.unwrap().estimate;
+    let estimate = solution.unwrap().estimate;
     let (theta, sigma) = (estimate.theta(), estimate.sigma().unwrap());
     Answer { theta, sigma, gain, nuisances: of_nuisances, pulls, posterior }
 }
@@ -124,13 +124,15 @@ fn bins_of_little_precision_hardly_count() {
     }
     let precision: Vec<f64> = (0..f.len()).map(|bin| if bad(bin) { 0.05 } else { 1.0 }).collect();
     let from = answer(&layout, &exact, false);
-    let off = |found: &Answer| (found.theta - from.theta).component_div(&from.sigma).amax();
+    let off = |changed_answer: &Answer| {
+        (changed_answer.theta - from.theta).component_div(&from.sigma).amax()
+    };
     let (plain, weighted) = (
         off(&answer(&layout, &spoilt, false)),
         off(&weighted_answer(&layout, &spoilt, false, &precision)),
     );
-    // Two thirds of the bins say what all say within the square root of a half of their standard deviation, in three of those;
-    // without weights the noise is more than ten times as large.
+    // Two thirds of the bins say what all say within the square root of a half of their standard deviation, in three of
+    // those; without weights the noise is more than ten times as large.
     assert!(weighted < 3.0 * 0.5_f64.sqrt() && plain > 2.0 * weighted, "{weighted} {plain}");
 }
 
@@ -144,12 +146,12 @@ fn the_answer_follows_the_nominal_layout() {
     let sensor = layout.sensors[1].uncertainty;
     let (hit, of_hit) = (&layout.hits[2], layout.hits[2].uncertainty.of_mean(5));
     let [first, second] = crate::layout::across(&hit.direction.into());
-    let check = |place: usize, layout: &Wheel, data: &[Complex<f64>], what: &str| {
+    let check = |place: usize, layout: &Wheel, data: &[Complex<f64>], quantity: &str| {
         let left = difference(&answer(layout, data, false), &from, &(from.nuisances[place] * part));
-        // What second derivatives make of it is below a hundredth of a standard deviation for each; a mean direction has
-        // most, as it is shorter than one.
-        let limit = if what == "direction of a hit" { 0.3 } else { 0.1 };
-        assert!(left < limit, "{what}: {left}");
+        // What second derivatives make of it is below a hundredth of a standard deviation for each; a mean direction
+        // has most, as it is shorter than one.
+        let limit = if quantity == "direction of a hit" { 0.3 } else { 0.1 };
+        assert!(left < limit, "{quantity}: {left}");
     };
     // A nominal sensitivity that is larger by this makes the accelerances smaller.
     let mixed = |to: usize, from: usize, by: f64| {
@@ -198,7 +200,7 @@ fn the_answer_follows_the_nominal_layout() {
 #[test]
 fn attached_bodies_are_subtracted_and_priors_hold() {
     let mut layout = layout();
-    layout.attached.push(Attached::point(0.5, 0.1, [0.1, 0.05, -0.02])).unwrap();
+    layout.attached.push(AttachedBody::point(0.5, 0.1, [0.1, 0.05, -0.02])).unwrap();
     let exact = data(&layout);
     let from = answer(&layout, &exact, false);
     let without = {
@@ -210,7 +212,7 @@ fn attached_bodies_are_subtracted_and_priors_hold() {
     assert!((without.theta[0] - from.theta[0] - 0.5).abs() < 1e-6 * without.theta[0]);
     let heavier = {
         let mut layout = layout.clone();
-        layout.attached[0] = Attached::point(0.55, 0.1, [0.1, 0.05, -0.02]);
+        layout.attached[0] = AttachedBody::point(0.55, 0.1, [0.1, 0.05, -0.02]);
         answer(&layout, &exact, false)
     };
     let left = difference(&heavier, &from, &from.nuisances[47 + 26]);

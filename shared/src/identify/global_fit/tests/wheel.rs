@@ -129,7 +129,7 @@ impl Object {
         let inverse = Matrix6::from(SHAPES).transpose().try_inverse().unwrap();
         let omega = Vector6::from(HZ) * std::f64::consts::TAU;
         let ratio = Vector6::from(DAMPING) * 2.0;
-        let of = |diagonal: Vector6<f64>| {
+        let from_modal = |diagonal: Vector6<f64>| {
             inverse.transpose() * Matrix6::from_diagonal(&diagonal) * inverse
         };
         let tyre = RigidBody {
@@ -139,8 +139,8 @@ impl Object {
         };
         Self {
             mass: RigidBody::from_theta(&SVector::from(THETA)).mass_matrix(),
-            stiffness: of(omega.component_mul(&omega)),
-            damping: of(omega.component_mul(&ratio)),
+            stiffness: from_modal(omega.component_mul(&omega)),
+            damping: from_modal(omega.component_mul(&ratio)),
             tyre: if tyre_kg > 0.0 { tyre.mass_matrix() } else { Matrix6::zeros() },
         }
     }
@@ -221,7 +221,7 @@ pub(in crate::identify) fn measure(
     if let Some(stated) = &mut moved.gravity {
         (0..3).for_each(|k| stated[k] += gravity[k]);
     }
-    let mut all = Vec::new();
+    let mut accelerances = Vec::new();
     for f in frequencies {
         let s = C::new(0.0, std::f64::consts::TAU * f);
         let inverse = object.dynamic(s).try_inverse().unwrap();
@@ -237,11 +237,11 @@ pub(in crate::identify) fn measure(
             }
             for motion in &motions {
                 let noise = C::new(random.normal(), random.normal()) * (noise / 2_f64.sqrt());
-                all.push(row.dot(motion) + noise);
+                accelerances.push(row.dot(motion) + noise);
             }
         }
     }
-    all
+    accelerances
 }
 
 /// Mean force of the hits on a DOF, each beside its mark and turned.

@@ -30,12 +30,12 @@ fn study(layout: &Wheel, object: &Object, settings: GlobalFitSettings, runs: usi
     for _ in 0..runs {
         let data = measure(layout, object, &f, NOISE, &mut random);
         let responses = FrequencyResponses::new(&f, &data, 9, 5).unwrap();
-        let found = solve(layout, &responses, &start, &settings, &mut memory).unwrap();
-        let error = found.estimate.theta() - truth.theta();
-        study.z.extend(&error.component_div(&found.estimate.sigma().unwrap()));
+        let solution = solve(layout, &responses, &start, &settings, &mut memory).unwrap();
+        let error = solution.estimate.theta() - truth.theta();
+        study.z.extend(&error.component_div(&solution.estimate.sigma().unwrap()));
         study.total += error.component_div(&unit).norm_squared() / 10.0 / runs as f64;
-        study.noise += found.noise / runs as f64;
-        study.extra_terms.push(found.extra_terms);
+        study.noise += solution.noise / runs as f64;
+        study.extra_terms.push(solution.extra_terms);
     }
     study.total = study.total.sqrt();
     study
@@ -79,11 +79,20 @@ fn with_the_default_budget_the_intervals_hold() {
 fn a_tyre_asks_for_an_extra_term() {
     let runs = 10;
     let layout = without_errors(layout());
-    let found = study(&layout, &Object::new(9.0), Default::default(), runs);
-    assert!(found.coverage() > least_coverage(runs), "{}", found.coverage());
-    assert!(found.extra_terms.iter().all(|n| *n > 0), "{:?}", found.extra_terms);
+    let with_extra_term = study(&layout, &Object::new(9.0), Default::default(), runs);
+    assert!(with_extra_term.coverage() > least_coverage(runs), "{}", with_extra_term.coverage());
+    assert!(
+        with_extra_term.extra_terms.iter().all(|n| *n > 0),
+        "{:?}",
+        with_extra_term.extra_terms
+    );
     // Without the term the fit takes the tyre for mass.
     let without = GlobalFitSettings { most_extra_terms: 0, ..Default::default() };
     let biased = study(&layout, &Object::new(9.0), without, 1);
-    assert!(biased.total > 5.0 * found.total, "{} {}", biased.total, found.total);
+    assert!(
+        biased.total > 5.0 * with_extra_term.total,
+        "{} {}",
+        biased.total,
+        with_extra_term.total
+    );
 }

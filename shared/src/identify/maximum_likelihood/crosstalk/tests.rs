@@ -7,7 +7,7 @@ use crate::capacity::Rig;
 use crate::layout::tests::bar_body;
 
 /// What is found in 40 tests through a chain that changes the accelerances.
-fn found(
+fn find_crosstalk(
     budget: ErrorBudget,
     chain: impl Fn(&mut Responses<f64, Rig>, f64),
 ) -> Vec<Option<Diagnostic>> {
@@ -16,8 +16,9 @@ fn found(
     let mut one = || {
         let dofs = drawn_through(&layout, &body, BudgetScales::default(), &mut normal, &chain);
         let solution = solve(&layout, &dofs, Start::InertiaRestraint, budget, &mut memory).unwrap();
-        let mut said = solution.estimate.diagnostics.into_iter();
-        said.find(|d| matches!(d.code, Code::HammerInResponse | Code::MultiplexerKeepsVoltage))
+        let mut diagnostics = solution.estimate.diagnostics.into_iter();
+        diagnostics
+            .find(|d| matches!(d.code, Code::HammerInResponse | Code::MultiplexerKeepsVoltage))
     };
     (0..40).map(|_| one()).collect()
 }
@@ -25,7 +26,7 @@ fn found(
 #[test]
 fn nothing_is_found_in_a_healthy_chain() {
     for budget in [ErrorBudget::Stated, ErrorBudget::Learned] {
-        let suspected = found(budget, |_, _| ()).into_iter().flatten().count();
+        let suspected = find_crosstalk(budget, |_, _| ()).into_iter().flatten().count();
         // Chance suspects one in 300, so two of forty in one of a hundred.
         assert!(suspected <= 1, "{suspected} of {budget:?}");
     }
@@ -35,8 +36,8 @@ fn nothing_is_found_in_a_healthy_chain() {
 fn a_part_of_the_hammer_is_named_with_its_size() {
     const PART: f64 = 0.15;
     for budget in [ErrorBudget::Stated, ErrorBudget::Learned] {
-        let found = found(budget, |a, _| a[3] += PART);
-        let named: Vec<_> = found.into_iter().flatten().collect();
+        let diagnostics = find_crosstalk(budget, |a, _| a[3] += PART);
+        let named: Vec<_> = diagnostics.into_iter().flatten().collect();
         // The part is about eight of its standard deviations.
         assert!(named.len() >= 36, "{} of {budget:?}", named.len());
         for one in named {
@@ -51,11 +52,11 @@ fn a_part_of_the_hammer_is_named_with_its_size() {
 fn a_memory_of_the_multiplexer_is_named_with_its_size() {
     const PART: f64 = 0.015;
     for stride in STRIDES {
-        let found = found(ErrorBudget::Learned, |a, _| {
+        let diagnostics = find_crosstalk(ErrorBudget::Learned, |a, _| {
             let before = channels_before(a, 9, stride);
             a.add_multiple(&before, PART);
         });
-        let named: Vec<_> = found.into_iter().flatten().collect();
+        let named: Vec<_> = diagnostics.into_iter().flatten().collect();
         assert_eq!(named.len(), 40, "stride {stride}");
         for one in named {
             // The part is about seven of its standard deviations.

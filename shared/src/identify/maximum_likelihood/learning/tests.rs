@@ -130,16 +130,18 @@ fn study(truth: BudgetScales<f64>) -> ([(f64, f64); 2], [f64; 3]) {
     const RUNS: u32 = 60;
     let (layout, body) = (calibrated(), bar_body());
     let mut normal = Normal::new();
-    let (mut found, mut scales) = ([(0.0, 0.0); 2], [0.0; 3]);
+    let (mut intervals, mut scales) = ([(0.0, 0.0); 2], [0.0; 3]);
     for _ in 0..RUNS {
         let dofs = drawn(&layout, &body, truth, &mut normal);
-        for (budget, found) in [ErrorBudget::Stated, ErrorBudget::Learned].iter().zip(&mut found) {
+        for (budget, interval) in
+            [ErrorBudget::Stated, ErrorBudget::Learned].iter().zip(&mut intervals)
+        {
             let estimate = fit(&layout, &dofs, *budget).estimate;
             let half = estimate.half_widths().unwrap();
             let errors = estimate.theta() - body.theta();
             let inside = errors.iter().zip(half.iter()).filter(|(e, h)| e.abs() <= **h).count();
-            found.0 += inside as f64 / f64::from(10 * RUNS);
-            found.1 += half[0] / f64::from(RUNS);
+            interval.0 += inside as f64 / f64::from(10 * RUNS);
+            interval.1 += half[0] / f64::from(RUNS);
             if let Some(learned) = estimate.learned {
                 let BudgetScales { hit_position, hit_direction, constant } = learned.scales;
                 for (sum, scale) in scales.iter_mut().zip([hit_position, hit_direction, constant]) {
@@ -148,7 +150,7 @@ fn study(truth: BudgetScales<f64>) -> ([(f64, f64); 2], [f64; 3]) {
             }
         }
     }
-    (found, scales)
+    (intervals, scales)
 }
 
 #[test]

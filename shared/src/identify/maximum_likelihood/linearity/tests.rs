@@ -9,12 +9,12 @@ use crate::layout::tests::bar_body;
 use crate::responses::Responses;
 
 /// The channel that is named, and the change of its largest reading.
-fn found(dofs: &Dofs<f64>) -> Option<(Subject, f64)> {
+fn find_trend(dofs: &Dofs<f64>) -> Option<(Subject, f64)> {
     let (layout, mut memory) = (calibrated(), [0.0; RIG_WORKSPACE]);
     let start = Start::InertiaRestraint;
     let solution = solve(&layout, dofs, start, ErrorBudget::Learned, &mut memory).unwrap();
-    let mut said = solution.estimate.diagnostics.into_iter();
-    let named = said.find(|d| d.code == Code::ChannelNotLinear)?;
+    let mut diagnostics = solution.estimate.diagnostics.into_iter();
+    let named = diagnostics.find(|d| d.code == Code::ChannelNotLinear)?;
     Some((named.subject, named.value.into()))
 }
 
@@ -27,7 +27,7 @@ fn tests(chain: impl Fn(&mut Responses<f64, Rig>, f64)) -> Vec<Dofs<f64>> {
 
 #[test]
 fn a_linear_chain_is_not_suspected() {
-    let suspected = tests(|_, _| ()).iter().filter(|dofs| found(dofs).is_some()).count();
+    let suspected = tests(|_, _| ()).iter().filter(|dofs| find_trend(dofs).is_some()).count();
     // Chance suspects one in two hundred, so three of forty in one of a thousand.
     assert!(suspected <= 2, "{suspected}");
 }
@@ -36,10 +36,10 @@ fn a_linear_chain_is_not_suspected() {
 fn a_channel_that_compresses_is_named_with_its_loss() {
     // 5 % at 80 m/s².
     let lost = |reading: f64| 0.05 * (reading / 80.0).powi(2);
-    let all = tests(|a, force| a[2] *= 1.0 - lost(a[2] * force));
+    let all_dofs = tests(|a, force| a[2] *= 1.0 - lost(a[2] * force));
     let mut ratios = Vec::new();
-    for dofs in all {
-        let (channel, change) = found(&dofs).expect("a trend");
+    for dofs in all_dofs {
+        let (channel, change) = find_trend(&dofs).expect("a trend");
         assert_eq!(channel, Subject::Channel(3));
         let largest = dofs.iter().map(|(_, lines)| lines.accelerance[2].abs()).fold(0.0, f64::max);
         // The mean square of forces of 14 to 22 N is 329 N².
@@ -55,9 +55,9 @@ fn a_channel_that_compresses_is_named_with_its_loss() {
 #[test]
 fn a_hammer_that_compresses_is_named() {
     // A hammer that reads 4 % too little at 18 N makes accelerances too large.
-    let all = tests(|a, force| *a *= 1.0 + 0.04 * (force / 18.0).powi(2));
-    for dofs in all {
-        let (channel, change) = found(&dofs).expect("a trend");
+    let all_dofs = tests(|a, force| *a *= 1.0 + 0.04 * (force / 18.0).powi(2));
+    for dofs in all_dofs {
+        let (channel, change) = find_trend(&dofs).expect("a trend");
         assert!(channel == Subject::Channel(0) && change < -0.02, "{channel:?} {change}");
     }
 }
@@ -68,18 +68,18 @@ fn hits_of_equal_force_show_nothing() {
     for (_, lines) in &mut dofs {
         lines.trend.squares = 0.0;
     }
-    assert_eq!(found(&dofs), None);
+    assert_eq!(find_trend(&dofs), None);
 }
 
 /// Of nine loud responses the five loudest are tested, whatever their numbers.
 #[test]
 fn the_loudest_responses_are_tested_first() {
-    let of = |largest: [f64; 9]| {
+    let order_of = |largest: [f64; 9]| {
         let trends = largest.map(|largest| Trend { largest, ..Trend::none() });
         loudest(&trends).to_vec()
     };
-    assert_eq!(of([1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8]), [8, 7, 6, 5, 4]);
+    assert_eq!(order_of([1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8]), [8, 7, 6, 5, 4]);
     // Those below half of the loudest are not.
-    assert_eq!(of([9.0, 1.0, 4.0, 5.0, 0.0, 8.0, f64::NAN, 2.0, 4.5]), [0, 5, 3, 8]);
-    assert_eq!(of([f64::NAN; 9]), Vec::<usize>::new());
+    assert_eq!(order_of([9.0, 1.0, 4.0, 5.0, 0.0, 8.0, f64::NAN, 2.0, 4.5]), [0, 5, 3, 8]);
+    assert_eq!(order_of([f64::NAN; 9]), Vec::<usize>::new());
 }

@@ -103,8 +103,8 @@ fn errors_of_half_once_and_twice_the_budget_are_learned() {
 
 #[test]
 fn what_is_bad_alone_is_found() {
-    // The scale of the bad group is the largest, and those of the others are not raised with it; marks are as bad as the
-    // sensors.
+    // The scale of the bad group is the largest, and those of the others are not raised with it; marks are as bad as
+    // the sensors.
     let (_, [position, direction, sensors]) = study(scales(0.5, 2.0, 0.5));
     assert!(
         direction > 1.5 && position < 1.0 && sensors < 0.65,
@@ -239,11 +239,11 @@ fn a_mark_on_the_wrong_node_is_not_learned_away() {
         // Nodes 2 and 4 of the frame are 149 mm apart.
         truth.hits[3].position = layout.hits[1].position;
         let dofs = drawn_averages(&truth, &body, BudgetScales::default(), &mut normal);
-        let Ok(found) = solve(&layout, &dofs, Start::InertiaRestraint, &mut memory) else {
+        let Ok(solution) = solve(&layout, &dofs, Start::InertiaRestraint, &mut memory) else {
             continue;
         };
         answered += 1;
-        let estimate = found.estimate;
+        let estimate = solution.estimate;
         assert!(has(&estimate, Code::DataInconsistentWithBudget), "{:?}", estimate.diagnostics);
     }
     assert!(answered > 0);

@@ -15,7 +15,8 @@ use object::read::elf::ElfFile32;
 
 use super::code::{self, Function, Functions};
 
-/// The function through which every panic goes. A panic while another is reported is the last: the handlers see to that.
+/// The function through which every panic goes. A panic while another is reported is the last: the handlers see to
+/// that.
 const PANIC: &str = "core::panicking::panic_fmt";
 
 /// Functions that call themselves, but not more than once: for a number below the normal range, and for the
@@ -77,7 +78,7 @@ struct Search<'a> {
     panic: Option<u32>,
     report_bytes: u64,
     /// Of each function that has been searched: the bytes of its deepest path, and the call with which it goes on.
-    found: BTreeMap<u32, (u64, Option<u32>)>,
+    deepest_paths: BTreeMap<u32, (u64, Option<u32>)>,
     /// The functions on the path that is being searched.
     open: Vec<u32>,
     /// Functions each of which calls the next, and the last one the first.
@@ -86,8 +87,8 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(functions: &'a Functions, panic: Option<u32>, report_bytes: u64) -> Self {
-        let (found, open, cycles) = (BTreeMap::new(), Vec::new(), Vec::new());
-        Self { functions, panic, report_bytes, found, open, cycles }
+        let (deepest_paths, open, cycles) = (BTreeMap::new(), Vec::new(), Vec::new());
+        Self { functions, panic, report_bytes, deepest_paths, open, cycles }
     }
 
     /// The bytes of the deepest path that begins at a function.
@@ -96,7 +97,7 @@ impl<'a> Search<'a> {
     }
 
     fn follow(&mut self, at: u32) -> u64 {
-        if let Some((bytes, _)) = self.found.get(&at) {
+        if let Some((bytes, _)) = self.deepest_paths.get(&at) {
             return *bytes;
         }
         if let Some(before) = self.open.iter().position(|open| *open == at) {
@@ -111,7 +112,7 @@ impl<'a> Search<'a> {
         let deepest = function.calls.iter().map(|&call| (self.depth(call), call)).max();
         self.open.pop();
         let bytes = frames(function) + deepest.map_or(0, |(bytes, _)| bytes);
-        self.found.insert(at, (bytes, deepest.map(|(_, call)| call)));
+        self.deepest_paths.insert(at, (bytes, deepest.map(|(_, call)| call)));
         bytes
     }
 
@@ -121,7 +122,7 @@ impl<'a> Search<'a> {
         while let Some((at, function)) = next.and_then(|at| self.functions.get_key_value(&at)) {
             let bytes = if self.panic == next { self.report_bytes } else { frames(function) };
             path.push((bytes, function.name.clone()));
-            next = self.found.get(at).and_then(|(_, call)| *call);
+            next = self.deepest_paths.get(at).and_then(|(_, call)| *call);
         }
         path
     }
@@ -149,13 +150,13 @@ mod tests {
     use super::*;
 
     /// Functions at 0, 1, … with these names, frames and calls.
-    fn functions<const N: usize>(all: [(&str, u64, &[u32]); N]) -> Functions {
+    fn functions<const N: usize>(entries: [(&str, u64, &[u32]); N]) -> Functions {
         let function = |(at, (name, frame, calls)): (u32, (&str, u64, &[u32]))| {
             let (calls_itself, calls) =
                 (calls.contains(&at), calls.iter().copied().filter(|call| *call != at));
             (at, Function { name: name.to_owned(), frame, calls: calls.collect(), calls_itself })
         };
-        (0..).zip(all).map(function).collect()
+        (0..).zip(entries).map(function).collect()
     }
 
     fn refused(functions: &Functions) -> String {

@@ -198,7 +198,9 @@ mod tests {
         };
         let mut symbols = symbols(&[(0x100, "one"), (0x108, "two"), (0x110, "three")], &[0x10C]);
         symbols.instructions.insert(0x110, true);
-        let calls = |pointer, of| read_all(&code(pointer), &symbols).unwrap()[&of].calls.clone();
+        let calls = |pointer, function| {
+            read_all(&code(pointer), &symbols).unwrap()[&function].calls.clone()
+        };
         assert_eq!(calls(0, 0x100), BTreeSet::from([0x110]));
         assert_eq!(calls(0x111, 0x108), BTreeSet::from([0x110]));
         // No instruction of Thumb code is there, and no function.

@@ -77,19 +77,19 @@ impl Layout<'_> {
 
     pub(super) fn plugs(&mut self) {
         let mut y = HAMMER + 660;
-        for what in &self.wiring.plug {
-            y = self.plug(y, what) + 36;
+        for plug in &self.wiring.plug {
+            y = self.plug(y, plug) + 36;
         }
     }
 
     /// Returns where it ends.
-    pub(super) fn plug(&mut self, y: i32, what: &Plug) -> i32 {
+    pub(super) fn plug(&mut self, y: i32, plug: &Plug) -> i32 {
         self.pen.part((RIGHT + 120, y - 16), (210, 32 + 30));
-        for (row, pin) in (0..).zip(&what.pins) {
+        for (row, pin) in (0..).zip(&plug.pins) {
             self.right(y + 30 * row, pin, RIGHT + 120);
         }
-        self.pen.text((RIGHT + 225, y + 12), 12, Align::Middle, &what.name);
-        self.pen.text((RIGHT + 225, y + 29), 11, Align::Middle, &what.note);
+        self.pen.text((RIGHT + 225, y + 12), 12, Align::Middle, &plug.name);
+        self.pen.text((RIGHT + 225, y + 29), 11, Align::Middle, &plug.note);
         y + 62
     }
 }

@@ -112,17 +112,17 @@ impl Layout<'_> {
 
     /// The cable of a sensor: six wires from its board to the socket.
     pub(super) fn cable(&mut self, number: usize, top: i32) {
-        let (here, there) = (format!("P{number}"), format!("J{}", number + 1));
+        let (here, socket) = (format!("P{number}"), format!("J{}", number + 1));
         let heights =
             [(1, -20), (2, 13), (3, 13 + ROW), (4, 13 + 2 * ROW), (5, 3 * ROW), (6, 3 * ROW + 34)];
-        for (x, part) in CABLE.into_iter().zip([&here, &there]) {
+        for (x, part) in CABLE.into_iter().zip([&here, &socket]) {
             self.pen.part((x, top - 58), (END, SENSOR - 18));
             self.pen.text((x + END / 2, top - 42), 11, Align::Middle, part);
         }
         for (pin, down) in heights {
             let (y, name) = (top + down, pin.to_string());
             self.pen.wire(&[(CABLE[0] + END, y), (CABLE[1], y)]);
-            for (x, part) in CABLE.into_iter().zip([&here, &there]) {
+            for (x, part) in CABLE.into_iter().zip([&here, &socket]) {
                 self.pen.text((x + END / 2, y + 4), 11, Align::Middle, &name);
                 // The contact is the same on both sides of its box.
                 let side = if part == &here { [x, x + END] } else { [x + END, x] };

@@ -8,14 +8,14 @@ impl Layout<'_> {
     pub(super) fn supplies(&mut self) {
         let y = SENSORS + 3 * SENSOR + 22;
         let (supply, sensors) = (self.wiring.supply.as_str(), self.wiring.sensor_rail());
-        let mut all = vec![
+        let mut capacitors = vec![
             (supply, "C2".to_owned(), format!("at {supply}")),
             (supply, "C3".into(), "at U4".into()),
             (sensors, "C4".into(), "at J2 to J4".into()),
         ];
         if let Some(adc) = &self.wiring.adc {
             let rail = |place: &str| if adc.reference.contains(place) { sensors } else { supply };
-            all.extend(
+            capacitors.extend(
                 adc.capacitors
                     .iter()
                     .map(|[name, at]| (rail(at), name.clone(), format!("at {at}"))),
@@ -25,7 +25,7 @@ impl Layout<'_> {
         rails.dedup();
         let mut x = 46;
         for rail in rails {
-            let parts: Vec<_> = all.iter().filter(|(other, ..)| *other == rail).collect();
+            let parts: Vec<_> = capacitors.iter().filter(|(other, ..)| *other == rail).collect();
             self.pen.supply((x, y - 10), rail);
             self.pen.wire(&[(x, y - 10), (x, y)]);
             let mut from = (x, y);
@@ -50,7 +50,8 @@ impl Layout<'_> {
     pub(super) fn notes(&mut self, y: i32) {
         let sensors = self.wiring.sensor_rail();
         let notes = [
-            format!("U1 to U3, U4: {}, {}. VS1 to VS3 are {sensors} at the end of the cables.", self.value("U1"), self.value("U4")),
+            format!("U1 to U3, U4: {}, {}. VS1 to VS3 are {sensors} at the end of the \
+                 cables.", self.value("U1"), self.value("U4")),
             "C1 and C11 to C33 are C0G: with 32 kΩ they make 497 Hz. C40 to C49 are beside the inputs.".to_owned(),
             format!("Grounds of sensors and hammer meet at one GND pin of the {},", self.board.title),
             "those of screen, buzzer and battery at another one. Cables and plugs: sheet 2.".to_owned(),

@@ -6,13 +6,13 @@ use massline_on_target::{Cost, print};
 use nalgebra::SVector;
 
 pub fn close<const N: usize>(
-    what: &str,
+    name: &str,
     got: &SVector<f32, N>,
     truth: &SVector<f32, N>,
     part: f32,
 ) {
     let error = (got - truth).amax();
-    assert!(error <= part * truth.amax(), "{what}: {got} instead of {truth}");
+    assert!(error <= part * truth.amax(), "{name}: {got} instead of {truth}");
 }
 
 pub fn report(name: impl fmt::Display, measured: Cost) {

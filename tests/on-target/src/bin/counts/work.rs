@@ -68,9 +68,9 @@ fn main() -> ! {
     let mut outlier = displaced(5);
     outlier.hits[2].position[1] += 0.04;
     let fitted = fit(&mut workspace, 5, &outlier);
-    let said = &fitted.estimate.diagnostics;
+    let diagnostics = &fitted.estimate.diagnostics;
     assert!(
-        said.iter().any(|found| found.code == Code::DataInconsistentWithBudget),
+        diagnostics.iter().any(|diagnostic| diagnostic.code == Code::DataInconsistentWithBudget),
         "{:?}",
         fitted.estimate
     );
@@ -112,8 +112,8 @@ fn measure_a_hit_with_hum(memory: &mut Memory<f32>) {
     report("hit_analysis_hum", analysis.whole());
     report("hit_step_hum", analysis.longest);
     rig.work();
-    let found = |code| rig.result().diagnostics.iter().any(|found| found.code == code);
-    assert!(found(Code::HumOf50Hz));
+    let has_diagnostic = |code| rig.result().diagnostics.iter().any(|d| d.code == code);
+    assert!(has_diagnostic(Code::HumOf50Hz));
     assert_measured(&rig, &truth);
 }
 
@@ -171,7 +171,7 @@ impl Costs {
 }
 
 /// A fit and what it cost.
-struct Fitted {
+struct CostedFit {
     estimate: Estimate<f32>,
     /// All instructions, with the largest stack.
     whole: Cost,
@@ -193,7 +193,7 @@ fn displaced(hits: usize) -> RigLayout {
 
 /// Maximum likelihood with `hits` hit DOFs on the mass lines of the layout `is`, started from the answer
 /// of the inertia restraint method, as on the rig.
-fn fit(workspace: &mut [f32], hits: usize, is: &RigLayout) -> Fitted {
+fn fit(workspace: &mut [f32], hits: usize, is: &RigLayout) -> CostedFit {
     let (layout, dofs) = (layout(hits), turned(mass_lines_of(is, hits)));
     let start = identify(workspace, &layout, &dofs, Method::InertiaRestraint, None).estimate;
     identify(workspace, &layout, &dofs, Method::MaximumLikelihood, Some(&start))
@@ -228,7 +228,7 @@ fn identify(
     dofs: &Dofs,
     method: Method,
     start: Option<&Estimate<f32>>,
-) -> Fitted {
+) -> CostedFit {
     let observed = Observations::of_mass_lines(layout, dofs);
     let mut identification: Identification<_, MASS_LINE_METHODS> = Identification::idle();
     identification.begin([method]);
@@ -241,9 +241,9 @@ fn identify(
             || progress = identification.step(&observed, &IdentifySettings::default(), workspace);
         costs.add(measure(step));
     }
-    let found = identification.estimates().iter().find(|estimate| estimate.method == method);
-    let Some(estimate) = found else { panic!("no answer: {:?}", identification.refusals()) };
-    Fitted { estimate: estimate.clone(), whole: costs.whole(), longest: costs.longest }
+    let answer = identification.estimates().iter().find(|estimate| estimate.method == method);
+    let Some(estimate) = answer else { panic!("no answer: {:?}", identification.refusals()) };
+    CostedFit { estimate: estimate.clone(), whole: costs.whole(), longest: costs.longest }
 }
 
 /// Maximum likelihood with this error budget and start.
@@ -253,7 +253,7 @@ fn fit_with(
     hits: usize,
     budget: ErrorBudget,
     start: Start<'_, f32>,
-) -> Fitted {
+) -> CostedFit {
     let (layout, dofs) = (layout(hits), turned(mass_lines_of(is, hits)));
     let mut costs = Costs::default();
     let mut fit = None;
@@ -267,7 +267,7 @@ fn fit_with(
     let (mut estimate, mut fit) = (None, Some(fit));
     costs.add(measure(|| estimate = fit.take().map(|mut fit| fit.answer(&layout, workspace))));
     let Some(Ok(estimate)) = estimate else { panic!("the fit has no answer") };
-    Fitted { estimate, whole: costs.whole(), longest: costs.longest }
+    CostedFit { estimate, whole: costs.whole(), longest: costs.longest }
 }
 
 /// The mass lines of the layout `is` at its first hit DOFs.
