@@ -5,6 +5,7 @@ mod curves;
 mod estimate;
 mod hit;
 mod keys;
+mod large;
 mod levels;
 mod modes;
 mod place;
@@ -16,9 +17,8 @@ mod spectra;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
-use ratatui::text::{Line, Span};
+use ratatui::text::Span;
 use ratatui::widgets::{Block, Paragraph, Wrap};
-use tui_big_text::{BigText, PixelSize};
 
 use bar::bar;
 use small::SmallView;
@@ -170,17 +170,6 @@ fn progress(guide: &Guide) -> String {
     let left =
         left.map_or_else(String::new, |left| format!(", about {} left", pace::in_words(left)));
     format!("{}: {done} of {wanted} hits{left}", guide.kind)
-}
-
-/// A name in large letters.
-fn large(name: &str, frame: &mut Frame<'_>, area: Rect, theme: Theme) {
-    // Half a cell for each pixel of a letter of 8 by 8 if the name fits, else a quarter.
-    let fits = 8 * name.chars().count() <= usize::from(area.width);
-    let size = if fits { PixelSize::HalfHeight } else { PixelSize::Quadrant };
-    let line = Line::from(name.to_owned());
-    let style = theme.accent();
-    let text = BigText::builder().pixel_size(size).style(style).lines([line]).centered().build();
-    frame.render_widget(text, area);
 }
 
 /// A frame with a heading.

@@ -1,7 +1,10 @@
 //! The documents that have a schema: what other programs read.
 
-use schemars::{JsonSchema, Schema, SchemaGenerator, generate::SchemaSettings};
+use schemars::generate::SchemaSettings;
+use schemars::transform::RecursiveTransform;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Serialize;
+use serde_json::Value;
 
 use massline_result::TestResult;
 
@@ -84,11 +87,20 @@ impl DocumentKind {
 
     /// The schema, draft 2020-12.
     pub fn schema(&self) -> Schema {
-        let mut generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
-        (self.schema)(&mut generator)
+        let settings = SchemaSettings::draft2020_12().for_serialize();
+        let settings = settings.with_transform(RecursiveTransform(join_lines));
+        (self.schema)(&mut settings.into_generator())
     }
 }
 
 fn schema_of<T: JsonSchema>(generator: &mut SchemaGenerator) -> Schema {
     std::mem::take(generator).into_root_schema_for::<Versioned<T>>()
+}
+
+/// Joins the lines of a description, which end where those of the source do.
+fn join_lines(schema: &mut Schema) {
+    if let Some(Value::String(description)) = schema.get_mut("description") {
+        let paragraphs = description.split("\n\n").map(|paragraph| paragraph.replace('\n', " "));
+        *description = paragraphs.collect::<Vec<_>>().join("\n\n");
+    }
 }

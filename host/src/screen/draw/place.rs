@@ -19,7 +19,7 @@ pub(super) fn name(guide: &Guide, frame: &mut Frame<'_>, area: Rect, theme: Them
         Layout::vertical([Constraint::Min(0), Constraint::Length(WORDS)]).areas(area);
     if area.height >= LARGE {
         let name = guide.dof().map_or_else(String::new, |hit| hit.dof.to_string());
-        super::large(&name, frame, large, theme);
+        super::large::draw(&name, frame, large, theme);
     }
     let words = Paragraph::new(words(guide)).style(theme.strong()).centered();
     frame.render_widget(words.wrap(Wrap { trim: true }), below);

@@ -39,7 +39,7 @@ pub(super) fn all(view: &Positions, frame: &mut Frame<'_>, theme: Theme) {
     let head = format!(" tumble test: {}", progress(view));
     frame.render_widget(Paragraph::new(head).style(theme.bar()), title);
     if let Some(now) = view.now {
-        large(&now.to_string(), frame, name, theme);
+        large::draw(&now.to_string(), frame, name, theme);
         let instruction =
             Paragraph::new(what_to_do(view, in_words(now))).style(theme.strong()).centered();
         frame.render_widget(instruction.wrap(Wrap { trim: true }), words);
