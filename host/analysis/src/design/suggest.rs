@@ -112,7 +112,7 @@ pub fn suggest(
     })
 }
 
-/// The number wanted; with [`Wanted::Keep`] the present entries become the only candidates.
+/// The number wanted; with [`RequestedCount::Keep`] the present entries become the only candidates.
 fn narrow<T: Copy>(candidates: &mut Vec<T>, wanted: RequestedCount, present: &[T]) -> usize {
     match wanted {
         RequestedCount::Best(count) => count,
