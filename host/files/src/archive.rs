@@ -49,7 +49,7 @@ use crate::layout_file::{LayoutFile, nodes_of};
 use crate::limited::at_most;
 use crate::uff::Frf;
 use crate::{clock, embedded};
-use massline_result::{Error, LoggedHit, Result, TestResult, in_words};
+use massline_result::{Error, Json, JsonError, LoggedHit, Result, TestResult};
 
 pub use lines::ArchivedLines;
 pub use records::HitRecord;
@@ -108,6 +108,8 @@ pub struct Archive {
         deserialize_with = "at_most::<MOST_LOGGED_HITS, _, _>"
     )]
     pub hit_log: Vec<LoggedHit>,
+    /// [`Archive::parse`] reads it by [`TestResult::read_key`].
+    #[serde(skip_deserializing)]
     answers: Option<TestResult>,
 }
 
@@ -250,10 +252,10 @@ impl Archive {
     /// As [`Archive::read`].
     pub fn parse(bytes: &[u8], file: &str) -> Result<Self> {
         let stated = check::head(bytes, file)?;
-        let mut reader = serde_json::Deserializer::from_slice(bytes);
-        let archive: Self = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
-            check::malformed(file, format!("{}: {}", e.path(), in_words(e.inner())))
-        })?;
+        let malformed = |error: JsonError| check::malformed(file, error.to_string());
+        let document = Json::parse(bytes).map_err(malformed)?;
+        let mut archive: Self = document.read().map_err(malformed)?;
+        archive.answers = TestResult::read_key(&document, "answers").map_err(malformed)?;
         check::contents(&archive).map_err(|reason| check::malformed(file, reason))?;
         if !checksum::is_intact(bytes, stated) {
             return Err(check::edited(file));

@@ -1,9 +1,10 @@
 //! Reads results that a command has printed with `--json`.
 
 use serde::Deserialize;
-use serde::de::{DeserializeOwned, IgnoredAny};
+use serde::de::IgnoredAny;
 
 use crate::check::Contradiction;
+use crate::json::{Json, JsonError};
 use crate::modes::Modes;
 use crate::test_result::SCHEMA_VERSION;
 use crate::test_result::TestResult;
@@ -78,12 +79,13 @@ pub fn read(bytes: &[u8]) -> Result<(Document, Option<String>), ReadError> {
         None => return Err(malformed("there is nothing in it".into())),
     };
     let second = documents.next().and_then(Result::ok);
-    let failed = second.and_then(|second| serde_json::from_str::<Head>(second.get()).ok()?.error);
-    let text = first.get();
-    if !text.starts_with('{') {
+    let failed = second
+        .and_then(|second| Json::parse(second.get().as_bytes()).ok()?.read::<Head>().ok()?.error);
+    if !first.get().starts_with('{') {
         return Err(malformed("this is no JSON object".into()));
     }
-    let head: Head = parse(text)?;
+    let document = Json::parse(first.get().as_bytes())?;
+    let head: Head = document.read()?;
     if head.format.is_some_and(|format| format == "massline-archive") {
         return Err(ReadError::IsArchive);
     }
@@ -99,46 +101,24 @@ pub fn read(bytes: &[u8]) -> Result<(Document, Option<String>), ReadError> {
             return Err(ReadError::Wrong { place: "schema_version".into(), wrong });
         }
     }
-    let document = match (head.results, head.modes) {
-        (None, Some(_)) => Document::Modes(Box::new(parse(text)?)),
+    let answer = match (head.results, head.modes) {
+        (None, Some(_)) => Document::Modes(Box::new(document.read()?)),
         (None, None) => return Err(malformed("there is no result in it".into())),
-        (Some(_), _) => Document::Result(Box::new(parse_result(text)?)),
+        (Some(_), _) => Document::Result(Box::new(read_result(&document)?)),
     };
-    Ok((document, failed.map(|cause| cause.message)))
+    Ok((answer, failed.map(|cause| cause.message)))
 }
 
-fn parse_result(text: &str) -> Result<TestResult, ReadError> {
-    let result: TestResult = parse(text)?;
+fn read_result(document: &Json) -> Result<TestResult, ReadError> {
+    let result: TestResult = document.read()?;
     result.check().map_err(|Contradiction { place, wrong }| ReadError::Wrong { place, wrong })?;
     Ok(result)
 }
 
-/// Reads a type; an error names the place in the document.
-fn parse<T: DeserializeOwned>(text: &str) -> Result<T, ReadError> {
-    let mut document = serde_json::Deserializer::from_str(text);
-    serde_path_to_error::deserialize(&mut document).map_err(|e| {
-        let place = match e.path().to_string() {
-            root if root == "." => "the document".to_owned(),
-            place => place,
-        };
-        ReadError::Wrong { place, wrong: in_words(e.inner()) }
-    })
-}
-
-/// What is wrong with a value of a JSON text, for people: without the names of types in this program, and without the
-/// position in the text, which is of no use beside the place.
-pub fn in_words(error: &serde_json::Error) -> String {
-    let whole = error.to_string();
-    let text = whole.split(" at line ").next().unwrap_or(&whole);
-    let Some((mismatch, expected)) = text.split_once(", expected ") else { return text.to_owned() };
-    let expected = match expected {
-        "f32" | "f64" => "a number",
-        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number that is not negative",
-        "i8" | "i16" | "i32" | "i64" => "a whole number",
-        type_name if type_name.starts_with("struct ") => "an object",
-        other => other,
-    };
-    format!("{mismatch}, expected {expected}")
+impl From<JsonError> for ReadError {
+    fn from(JsonError { place, wrong }: JsonError) -> Self {
+        Self::Wrong { place, wrong }
+    }
 }
 
 fn malformed(reason: String) -> ReadError {

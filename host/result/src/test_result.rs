@@ -16,6 +16,7 @@ use crate::file_path::FilePath;
 use crate::finding::{Finding, Refusal, UnseenError, VerdictReason};
 use crate::frequency_responses::FrequencyResponsesRead;
 use crate::hit_log::LoggedHit;
+use crate::json::{Json, JsonError};
 use crate::measured::{GlobalFit, MassLine, MeasuredDof};
 use crate::modes::{Modes, ModesSoFar};
 use crate::named::NamedValue;
@@ -184,8 +185,18 @@ impl TestResult {
 
     /// Whether the result is the same after it was written and read: every number in it is one.
     pub fn reads_back(&self) -> bool {
-        let again = serde_json::to_string(self).and_then(|text| serde_json::from_str(&text));
-        again.is_ok_and(|again: Self| again == *self)
+        let text = serde_json::to_vec(self).ok();
+        let again = text.and_then(|text| Json::parse(&text).ok()?.read::<Self>().ok());
+        again.is_some_and(|again| again == *self)
+    }
+
+    /// The result at a key of a document; `None` where there is none. What holds results reads them by this function,
+    /// so that the type is compiled once.
+    ///
+    /// # Errors
+    /// The first key or value that does not belong there.
+    pub fn read_key(document: &Json, key: &str) -> Result<Option<Self>, JsonError> {
+        document.read_key(key)
     }
 
     /// Every finding about the test and its answer, each once.

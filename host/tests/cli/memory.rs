@@ -85,6 +85,22 @@ fn arrays_of_tiny_segments() {
 }
 
 #[test]
+fn archives_of_tiny_values() {
+    let folder = tempfile::tempdir().unwrap();
+    let head = r#"{"format":"massline-archive","schema_version":1,"x":"#;
+    let list = format!("{head}[");
+    for (head, part, tail) in [
+        (&*list, "[],", "0]}\n"),
+        (&*list, "\"\",", "0]}\n"),
+        (&*list, "[0],", "0]}\n"),
+        (&*format!("{head}{{"), "\"\":0,", "\"\":0}}\n"),
+    ] {
+        let path = file(folder.path(), "x.massline", head, part, tail);
+        refused(&["report", &path], "it needs more than 192 MiB of memory");
+    }
+}
+
+#[test]
 fn every_file_in_toml() {
     let folder = tempfile::tempdir().unwrap();
     let long = file(folder.path(), "long.toml", "", "a = []\n", "");

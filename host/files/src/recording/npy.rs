@@ -1,31 +1,22 @@
 //! NumPy arrays: samples × channels, or segments × samples × channels.
 
-use std::io;
-
-use npyz::{Deserialize, NpyFile, Order};
-
 use super::steps::Times;
 use super::{Channel, MOST_VALUES, Recording, RecordingError, Segment, Source};
 use crate::npy::{open, shape_text};
-
-/// The numbers of an array, in order.
-type Numbers<'a> = Box<dyn Iterator<Item = io::Result<f64>> + 'a>;
 
 /// Reads the bytes of a file.
 pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
     let fault = |text: String| RecordingError::Array(text);
     let (header, data) = open(bytes).map_err(|error| fault(error.to_string()))?;
-    let (dtype, shape) = (header.dtype(), shape_text(header.shape()));
-    let (Some(numbers), Some(size)) =
-        (numbers(NpyFile::with_header(header.clone(), data)), dtype.num_bytes())
-    else {
+    let shape = shape_text(&header.shape);
+    let Some(element) = ElementType::named(&header.descr) else {
         return Err(fault(format!(
             "the array's type is {}; float64, float32, int16, uint16 and int32 are read: save \
              array.astype('<f8')",
-            dtype.descr()
+            header.type_text()
         )));
     };
-    let (segments, samples, channels) = match *header.shape() {
+    let (segments, samples, channels) = match *header.shape {
         [samples, channels] => (1, samples, channels),
         [segments, samples, channels] => (segments, samples, channels),
         _ => {
@@ -35,22 +26,23 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
             )));
         }
     };
-    if header.len().checked_mul(size as u64).is_none_or(|wanted| wanted > data.len() as u64) {
+    let size = element.size as u64;
+    if header.len().checked_mul(size).is_none_or(|wanted| wanted > data.len() as u64) {
         let wanted = format!("an array of shape {shape} ({} bytes are there)", data.len());
         return Err(RecordingError::Truncated { wanted });
     }
     if header.len() > MOST_VALUES as u64 {
         return Err(RecordingError::TooLong);
     }
-    if header.len() == 0 {
+    if header.is_empty() {
         return Err(RecordingError::Empty);
     }
     Recording::plausible(segments, channels)?;
     // The shape has been checked: these fit, and none is zero.
     let shape = [segments, samples, channels].map(|size| size as usize);
     let numbers: Vec<f64> =
-        numbers.collect::<io::Result<_>>().map_err(|error| fault(error.to_string()))?;
-    let segments = segments_of(&numbers, shape, header.order());
+        data.chunks_exact(element.size).take(header.len() as usize).map(element.read).collect();
+    let segments = segments_of(&numbers, shape, header.fortran_order);
     let [_, _, channels] = shape;
     let mut recording = Recording {
         source: Source { format: "NumPy array", ..Source::default() },
@@ -77,11 +69,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
 fn segments_of(
     numbers: &[f64],
     [segments, samples, channels]: [usize; 3],
-    order: Order,
+    fortran_order: bool,
 ) -> Vec<Segment> {
-    let place = |segment: usize, sample: usize, channel: usize| match order {
-        Order::C => (segment * samples + sample) * channels + channel,
-        Order::Fortran => segment + segments * (sample + samples * channel),
+    let place = |segment: usize, sample: usize, channel: usize| match fortran_order {
+        false => (segment * samples + sample) * channels + channel,
+        true => segment + segments * (sample + samples * channel),
     };
     let at = |place: usize| numbers.get(place).copied().unwrap_or(f64::NAN);
     let column = |segment: usize, channel: usize| {
@@ -92,20 +84,40 @@ fn segments_of(
         .collect()
 }
 
-/// The numbers of an array, if its type is supported.
-fn numbers(file: NpyFile<&[u8]>) -> Option<Numbers<'_>> {
-    numbers_as::<f64>(file)
-        .or_else(numbers_as::<f32>)
-        .or_else(numbers_as::<i16>)
-        .or_else(numbers_as::<u16>)
-        .or_else(numbers_as::<i32>)
-        .ok()
+/// How an element is stored.
+struct ElementType {
+    /// Bytes.
+    size: usize,
+    /// Reads that many bytes.
+    read: fn(&[u8]) -> f64,
 }
 
-fn numbers_as<'a, T>(file: NpyFile<&'a [u8]>) -> Result<Numbers<'a>, NpyFile<&'a [u8]>>
-where
-    T: Deserialize + Into<f64> + 'a,
-{
-    let numbers = file.try_data::<T>()?;
-    Ok(Box::new(numbers.map(|number| number.map(Into::into))))
+impl ElementType {
+    /// The type of that name, if it is read.
+    fn named(descr: &str) -> Option<Self> {
+        macro_rules! element {
+            ($type:ty, $from:ident) => {
+                Self {
+                    size: size_of::<$type>(),
+                    read: |bytes| {
+                        let bytes = bytes.try_into().unwrap_or_default();
+                        f64::from(<$type>::$from(bytes))
+                    },
+                }
+            };
+        }
+        Some(match descr {
+            "<f8" => element!(f64, from_le_bytes),
+            ">f8" => element!(f64, from_be_bytes),
+            "<f4" => element!(f32, from_le_bytes),
+            ">f4" => element!(f32, from_be_bytes),
+            "<i4" => element!(i32, from_le_bytes),
+            ">i4" => element!(i32, from_be_bytes),
+            "<i2" => element!(i16, from_le_bytes),
+            ">i2" => element!(i16, from_be_bytes),
+            "<u2" => element!(u16, from_le_bytes),
+            ">u2" => element!(u16, from_be_bytes),
+            _ => return None,
+        })
+    }
 }

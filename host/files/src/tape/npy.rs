@@ -3,11 +3,10 @@
 use std::io::{self, Read, Seek, SeekFrom};
 
 use massline_shared::signal::CHANNELS;
-use npyz::{DType, NpyHeader, Order, WriteOptions, WriterBuilder};
 use thiserror::Error;
 
 use super::scans::{SCAN, Scans};
-use crate::npy::{HeaderError, open, shape_text};
+use crate::npy::{Header, HeaderError, open, shape_text};
 use massline_result::Error;
 
 /// The data type of a tape.
@@ -76,21 +75,19 @@ pub(super) fn scans(
 }
 
 /// The number of scans of an array.
-fn scans_in(header: &NpyHeader) -> Result<u64, NpyError> {
-    let descr = header.dtype().descr();
-    if descr.trim_matches('\'') != TYPE {
-        return Err(NpyError::Type(descr));
+fn scans_in(header: &Header) -> Result<u64, NpyError> {
+    if header.descr != TYPE {
+        return Err(NpyError::Type(header.type_text()));
     }
-    let scans = match *header.shape() {
+    let scans = match *header.shape {
         [scans, channels] if channels == CHANNELS as u64 => scans,
-        _ => return Err(NpyError::Shape(shape_text(header.shape()))),
+        _ => return Err(NpyError::Shape(shape_text(&header.shape))),
     };
-    if header.order() == Order::Fortran { Err(NpyError::Order) } else { Ok(scans) }
+    if header.fortran_order { Err(NpyError::Order) } else { Ok(scans) }
 }
 
 /// The header for a number of scans: always 128 bytes, so that it can be rewritten in place.
-pub(super) fn header_bytes(scans: u64) -> io::Result<Vec<u8>> {
-    let dtype = DType::new_scalar(TYPE.parse().map_err(io::Error::other)?);
-    let header = WriteOptions::new_header_only().dtype(dtype).shape(&[scans, CHANNELS as u64]);
-    header.writer(Vec::new()).write_header_only()
+pub(super) fn header_bytes(scans: u64) -> Vec<u8> {
+    let shape = vec![scans, CHANNELS as u64];
+    Header { descr: TYPE.into(), fortran_order: false, shape }.to_bytes()
 }

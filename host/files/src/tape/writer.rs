@@ -207,7 +207,8 @@ impl TapeWriter {
         let written = self.file.write_all(&self.block);
         self.block.clear();
         written.map_err(|e| {
-            if let (Ok(about), Ok(header)) = (self.file.metadata(), header_bytes(0)) {
+            if let Ok(about) = self.file.metadata() {
+                let header = header_bytes(0);
                 self.scans = about.len().saturating_sub(header.len() as u64) / SCAN;
             }
             self.cannot(e)
@@ -223,7 +224,7 @@ impl TapeWriter {
     /// Writes the header for this number of scans, and moves behind the last scan.
     fn write_header(&mut self, scans: u64) -> io::Result<()> {
         self.file.seek(SeekFrom::Start(0))?;
-        self.file.write_all(&header_bytes(scans)?)?;
+        self.file.write_all(&header_bytes(scans))?;
         self.file.seek(SeekFrom::End(0)).map(|_| ())
     }
 

@@ -2,7 +2,7 @@
 
 use std::io::{self, Cursor, Write};
 
-use npyz::{DType, WriteOptions, WriterBuilder};
+use massline_files::npy::Header;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
@@ -63,31 +63,26 @@ pub(super) fn texts(exported: &ExportedResult) -> [(&'static str, String); 9] {
 struct Archive(ZipWriter<Cursor<Vec<u8>>>);
 
 impl Archive {
-    fn begin(&mut self, name: &str) -> io::Result<()> {
+    /// Begins an array.
+    fn begin(&mut self, name: &str, descr: String, shape: &[u64]) -> io::Result<()> {
         // The same result makes the same bytes, whatever the time.
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
             .last_modified_time(DateTime::default());
-        Ok(self.0.start_file(npyz::npz::file_name_from_array_name(name), options)?)
+        self.0.start_file(format!("{name}.npy"), options)?;
+        let header = Header { descr, fortran_order: false, shape: shape.to_vec() };
+        self.0.write_all(&header.to_bytes())
     }
 
     fn numbers(&mut self, name: &str, shape: &[u64], values: &[f64]) -> io::Result<()> {
-        self.begin(name)?;
-        let dtype = DType::new_scalar("<f8".parse().map_err(io::Error::other)?);
-        let header = WriteOptions::new_header_only().dtype(dtype).shape(shape);
-        let bytes = header.writer(Vec::new()).write_header_only()?;
-        self.0.write_all(&bytes)?;
+        self.begin(name, "<f8".into(), shape)?;
         values.iter().try_for_each(|value| self.0.write_all(&value.to_le_bytes()))
     }
 
     /// Texts in the fixed width of the longest, as four bytes for each character.
     fn texts(&mut self, name: &str, shape: &[u64], texts: &[&str]) -> io::Result<()> {
-        self.begin(name)?;
         let width = texts.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
-        let dtype = DType::new_scalar(format!("<U{width}").parse().map_err(io::Error::other)?);
-        let header = WriteOptions::new_header_only().dtype(dtype).shape(shape);
-        let bytes = header.writer(Vec::new()).write_header_only()?;
-        self.0.write_all(&bytes)?;
+        self.begin(name, format!("<U{width}"), shape)?;
         for text in texts {
             let padded = text.chars().map(u32::from).chain(std::iter::repeat(0)).take(width);
             for character in padded {

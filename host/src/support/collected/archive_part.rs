@@ -18,7 +18,7 @@ use massline_files::archive::{
 };
 use massline_files::file::{self, ExistingFile};
 use massline_files::limited::at_most;
-use massline_result::LoggedHit;
+use massline_result::{Json, LoggedHit};
 
 const FORMAT: &str = "massline-archive-part";
 
@@ -89,7 +89,7 @@ impl Part {
     /// The part beside an archive; `None` when there is none of this campaign.
     pub fn read(archive: &Path, campaign: CampaignId) -> Option<Self> {
         let bytes = file::read(&Self::path(archive), MAX_BYTES).ok()?;
-        let part: Self = serde_json::from_slice(&bytes).ok()?;
+        let part: Self = Json::parse(&bytes).ok()?.read().ok()?;
         let is_known = part.format == FORMAT && part.schema_version == SCHEMA_VERSION;
         (is_known && part.campaign == campaign).then_some(part)
     }
