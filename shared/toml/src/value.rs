@@ -11,7 +11,7 @@ use serde::de::{
 };
 use serde_spanned::de::{SpannedDeserializer, is_spanned};
 use toml::Spanned;
-use toml::de::{DeString, DeTable, DeValue};
+use toml::de::{DeFloat, DeInteger, DeString, DeTable, DeValue};
 
 use super::refusal::{Form, Place, Refusal};
 
@@ -80,29 +80,17 @@ impl<'de> Deserializer<'de> for Value<'de> {
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
         let (place, text) = (self.place(), self.text);
         let of_kind = match self.value {
-            DeValue::String(DeString::Owned(text)) => visitor.visit_string(text),
-            DeValue::String(DeString::Borrowed(text)) => visitor.visit_borrowed_str(text),
-            DeValue::Boolean(value) => visitor.visit_bool(value),
             DeValue::Array(array) => visitor.visit_seq(Elements { rest: array.into_iter(), text }),
             DeValue::Table(table) => {
                 visitor.visit_map(Entries { rest: table.into_iter(), value: None, text })
             }
+            DeValue::String(DeString::Owned(text)) => visitor.visit_string(text),
+            DeValue::String(DeString::Borrowed(text)) => visitor.visit_borrowed_str(text),
+            DeValue::Boolean(value) => visitor.visit_bool(value),
             DeValue::Integer(number) => {
-                match i64::from_str_radix(&number.as_str().replace('_', ""), number.radix()) {
-                    Ok(number) => visitor.visit_i64(number),
-                    Err(error) if *error.kind() == IntErrorKind::Empty => {
-                        Err(Refusal::invalid_type(Unexpected::Other("nothing"), &visitor))
-                    }
-                    Err(_) => Err(Refusal::too_large()),
-                }
+                integer(&number, &visitor).and_then(|number| visitor.visit_i64(number))
             }
-            DeValue::Float(number) => match number.as_str().replace('_', "").parse::<f64>() {
-                // Infinity is written as a word; a number as large as that is a mistake.
-                Ok(value) if value.is_finite() || number.as_str().ends_with(['f', 'n']) => {
-                    visitor.visit_f64(value)
-                }
-                _ => Err(Refusal::too_large()),
-            },
+            DeValue::Float(number) => float(&number).and_then(|number| visitor.visit_f64(number)),
             DeValue::Datetime(_) => Err(Refusal::invalid_type(Unexpected::Other("date"), &visitor)),
         };
         of_kind.map_err(|refusal| refusal.at(&place))
@@ -177,6 +165,25 @@ impl<'de> Deserializer<'de> for Value<'de> {
     serde::forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf
         unit unit_struct seq map identifier ignored_any
+    }
+}
+
+/// The value of a whole number.
+fn integer(number: &DeInteger, wanted: &dyn Expected) -> Result<i64, Refusal> {
+    i64::from_str_radix(&number.as_str().replace('_', ""), number.radix()).map_err(|error| {
+        match error.kind() {
+            IntErrorKind::Empty => Refusal::invalid_type(Unexpected::Other("nothing"), wanted),
+            _ => Refusal::too_large(),
+        }
+    })
+}
+
+/// The value of any other number.
+fn float(number: &DeFloat) -> Result<f64, Refusal> {
+    match number.as_str().replace('_', "").parse::<f64>() {
+        // Infinity is written as a word; a number as large as that is a mistake.
+        Ok(value) if value.is_finite() || number.as_str().ends_with(['f', 'n']) => Ok(value),
+        _ => Err(Refusal::too_large()),
     }
 }
 
