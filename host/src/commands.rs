@@ -1,6 +1,7 @@
 //! The subcommands: arguments, help, dispatch.
 
 pub mod calibrate;
+pub mod completions;
 pub mod demo;
 pub mod device;
 mod doctor;
@@ -17,7 +18,6 @@ pub mod replay;
 pub mod report;
 mod results;
 pub mod schema;
-pub mod shell;
 pub mod simulate;
 pub mod solve;
 pub mod virtual_rig;
@@ -108,9 +108,7 @@ pub enum Command {
     /// Print the JSON schemas of the documents that other programs read.
     Schema(schema::Args),
     /// Print the completions of a shell.
-    Completions(shell::CompletionsArgs),
-    /// Write the manual pages.
-    Man(shell::ManArgs),
+    Completions(completions::Args),
 }
 
 /// The whole program: parses the arguments, runs the command, returns the exit code.
@@ -186,8 +184,7 @@ pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
         Command::Simulate(args) => simulate::run(&args, output),
         Command::Virtual(args) => virtual_rig::run(&args, output),
         Command::Schema(args) => schema::run(&args, output),
-        Command::Completions(args) => shell::completions(&args, command(), output),
-        Command::Man(args) => shell::man(&args, command(), output),
+        Command::Completions(args) => completions::run(&args, command(), output),
     }
 }
 

@@ -13,6 +13,8 @@ mod known;
 mod policy;
 mod raw;
 mod resolve;
+#[cfg(feature = "schema")]
+mod schema;
 mod source;
 mod suspicion;
 mod template;
@@ -29,10 +31,15 @@ use massline_shared::layout::{Dof, HostLayout, RigLayout, TestProfile};
 
 pub use budget::Uncertainty;
 pub use error::{Fault, LayoutFileError, Place};
+#[cfg(feature = "schema")]
+pub use schema::schema;
 pub use suspicion::size_suspicions;
-pub use template::{schema, template};
+pub use template::template;
 
 use source::Source;
+
+/// The JSON schema (draft 2020-12) of the layout file.
+pub const SCHEMA: &str = include_str!("../../schemas/layout-file.schema.json");
 
 /// Largest TOML file that is read, bytes: its tables take a hundred times that in memory.
 pub const MAX_BYTES: u64 = 1 << 20;

@@ -1,5 +1,5 @@
-//! The JSON documents that commands print with `--json`, as types. Schemas of those that other programs read are
-//! generated from them ([`DocumentKind`]).
+//! The JSON documents that commands print with `--json`, as types. Those that other programs read have a schema
+//! ([`DocumentKind`]), which a test makes from them.
 //!
 //! [`words`](crate::words) and the commands fill them. A key whose value is not known is `null`; numbers are in SI
 //! units, which their keys state.
@@ -19,6 +19,8 @@ mod hits;
 mod layout;
 mod list;
 mod rig_files;
+#[cfg(feature = "schema")]
+mod schema;
 mod simulation;
 #[cfg(test)]
 mod tests;
@@ -49,13 +51,15 @@ pub use list::{
     DeletedResults, History, KeptResult, ListedArchive, ResultsList, Summary, UnreadableFile,
 };
 pub use rig_files::{AddressRange, Flashing, RecordedTape};
+#[cfg(feature = "schema")]
+pub use schema::schemas;
 pub use simulation::{
     ComparedMethod, ComparedTest, Demo, DemoWheel, DemoWheelFiles, ForceSet, MethodOverRuns,
     PropertyOverRuns, RunsToTarget, SimulatedRuns, Simulation,
 };
 pub use written::{
     Completions, DescribedDocument, DrawnPictures, ExportedAnswer, ExportedFile, LayoutTemplate,
-    ManualPage, SchemaList, VirtualPort, WrittenFile, WrittenPages,
+    SchemaList, VirtualPort, WrittenFile,
 };
 
 /// A JSON answer with the version of its schema.

@@ -1,6 +1,5 @@
 //! How the methods agree.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use massline_shared::diagnosis::Code;
@@ -11,8 +10,8 @@ use crate::named::NamedValue;
 use crate::properties::Properties;
 
 /// What all methods say together on the same data.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "agreement")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Agreement {
     /// `agree`; `some_off` where the others agree without a few methods; `differ`; `null` where that cannot be said.
     pub outcome: Option<NamedValue<Outcome>>,
@@ -32,8 +31,8 @@ pub struct Agreement {
 }
 
 /// What puts answers off by more than they say.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "doubt")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Doubt {
     /// A flexible mode above the band, which only the global fit takes into account.
     #[serde(rename = "flexible_mode_above_band")]
@@ -54,8 +53,8 @@ impl Doubt {
 }
 
 /// A method.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "of_method")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MethodSigma {
     /// The method.
     pub method: NamedValue<Method>,
@@ -64,8 +63,8 @@ pub struct MethodSigma {
 }
 
 /// The combined answer, by generalised least squares.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "combined")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CombinedAnswer {
     /// The ten properties.
     pub value: Properties<f64>,
@@ -78,8 +77,8 @@ pub struct CombinedAnswer {
 }
 
 /// Two methods and the property in which they differ most.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "pair")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Pair {
     /// The methods.
     pub methods: [Option<NamedValue<Method>>; 2],

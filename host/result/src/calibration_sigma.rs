@@ -1,12 +1,11 @@
 //! What a calibration contributes to the error budget.
 
 use massline_shared::calibration;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Standard deviations of a calibration, relative to the sensitivities.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "calibration_sigma")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CalibrationSigma {
     /// Of the sensitivity of an axis.
     pub gain: f64,

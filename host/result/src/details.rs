@@ -1,13 +1,12 @@
 //! The nuisance parameters of a fit, and the influence of sensors and hits.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::properties::Spread;
 
 /// Errors of sensors and hits as the fit has found them, and how much each of them matters.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "details")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Details {
     /// Relative error of the hammer's gain.
     pub hammer_gain: Spread<f64>,
@@ -23,8 +22,8 @@ pub struct Details {
 }
 
 /// Errors of a sensor.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "sensor_details")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SensorDetails {
     /// Its node.
     pub node: u16,
@@ -39,8 +38,8 @@ pub struct SensorDetails {
 }
 
 /// Errors of a hit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "hit_details")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct HitDetails {
     /// Its DOF.
     pub dof: String,
@@ -55,8 +54,8 @@ pub struct HitDetails {
 }
 
 /// What the answer would be without a sensor or a hit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "influence")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Influence {
     /// DOF of the hit, where it is a hit.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -83,9 +82,9 @@ impl Influence {
 }
 
 /// What a learned error budget was learned from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-#[schemars(rename = "learned_from")]
 pub enum LearnedFrom {
     /// The scatter of the hits from repeat hits, all that stays the same during a test from the residuals.
     #[default]
@@ -105,8 +104,8 @@ impl LearnedFrom {
 }
 
 /// The error budget as stated and as learned.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "error_budget")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ErrorBudget {
     /// What it was learned from.
     pub learned_from: LearnedFrom,
@@ -119,8 +118,8 @@ pub struct ErrorBudget {
 }
 
 /// A standard deviation, or a factor of it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "stated_and_learned")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BudgetTerm {
     /// As the layout states it.
     pub stated: f64,

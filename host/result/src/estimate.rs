@@ -4,7 +4,6 @@ use massline_shared::body::{INERTIA_ELEMENTS, RigidBody, tensor};
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::{HALF_WIDTH_95, Method};
 use nalgebra::{SMatrix, Vector3, Vector6};
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::details::LearnedFrom;
@@ -13,8 +12,8 @@ use crate::named::NamedValue;
 use crate::properties::{Properties, Spread};
 
 /// The answer of a method: the ten properties in the body frame.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "estimate")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Estimate {
     /// The method.
     pub method: NamedValue<Method>,
@@ -115,8 +114,8 @@ fn ten(mass: f64, center: [f64; 3], inertia: [[f64; 3]; 3]) -> [f64; 10] {
 }
 
 /// Principal moments of inertia.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "principal_moments")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PrincipalMoments {
     /// The values.
     pub value: Option<[f64; 3]>,
@@ -125,8 +124,8 @@ pub struct PrincipalMoments {
 }
 
 /// χ².
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "chi_squared")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChiSquared {
     /// The value.
     pub value: f64,
@@ -137,8 +136,8 @@ pub struct ChiSquared {
 }
 
 /// The learned error budget: factors of the stated standard deviations.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "learned_budget")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LearnedBudget {
     /// What it was learned from.
     pub learned_from: LearnedFrom,

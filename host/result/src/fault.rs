@@ -1,6 +1,5 @@
 //! Single mistakes that explain the data.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::Estimate;
@@ -8,8 +7,8 @@ use crate::finding_code::FindingCode;
 use crate::properties::Spread;
 
 /// The search for a single mistake that explains the data.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "single_faults")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SingleFaults {
     /// What came of it.
     pub outcome: FaultOutcome,
@@ -32,9 +31,9 @@ pub struct SingleFaults {
 }
 
 /// What came of the search.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-#[schemars(rename = "fault_outcome")]
 pub enum FaultOutcome {
     /// The data do not contradict the layout.
     NothingSuspicious,
@@ -47,8 +46,8 @@ pub enum FaultOutcome {
 }
 
 /// Errors that explain the data over those that are stated.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "errors_over_stated")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ErrorsOverStated {
     /// Of the positions of the hits.
     pub hit_position: f64,
@@ -59,8 +58,8 @@ pub struct ErrorsOverStated {
 }
 
 /// A mistake. Sensors and hits are counted from 1, as in the layout's messages.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "fault")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Fault {
     /// Its kind.
     pub code: FindingCode,
@@ -103,8 +102,8 @@ impl Fault {
 }
 
 /// A mistake that explains the data.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "suspect")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Suspect {
     /// The mistake.
     #[serde(flatten)]

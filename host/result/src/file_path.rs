@@ -1,10 +1,8 @@
 //! The path of a file in JSON, which is UTF-8. A path need not be.
 
-use std::borrow::Cow;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
-use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// A path to be told; what is not UTF-8 in it is replaced by `U+FFFD`.
@@ -41,19 +39,5 @@ impl Serialize for FilePath {
 impl<'de> Deserialize<'de> for FilePath {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         PathBuf::deserialize(deserializer).map(Self)
-    }
-}
-
-impl JsonSchema for FilePath {
-    fn schema_name() -> Cow<'static, str> {
-        PathBuf::schema_name()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        PathBuf::json_schema(generator)
-    }
-
-    fn inline_schema() -> bool {
-        PathBuf::inline_schema()
     }
 }

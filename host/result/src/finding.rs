@@ -2,7 +2,6 @@
 
 use massline_shared::diagnosis::Severity;
 use massline_shared::identify::Method;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::finding_code::FindingCode;
@@ -10,8 +9,8 @@ use crate::named::NamedValue;
 use crate::verdict::Verdict;
 
 /// A note, a warning or an error about a test.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "finding")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Finding {
     /// What was found.
     pub code: FindingCode,
@@ -29,8 +28,8 @@ impl Finding {
 }
 
 /// Something that puts an answer in doubt.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "verdict_reason")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct VerdictReason {
     /// What it is.
     pub code: FindingCode,
@@ -56,8 +55,8 @@ impl VerdictReason {
 }
 
 /// A method without an answer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "refusal")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Refusal {
     /// The method.
     pub method: NamedValue<Method>,
@@ -70,8 +69,8 @@ pub struct Refusal {
 }
 
 /// An error that the test cannot see.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "unseen")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct UnseenError {
     /// Stable name.
     pub source: String,

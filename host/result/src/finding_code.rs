@@ -5,12 +5,11 @@ use std::fmt;
 use std::str::FromStr;
 
 use massline_shared::diagnosis::Code;
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Deserialize, Deserializer};
 use serde::{Serialize, Serializer};
 
 /// How the name of a code begins that this program does not know; its number follows.
-const UNKNOWN_PREFIX: &str = "code_";
+pub(crate) const UNKNOWN_PREFIX: &str = "code_";
 
 macro_rules! finding_codes {
     ($($(#[$doc:meta])* $variant:ident = $name:literal;)*) => {
@@ -25,7 +24,7 @@ macro_rules! finding_codes {
 
         impl FindingCode {
             /// The facts that only the program knows.
-            const OF_PROGRAM: &[(Self, &str)] = &[$((Self::$variant, $name)),*];
+            pub(crate) const OF_PROGRAM: &[(Self, &str)] = &[$((Self::$variant, $name)),*];
         }
     };
 }
@@ -114,26 +113,6 @@ impl Serialize for FindingCode {
 impl<'de> Deserialize<'de> for FindingCode {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         Cow::<str>::deserialize(deserializer)?.parse().map_err(de::Error::custom)
-    }
-}
-
-impl JsonSchema for FindingCode {
-    fn schema_name() -> Cow<'static, str> {
-        "finding_code".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let names = Code::ALL.iter().map(|code| code.name());
-        let names: Vec<&str> =
-            names.chain(Self::OF_PROGRAM.iter().map(|(_, name)| *name)).collect();
-        json_schema!({ "anyOf": [
-            { "type": "string", "enum": names },
-            {
-                "type": "string",
-                "pattern": format!("^{UNKNOWN_PREFIX}[0-9]+$"),
-                "examples": [Code::Unknown(999).to_string()],
-            },
-        ] })
     }
 }
 

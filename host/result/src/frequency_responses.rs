@@ -1,11 +1,10 @@
 //! What was understood of a file with frequency responses.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What was understood of a file with frequency responses.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "frequency_responses_read")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FrequencyResponsesRead {
     /// Number of frequency responses in use.
     pub functions: usize,
@@ -20,8 +19,8 @@ pub struct FrequencyResponsesRead {
 }
 
 /// Quantity and unit of frequency responses.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "units_read")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct UnitsRead {
     /// Number of frequency responses with this unit.
     pub functions: usize,

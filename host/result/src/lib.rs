@@ -25,6 +25,8 @@ mod named;
 mod precision;
 mod properties;
 mod read;
+#[cfg(feature = "schema")]
+mod schema;
 mod test_result;
 mod verdict;
 
@@ -50,5 +52,7 @@ pub use named::NamedValue;
 pub use precision::{FurtherHit, HalfWidths, Precision, WorstProperty};
 pub use properties::{Properties, Spread};
 pub use read::{ADVICE, Document, ReadError, read};
+#[cfg(feature = "schema")]
+pub use schema::schema_of;
 pub use test_result::{RigAnswer, SCHEMA_VERSION, SolvedBy, TestResult};
 pub use verdict::Verdict;

@@ -1,11 +1,10 @@
 //! What was measured, and what the answers were found from.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The mass lines of a DOF.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "mass_line")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MassLine {
     /// The DOF.
     pub dof: String,
@@ -23,8 +22,8 @@ pub struct MassLine {
 }
 
 /// A DOF whose frequency responses about the suspension modes are stored.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "measured_dof")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MeasuredDof {
     /// The DOF.
     pub dof: String,
@@ -49,8 +48,8 @@ impl MassLine {
 }
 
 /// What the global fit finds besides the ten properties, about the origin of the body frame.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "global_fit")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GlobalFit {
     /// Stiffness: N/m, N/rad, N m/m, N m/rad.
     pub stiffness: Vec<[f64; 6]>,

@@ -1,14 +1,13 @@
 //! The suspension modes.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::finding::Finding;
 use crate::properties::Spread;
 
 /// The suspension modes of a test.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "modes")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Modes {
     /// The suspension band.
     pub band_hz: [f64; 2],
@@ -39,8 +38,8 @@ impl Modes {
 }
 
 /// A mode.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "mode")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Mode {
     /// Natural frequency.
     pub frequency_hz: Spread<f64>,
@@ -58,8 +57,8 @@ pub struct Mode {
 }
 
 /// The Norm Indicator of a hit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "indicator")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Indicator {
     /// The DOF.
     pub dof: String,
@@ -68,8 +67,8 @@ pub struct Indicator {
 }
 
 /// A hit that shows much more of a mode.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "better_hit")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BetterHit {
     /// The DOF.
     pub dof: String,
@@ -78,8 +77,8 @@ pub struct BetterHit {
 }
 
 /// The fit of one order.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "order")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Order {
     /// Whether the modes come from it.
     pub used: bool,
@@ -88,8 +87,8 @@ pub struct Order {
 }
 
 /// A pole.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "pole")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Pole {
     /// Its frequency.
     pub frequency_hz: f64,
@@ -100,8 +99,8 @@ pub struct Pole {
 }
 
 /// What the points measured so far show of the suspension modes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "modes_so_far")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ModesSoFar {
     /// Number of DOFs with lines.
     pub dofs_measured: usize,
@@ -116,8 +115,8 @@ pub struct ModesSoFar {
 }
 
 /// A mode that the points measured so far show.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "seen_mode")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SeenMode {
     /// Natural frequency.
     pub frequency_hz: f64,
@@ -132,8 +131,8 @@ pub struct SeenMode {
 }
 
 /// A point that would show what is missing.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "next_point")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct NextPoint {
     /// The DOF; along an axis of the body where it is none of the layout.
     pub dof: String,

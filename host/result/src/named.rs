@@ -9,7 +9,6 @@ use massline_shared::identify::Method;
 use massline_shared::identify::agreement::Outcome;
 use massline_shared::layout::{FrfEstimator, TestProfile};
 use massline_shared::mass_line::Terms;
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Deserialize, Deserializer};
 use serde::{Serialize, Serializer};
 
@@ -89,16 +88,5 @@ impl<'de, T: HasNames> Deserialize<'de> for NamedValue<T> {
             let names: Vec<&str> = T::ALL.iter().map(|value| value.name_of()).collect();
             de::Error::custom(format_args!("\"{name}\" is not one of {}", names.join(", ")))
         })
-    }
-}
-
-impl<T: HasNames> JsonSchema for NamedValue<T> {
-    fn schema_name() -> Cow<'static, str> {
-        T::WHAT.into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let names: Vec<&str> = T::ALL.iter().map(|value| value.name_of()).collect();
-        json_schema!({ "type": "string", "enum": names })
     }
 }

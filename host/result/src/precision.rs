@@ -1,11 +1,10 @@
 //! How precise the answer is while a campaign goes on.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How precise the answer is after some DOFs of a campaign. `mass` and `inertia` are relative to the mass and to m L².
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "precision")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Precision {
     /// DOFs that are measured.
     pub dofs_measured: usize,
@@ -24,8 +23,8 @@ pub struct Precision {
 }
 
 /// Half widths of 95 % intervals.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "half_widths")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct HalfWidths {
     /// Of the mass, relative to it.
     pub mass: f64,
@@ -36,8 +35,8 @@ pub struct HalfWidths {
 }
 
 /// The worst property.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "worst_property")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WorstProperty {
     /// Its name.
     pub property: String,
@@ -48,8 +47,8 @@ pub struct WorstProperty {
 }
 
 /// A further hit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "further_hit")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FurtherHit {
     /// The DOF.
     pub dof: String,

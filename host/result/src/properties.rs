@@ -1,12 +1,11 @@
 //! The ten properties of a body.
 
 use massline_shared::EstimatedValue;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A number, or several, with the standard deviation; `null` where that is not known.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "spread_of_{T}")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(rename = "spread_of_{T}"))]
 pub struct Spread<T> {
     /// The value.
     pub value: T,
@@ -22,8 +21,12 @@ impl From<EstimatedValue<f64>> for Spread<f64> {
 
 /// The same thing for each of the ten properties. Masses are in kg, distances in m, moments and products of inertia in
 /// kg m²; `J_xy` is the element of the tensor, `−∫ x y dm`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "properties_of_{T}")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(
+    feature = "schema",
+    derive(schemars::JsonSchema),
+    schemars(rename = "properties_of_{T}")
+)]
 pub struct Properties<T> {
     /// The mass.
     pub m: T,

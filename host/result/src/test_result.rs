@@ -3,7 +3,6 @@
 use massline_shared::identify::Method;
 use massline_shared::layout::{FrfEstimator, TestProfile};
 use massline_shared::mass_line::Terms;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::agreement::Agreement;
@@ -29,8 +28,8 @@ use crate::verdict::Verdict;
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// The result of a test, from a rig or from a file with frequency responses.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "result")]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TestResult {
     /// Whether the answer can be used; `null` without an answer.
     pub verdict: Option<Verdict>,
@@ -136,9 +135,9 @@ pub struct TestResult {
 }
 
 /// Who has solved a test.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
-#[schemars(rename = "solved_by")]
 pub enum SolvedBy {
     /// This program, in double precision.
     #[default]
@@ -148,8 +147,8 @@ pub enum SolvedBy {
 }
 
 /// The rig's own answer beside that of the program by the same method.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "rig_answer")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RigAnswer {
     /// The method.
     pub method: NamedValue<Method>,

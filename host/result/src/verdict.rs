@@ -1,15 +1,12 @@
 //! The verdict on a result.
 
 use massline_shared::identify;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Whether a result can be used.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-#[schemars(rename = "verdict")]
 pub enum Verdict {
     /// Nothing puts the answer in doubt.
     Good,

@@ -13,7 +13,7 @@ use crate::output::{self, Output};
 use crate::support::files;
 use crate::support::files::ReplaceArgs;
 use massline_files::file;
-use massline_files::layout_file::{LayoutFile, schema, template};
+use massline_files::layout_file::{LayoutFile, SCHEMA, template};
 use massline_report::document::{LayoutTemplate, WrittenFile};
 use massline_report::document::{ShownHit, ShownLayout, ShownSensor};
 use massline_report::words::hash_text;
@@ -89,7 +89,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             let file = files::layout(layout, output)?;
             output.answer(&show_json(&file), |_| show_text(&file))
         }
-        Command::Schema => output.verbatim(format!("{:#}", schema().to_value())),
+        Command::Schema => output.verbatim(SCHEMA.trim_end()),
     }
 }
 

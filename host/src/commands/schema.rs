@@ -28,7 +28,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let named = |kind: &&DocumentKind| Some(kind.name) == args.document.as_deref();
     if let Some(kind) = DocumentKind::ALL.iter().find(named) {
-        return output.verbatim(format!("{:#}", kind.schema().to_value()));
+        return output.verbatim(kind.schema.trim_end());
     }
     let mut table = table();
     table.set_header(["document", "what it is", "printed by"]);

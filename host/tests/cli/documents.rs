@@ -11,7 +11,7 @@ use serde_json::Value;
 /// ones.
 static VALIDATORS: LazyLock<BTreeMap<&str, Validator>> = LazyLock::new(|| {
     let validator = |kind: &DocumentKind| {
-        let mut schema = kind.schema().to_value();
+        let mut schema = serde_json::from_str(kind.schema).unwrap();
         // A command may add keys to its error.
         if kind.name != "error" {
             close(&mut schema);

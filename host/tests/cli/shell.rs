@@ -1,6 +1,6 @@
-//! Completions, manual pages and colour.
+//! Completions and colour.
 
-use crate::program::{LAYOUT, answer, run, success};
+use crate::program::{LAYOUT, run, success};
 
 #[test]
 fn every_shell_completes_every_command() {
@@ -13,24 +13,6 @@ fn every_shell_completes_every_command() {
             assert!(script.stdout.contains(word.trim_start_matches("--")), "{shell}: {word}");
         }
     }
-}
-
-#[test]
-fn every_command_has_a_manual_page() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("man1").display().to_string();
-    let (exit, value) = answer(&["man", "--output", &path]);
-    assert_eq!(exit, 0, "{value}");
-    let pages = value["written"].as_array().unwrap();
-    assert!(pages.len() > 25, "{pages:?}");
-    for page in pages {
-        let text = std::fs::read_to_string(page.as_str().unwrap()).unwrap();
-        assert!(text.contains(".TH massline") && text.contains(".SH SYNOPSIS"), "{page}: {text}");
-    }
-    assert!(pages.iter().any(|page| page.as_str().unwrap().ends_with("massline-device-abort.1")));
-    assert_eq!(answer(&["man", "--output", &path]).0, 2, "pages are kept");
-    assert!(run(&["man"]).stdout.contains(".TH massline"));
-    assert!(success(&["man"])["page"].as_str().unwrap().contains(".TH massline"));
 }
 
 #[test]

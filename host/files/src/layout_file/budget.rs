@@ -2,21 +2,19 @@
 
 use std::sync::LazyLock;
 
-use massline_shared::diagnosis::AllowedValues;
 use massline_shared::layout::{
     ApparatusUncertainty, CalibratedGains, HitUncertainty, SensorUncertainty, UncertaintyKey,
     uncertainty_keys,
 };
-use schemars::{Schema, SchemaGenerator, json_schema};
 use serde::de::MapAccess;
 use toml::Spanned;
 
 use super::error::LayoutFileError;
-use super::keyed::{KeyedTable, TableKeys, number_schema};
+use super::keyed::{KeyedTable, TableKeys};
 use super::source::Source;
 
 /// The key of `[uncertainty]` that is no standard deviation.
-const LEARN: &str = "learn";
+pub(super) const LEARN: &str = "learn";
 
 /// The keys of `[uncertainty]`.
 pub(super) struct BudgetKeys;
@@ -51,10 +49,6 @@ impl KeyedTable<BudgetKeys> {
 impl TableKeys for BudgetKeys {
     type Value = BudgetValue;
     const WRITTEN: &'static str = "a table [uncertainty]";
-    const NAME: &'static str = "uncertainty";
-    const MEANING: &'static str = "The error budget: one standard deviation of each error source. What is not stated \
-                                   is the default; `gain`, `cross_axis` and `hammer_gain` then follow the \
-                                   calibration, if there is one.";
 
     fn names() -> &'static [&'static str] {
         static NAMES: LazyLock<Vec<&str>> =
@@ -71,17 +65,6 @@ impl TableKeys for BudgetKeys {
             _ => map.next_value().map(BudgetValue::Sigma),
         }
     }
-
-    fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
-        match name {
-            LEARN => json_schema!({
-                "description": "True when the data may correct the budget; false to use it as stated.",
-                "type": "boolean",
-                "default": true,
-            }),
-            _ => sigma_schema(name),
-        }
-    }
 }
 
 /// The keys of the uncertainty of one sensor.
@@ -90,8 +73,6 @@ pub(super) struct SensorKeys;
 impl TableKeys for SensorKeys {
     type Value = Spanned<f64>;
     const WRITTEN: &'static str = "a table such as { gain = 0.01 }";
-    const NAME: &'static str = "sensor_uncertainty";
-    const MEANING: &'static str = "Standard deviations of a sensor's errors.";
 
     fn names() -> &'static [&'static str] {
         static NAMES: LazyLock<Vec<&str>> = LazyLock::new(|| names(SensorUncertainty::<f64>::KEYS));
@@ -104,10 +85,6 @@ impl TableKeys for SensorKeys {
     ) -> Result<Spanned<f64>, A::Error> {
         map.next_value()
     }
-
-    fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
-        sigma_schema(name)
-    }
 }
 
 /// The keys of the uncertainty of one hit.
@@ -116,8 +93,6 @@ pub(super) struct HitKeys;
 impl TableKeys for HitKeys {
     type Value = Spanned<f64>;
     const WRITTEN: &'static str = "a table such as { hit_position_m = 0.002 }";
-    const NAME: &'static str = "hit_uncertainty";
-    const MEANING: &'static str = "Standard deviations of a hit's errors.";
 
     fn names() -> &'static [&'static str] {
         static NAMES: LazyLock<Vec<&str>> = LazyLock::new(|| names(HitUncertainty::<f64>::KEYS));
@@ -130,22 +105,10 @@ impl TableKeys for HitKeys {
     ) -> Result<Spanned<f64>, A::Error> {
         map.next_value()
     }
-
-    fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
-        sigma_schema(name)
-    }
 }
 
 fn names(keys: &[UncertaintyKey]) -> Vec<&'static str> {
     keys.iter().map(|key| key.name).collect()
-}
-
-fn sigma_schema(name: &str) -> Schema {
-    let key = uncertainty_keys().find(|key| key.name == name);
-    let mut schema = number_schema(AllowedValues::NotNegative);
-    let meaning = key.map(|key| format!("{}, {}.", key.meaning, key.unit.name()));
-    schema.insert("description".into(), meaning.into());
-    schema
 }
 
 /// The `[uncertainty]` table: default uncertainties of sensors and hits.

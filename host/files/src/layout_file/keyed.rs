@@ -1,15 +1,11 @@
 //! Tables whose keys are listed and described outside of this crate: `[test]`, `[target]`, `[prior]`, `[policy]`, and
 //! `[uncertainty]`, also that of a sensor or hit.
 
-use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
-use massline_shared::diagnosis::{AllowedValues, MAX_HITS_PER_DOF};
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, Visitor};
-use serde_json::Map;
 
 /// Which keys a table has.
 pub(super) trait TableKeys {
@@ -17,10 +13,6 @@ pub(super) trait TableKeys {
     type Value;
     /// How the table is written, for errors.
     const WRITTEN: &'static str;
-    /// Its name in the schema.
-    const NAME: &'static str;
-    /// What it is for.
-    const MEANING: &'static str;
 
     /// The names of the keys.
     fn names() -> &'static [&'static str];
@@ -30,9 +22,6 @@ pub(super) trait TableKeys {
         name: &'static str,
         map: &mut A,
     ) -> Result<Self::Value, A::Error>;
-
-    /// The schema of a key, with its description.
-    fn schema(name: &str, generator: &mut SchemaGenerator) -> Schema;
 }
 
 /// What a table states, key by key.
@@ -116,23 +105,6 @@ impl Visitor<'_> for KeyName {
     }
 }
 
-impl<K: TableKeys> JsonSchema for KeyedTable<K> {
-    fn schema_name() -> Cow<'static, str> {
-        K::NAME.into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let property = |name: &&str| ((*name).to_owned(), K::schema(name, generator).to_value());
-        let properties: Map<_, _> = K::names().iter().map(property).collect();
-        json_schema!({
-            "description": K::MEANING,
-            "type": "object",
-            "properties": properties,
-            "additionalProperties": false,
-        })
-    }
-}
-
 /// `"a", "b" or "c"`.
 pub(super) fn alternatives(words: &[&str]) -> String {
     let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
@@ -163,22 +135,4 @@ impl Visitor<'_> for OneOf {
         let known = self.0.iter().find(|known| **known == word);
         known.copied().ok_or_else(|| E::unknown_variant(word, self.0))
     }
-}
-
-/// The schema of a number.
-pub(super) fn number_schema(allowed: AllowedValues) -> Schema {
-    match allowed {
-        AllowedValues::HitCount => {
-            json_schema!({ "type": "integer", "minimum": 1, "maximum": MAX_HITS_PER_DOF })
-        }
-        AllowedValues::NotNegative => json_schema!({ "type": "number", "minimum": 0 }),
-        AllowedValues::Positive => json_schema!({ "type": "number", "exclusiveMinimum": 0 }),
-    }
-}
-
-/// A meaning as a sentence of its own.
-pub(super) fn sentence(meaning: &str) -> String {
-    let mut letters = meaning.chars();
-    let first = letters.next().map(char::to_uppercase);
-    first.into_iter().flatten().chain(letters).chain(['.']).collect()
 }

@@ -6,7 +6,6 @@ use std::sync::LazyLock;
 use massline_shared::body::RigidBody;
 use massline_shared::layout::{AttachedBody, MAX_ATTACHED, Prior, Sensor};
 use nalgebra::{Matrix3, Vector3};
-use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 use serde::de::MapAccess;
 use toml::Spanned;
@@ -24,48 +23,46 @@ const ATTACHED_SIGMA: f64 = 0.05;
 const LEAST_SIGMA: f64 = 1e-6;
 
 /// A body that hangs on the object but does not belong to it.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "a table [[attached]]")]
-#[schemars(rename = "attached")]
 pub(super) struct RawAttached {
     /// Mass, kg.
-    #[schemars(with = "RawKnown")]
+    #[cfg_attr(feature = "schema", schemars(with = "RawKnown"))]
     pub(super) mass_kg: Spanned<RawKnown>,
     /// Centre of mass in the body frame, m.
-    #[schemars(with = "[f64; 3]")]
+    #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
     pub(super) center_of_mass_m: Spanned<[f64; 3]>,
     /// Inertia tensor about its own centre of mass, kg m², J_xy = −∫xy dm. Default: a point mass.
-    #[schemars(with = "[[f64; 3]; 3]")]
+    #[cfg_attr(feature = "schema", schemars(with = "[[f64; 3]; 3]"))]
     #[serde(default)]
     pub(super) inertia_kg_m2: Option<Spanned<[[f64; 3]; 3]>>,
 }
 
 /// A key of `[prior]`.
 #[derive(Clone, Copy)]
-struct PriorKey {
-    name: &'static str,
-    /// What it says, with its unit.
-    meaning: &'static str,
+pub(super) struct PriorKey {
+    pub(super) name: &'static str,
     /// True for what is more than zero.
     is_positive: bool,
 }
 
-const fn prior_key(name: &'static str, meaning: &'static str, is_positive: bool) -> PriorKey {
-    PriorKey { name, meaning, is_positive }
+const fn prior_key(name: &'static str, is_positive: bool) -> PriorKey {
+    PriorKey { name, is_positive }
 }
 
 /// Every key of `[prior]`, in the order of the ten properties.
-const PRIOR_KEYS: [PriorKey; 10] = [
-    prior_key("mass_kg", "Mass, kg.", true),
-    prior_key("cx_m", "Centre of mass, x, m.", false),
-    prior_key("cy_m", "Centre of mass, y, m.", false),
-    prior_key("cz_m", "Centre of mass, z, m.", false),
-    prior_key("Jxx_kg_m2", "Inertia about the centre of mass, xx, kg m².", true),
-    prior_key("Jyy_kg_m2", "Inertia about the centre of mass, yy, kg m².", true),
-    prior_key("Jzz_kg_m2", "Inertia about the centre of mass, zz, kg m².", true),
-    prior_key("Jxy_kg_m2", "Inertia about the centre of mass, xy, kg m².", false),
-    prior_key("Jxz_kg_m2", "Inertia about the centre of mass, xz, kg m².", false),
-    prior_key("Jyz_kg_m2", "Inertia about the centre of mass, yz, kg m².", false),
+pub(super) const PRIOR_KEYS: [PriorKey; 10] = [
+    prior_key("mass_kg", true),
+    prior_key("cx_m", false),
+    prior_key("cy_m", false),
+    prior_key("cz_m", false),
+    prior_key("Jxx_kg_m2", true),
+    prior_key("Jyy_kg_m2", true),
+    prior_key("Jzz_kg_m2", true),
+    prior_key("Jxy_kg_m2", false),
+    prior_key("Jxz_kg_m2", false),
+    prior_key("Jyz_kg_m2", false),
 ];
 
 /// The keys of `[prior]`: the ten properties.
@@ -74,9 +71,6 @@ pub(super) struct PriorKeys;
 impl TableKeys for PriorKeys {
     type Value = Spanned<RawKnown>;
     const WRITTEN: &'static str = "a table [prior]";
-    const NAME: &'static str = "prior";
-    const MEANING: &'static str =
-        "Prior knowledge about the object: a value with its standard deviation.";
 
     fn names() -> &'static [&'static str] {
         static NAMES: LazyLock<Vec<&str>> =
@@ -89,13 +83,6 @@ impl TableKeys for PriorKeys {
         map: &mut A,
     ) -> Result<Spanned<RawKnown>, A::Error> {
         map.next_value()
-    }
-
-    fn schema(name: &str, generator: &mut SchemaGenerator) -> Schema {
-        let key = PRIOR_KEYS.iter().find(|key| key.name == name);
-        let mut schema = generator.subschema_for::<RawKnown>();
-        schema.insert("description".into(), key.map(|key| key.meaning).into());
-        schema
     }
 }
 

@@ -4,7 +4,6 @@ use std::sync::LazyLock;
 
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::{HitPolicy, HitTreatment};
-use schemars::{Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, MapAccess};
 
 use super::keyed::{KeyedTable, OneOf, TableKeys};
@@ -24,9 +23,6 @@ pub(super) struct PolicyKeys;
 impl TableKeys for PolicyKeys {
     type Value = HitTreatment;
     const WRITTEN: &'static str = "a table [policy]";
-    const NAME: &'static str = "policy";
-    const MEANING: &'static str = "How hits with a fault are treated: keep the hit, keep it with a warning, or reject \
-                                   it so that it must be repeated.";
 
     fn names() -> &'static [&'static str] {
         static NAMES: LazyLock<Vec<&str>> =
@@ -40,14 +36,5 @@ impl TableKeys for PolicyKeys {
     ) -> Result<HitTreatment, A::Error> {
         let name = map.next_value_seed(OneOf(&HitTreatment::NAMES))?;
         HitTreatment::from_name(name).ok_or_else(|| A::Error::custom("no treatment"))
-    }
-
-    fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
-        let code = HitPolicy::CODES.into_iter().find(|code| code.name() == name);
-        json_schema!({
-            "description": code.map(|code| code.meaning()),
-            "type": "string",
-            "enum": HitTreatment::NAMES,
-        })
     }
 }

@@ -1,15 +1,11 @@
-//! The output of `layout new` and `layout schema`.
+//! The output of `layout new`.
 
 use massline_shared::layout::{
     HitPolicy, TARGET_KEYS, TEST_KEYS, TestForm, TestProfile, TestSettings, TestValue,
     UncertaintyKey, UncertaintyUnit, uncertainty_keys,
 };
-use schemars::Schema;
-use schemars::generate::SchemaSettings;
-use schemars::transform::RecursiveTransform;
 
 use super::keyed::alternatives;
-use super::raw::RawLayout;
 
 /// The template without the keys that massline-shared lists.
 const FRAME: &str = include_str!("template.toml");
@@ -94,19 +90,4 @@ fn budget_line(key: &UncertaintyKey) -> String {
     let only = if key.only_modes { "; for the suspension modes only" } else { "" };
     let stated = format!("{} = {}", key.name, key.default);
     comment_line(&stated, &format!("{}{unit}{only}", key.meaning))
-}
-
-/// The JSON schema (draft 2020-12) of the layout file.
-pub fn schema() -> Schema {
-    let settings = SchemaSettings::draft2020_12().with_transform(RecursiveTransform(plain));
-    settings.into_generator().into_root_schema_for::<RawLayout>()
-}
-
-/// Removes what does not apply to TOML: the formats of Rust's numbers, and null as the default of an optional
-/// key.
-fn plain(schema: &mut Schema) {
-    schema.remove("format");
-    if schema.get("default").is_some_and(serde_json::Value::is_null) {
-        schema.remove("default");
-    }
 }

@@ -5,14 +5,13 @@ use std::sync::LazyLock;
 
 use massline_shared::diagnosis::{AllowedValues, Setting};
 use massline_shared::layout::{
-    AUTOMATIC, Choice, TARGET_KEYS, TEST_KEYS, Target, TestForm, TestKey, TestProfile, TestSettings,
+    Choice, TARGET_KEYS, TEST_KEYS, Target, TestForm, TestKey, TestProfile, TestSettings,
 };
-use schemars::{Schema, SchemaGenerator, json_schema};
 use serde::de::MapAccess;
 use toml::Spanned;
 
 use super::error::{Fault, LayoutFileError, Place};
-use super::keyed::{KeyedTable, OneOf, TableKeys, number_schema, sentence};
+use super::keyed::{KeyedTable, OneOf, TableKeys};
 use super::source::Source;
 use super::values::RawBand;
 
@@ -94,8 +93,6 @@ impl KeyedTable<TestKeys> {
 impl TableKeys for TestKeys {
     type Value = TestEntry;
     const WRITTEN: &'static str = "a table [test]";
-    const NAME: &'static str = "test";
-    const MEANING: &'static str = "Settings of the test.";
 
     fn names() -> &'static [&'static str] {
         static NAMES: LazyLock<Vec<&str>> =
@@ -120,42 +117,6 @@ impl TableKeys for TestKeys {
             Some(TestForm::Number(_)) | None => map.next_value().map(TestEntry::Number),
         }
     }
-
-    fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
-        let Some(key) = TEST_KEYS.iter().find(|key| key.name == name) else {
-            return Schema::default();
-        };
-        let mut schema = match key.form {
-            TestForm::Word(choice) => json_schema!({ "type": "string", "enum": choice.words() }),
-            TestForm::Number(setting) => number_schema(setting.allowed()),
-            TestForm::Range([lower, _]) => {
-                let range = json_schema!({
-                    "type": "array",
-                    "items": number_schema(lower.allowed()),
-                    "minItems": 2,
-                    "maxItems": 2,
-                });
-                match lower {
-                    Setting::BandLower => {
-                        json_schema!({ "oneOf": [range, { "const": AUTOMATIC }] })
-                    }
-                    _ => range,
-                }
-            }
-        };
-        schema.insert("description".into(), described(key).into());
-        schema
-    }
-}
-
-/// What a key says, with its unit.
-fn described(key: &TestKey) -> String {
-    let unit = match key.form {
-        TestForm::Number(setting) | TestForm::Range([setting, _]) => setting.unit(),
-        TestForm::Word(_) => "",
-    };
-    let text = sentence(key.meaning);
-    if unit.is_empty() { text } else { format!("{text} Unit: {unit}.") }
 }
 
 /// The keys of `[target]`.
@@ -164,9 +125,6 @@ pub(super) struct TargetKeys;
 impl TableKeys for TargetKeys {
     type Value = Spanned<f64>;
     const WRITTEN: &'static str = "a table [target]";
-    const NAME: &'static str = "target";
-    const MEANING: &'static str = "The precision that is wanted: half widths of the 95 % intervals. `massline measure` \
-                                   asks whether to finish as soon as all of them are reached.";
 
     fn names() -> &'static [&'static str] {
         static NAMES: LazyLock<Vec<&str>> =
@@ -179,13 +137,6 @@ impl TableKeys for TargetKeys {
         map: &mut A,
     ) -> Result<Spanned<f64>, A::Error> {
         map.next_value()
-    }
-
-    fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
-        let key = TARGET_KEYS.iter().find(|key| key.name == name);
-        let mut schema = number_schema(AllowedValues::Positive);
-        schema.insert("description".into(), key.map(|key| sentence(key.meaning)).into());
-        schema
     }
 }
 

@@ -1,9 +1,7 @@
 //! The values of a layout file as they are written, with their JSON schemas.
 
-use std::borrow::Cow;
 use std::fmt;
 
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
 
@@ -20,25 +18,26 @@ pub(super) enum RawBand {
 }
 
 /// A mass in kg, with or without its standard deviation.
-#[derive(Clone, Copy, Debug, JsonSchema)]
-#[schemars(rename = "mass", untagged)]
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(untagged))]
 pub(super) enum RawMass {
-    Number(#[schemars(range(min = 0))] f64),
+    Number(#[cfg_attr(feature = "schema", schemars(range(min = 0)))] f64),
     Known(RawKnown),
 }
 
 /// A value and its standard deviation.
-#[derive(Clone, Copy, Debug, serde::Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "a value with its standard deviation, such as { value = 1.23, sigma = 0.001 }"
 )]
-#[schemars(rename = "known")]
 pub(super) struct RawKnown {
     /// The value, in the unit of the key.
     pub(super) value: f64,
     /// One standard deviation, in the same unit.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     pub(super) sigma: f64,
 }
 
@@ -86,40 +85,5 @@ impl<'de> Deserialize<'de> for RawMass {
             }
         }
         deserializer.deserialize_any(Mass)
-    }
-}
-
-/// The schema of a node number.
-pub(super) enum NodeNumber {}
-
-impl JsonSchema for NodeNumber {
-    fn schema_name() -> Cow<'static, str> {
-        "node_number".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({
-            "description": "Number of a node.",
-            "type": "integer",
-            "minimum": 1,
-            "maximum": u16::MAX,
-        })
-    }
-}
-
-/// The schema of a DOF.
-pub(super) enum DofText {}
-
-impl JsonSchema for DofText {
-    fn schema_name() -> Cow<'static, str> {
-        "dof".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({
-            "description": "Node, colon, sign and axis: 1:+Y is a force on the body along local +y of node 1.",
-            "type": "string",
-            "pattern": r"^\s*[0-9]+:[+-][XYZxyz]\s*$",
-        })
     }
 }

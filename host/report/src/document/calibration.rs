@@ -1,6 +1,5 @@
 //! Calibrations: as a rig keeps them, as found by tumble and block tests, and as checked.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Electronics, Memory};
@@ -8,8 +7,8 @@ use massline_result::Verdict;
 use massline_result::{CalibrationSigma, Finding};
 
 /// A calibration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "calibration")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Calibration {
     /// How it was made.
     pub method: String,
@@ -26,8 +25,8 @@ pub struct Calibration {
 }
 
 /// The calibration of the hammer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "hammer_calibration")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct HammerCalibration {
     /// Its name or serial number, may be empty.
     pub id: String,
@@ -40,8 +39,8 @@ pub struct HammerCalibration {
 }
 
 /// The calibration of a sensor.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "sensor_calibration")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SensorCalibration {
     /// Its name or serial number, may be empty.
     pub id: String,
@@ -54,8 +53,8 @@ pub struct SensorCalibration {
 }
 
 /// A calibration after a tumble test.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "tumble_calibration")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TumbleCalibration {
     /// Whether the calibration can be used.
     pub verdict: Verdict,
@@ -69,8 +68,8 @@ pub struct TumbleCalibration {
 }
 
 /// What a tumble test has found.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "tumble")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Tumble {
     /// The sensors.
     pub sensors: Vec<TumbledSensor>,
@@ -81,8 +80,8 @@ pub struct Tumble {
 }
 
 /// A sensor in a tumble test.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "tumbled_sensor")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TumbledSensor {
     /// Voltages of its axes without acceleration.
     pub zero_v: [f64; 3],
@@ -97,8 +96,8 @@ pub struct TumbledSensor {
 }
 
 /// Mains hum in the reading of a position.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "hum")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Hum {
     /// The position.
     pub position: String,
@@ -111,8 +110,8 @@ pub struct Hum {
 }
 
 /// A calibration after a block test.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "block_calibration")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BlockCalibration {
     /// Whether the calibration can be used.
     pub verdict: Verdict,
@@ -126,8 +125,8 @@ pub struct BlockCalibration {
 }
 
 /// What a block test has found, relative to the calibration before it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "block")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Block {
     /// The sensors against the hammer.
     pub sensors: Vec<SensorRatio>,
@@ -142,8 +141,8 @@ pub struct Block {
 }
 
 /// Responses of a sensor over those that the hammer lets expect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "sensor_ratio")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SensorRatio {
     /// The ratios, row by row: the unit matrix for a sensor that has not changed.
     pub ratio: [[f64; 3]; 3],
@@ -152,8 +151,8 @@ pub struct SensorRatio {
 }
 
 /// The true force over that of the calibration before.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "hammer_ratio")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct HammerRatio {
     /// The ratio.
     pub ratio: f64,
@@ -166,8 +165,8 @@ pub struct HammerRatio {
 }
 
 /// The RC low-pass of a sensor axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "rc_cutoff")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RcCutoff {
     /// The sensor, from 1.
     pub sensor: usize,
@@ -186,8 +185,8 @@ pub struct RcCutoff {
 }
 
 /// A check of a calibration by a block test.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "calibration_check")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CalibrationCheck {
     /// Whether the calibration can be used.
     pub verdict: Verdict,
@@ -204,8 +203,8 @@ pub struct CalibrationCheck {
 }
 
 /// The verdict on a sensor: that of its worst axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "sensor_check")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SensorCheck {
     /// The sensor, from 1.
     pub sensor: usize,
@@ -218,8 +217,8 @@ pub struct SensorCheck {
 }
 
 /// The drift of a sensor axis against the hammer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "axis_drift")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AxisDrift {
     /// The sensor, from 1.
     pub sensor: usize,
@@ -234,8 +233,8 @@ pub struct AxisDrift {
 }
 
 /// A calibration on the simulated bench, and what it improves.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "calibration_demo")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CalibrationDemo {
     /// The calibration.
     pub calibration: Calibration,
@@ -246,8 +245,8 @@ pub struct CalibrationDemo {
 }
 
 /// Largest errors of a calibration, in % of the sensitivity of their channel.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "calibration_errors")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CalibrationErrors {
     /// Of the sensitivities of the axes.
     pub gain: f64,
@@ -258,8 +257,8 @@ pub struct CalibrationErrors {
 }
 
 /// A test before and after a calibration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "calibrated_test")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CalibratedTest {
     /// Name of the test.
     pub name: String,
@@ -268,8 +267,8 @@ pub struct CalibratedTest {
 }
 
 /// Errors before and after a calibration, in % of m, L, L, L and m L² (six times).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "before_and_after")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BeforeAndAfter {
     /// With the data sheets.
     pub data_sheet: f64,

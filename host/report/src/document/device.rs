@@ -1,19 +1,18 @@
 //! Rigs and ports: what is there, who they are, what they have counted.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The USB serial ports of this computer.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "device_list")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceList {
     /// The ports.
     pub ports: Vec<Port>,
 }
 
 /// A serial port.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "port")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Port {
     /// Its path.
     pub path: String,
@@ -26,8 +25,8 @@ pub struct Port {
 }
 
 /// Who a rig is and what it is doing.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "device_identity")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceIdentity {
     /// The port.
     pub port: String,
@@ -74,8 +73,8 @@ pub struct DeviceIdentity {
 }
 
 /// Charge of the battery of a rig.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "battery_charge")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BatteryCharge {
     /// Voltage of the cell.
     pub millivolts: u16,
@@ -84,8 +83,8 @@ pub struct BatteryCharge {
 }
 
 /// What a rig has counted since power-on, and what of it needs attention.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "device_stats")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceStats {
     /// Version of the firmware.
     pub firmware: String,
@@ -156,8 +155,8 @@ pub struct DeviceStats {
 }
 
 /// A counter that needs attention.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "counter_finding")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CounterFinding {
     /// Its key.
     pub counter: String,
@@ -166,8 +165,8 @@ pub struct CounterFinding {
 }
 
 /// The end of a campaign on a rig.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "device_abort")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceAbort {
     /// Whether there was a campaign.
     pub aborted: bool,
@@ -176,24 +175,24 @@ pub struct DeviceAbort {
 }
 
 /// What a rig in safe mode has erased.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "device_erase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceErase {
     /// Whether its results, layouts and calibration are erased.
     pub erased: bool,
 }
 
 /// What is plugged in, what may be opened, and what is missing on this computer.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "doctor")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Doctor {
     /// What was looked at.
     pub findings: Vec<DoctorFinding>,
 }
 
 /// Something that was looked at.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "looked")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DoctorFinding {
     /// What it is.
     pub subject: String,
@@ -206,16 +205,16 @@ pub struct DoctorFinding {
 }
 
 /// The level at which a rig's chip resets itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "device_brown_out")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceBrownOut {
     /// Supply below which it does, from the next time that it is switched on.
     pub brown_out_mv: u16,
 }
 
 /// What a rig reads at rest, and the faults of wiring and parts that this shows.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "device_check")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceCheck {
     /// The channels, the hammer first.
     pub channels: Vec<ChannelCheck>,
@@ -224,8 +223,8 @@ pub struct DeviceCheck {
 }
 
 /// What a channel reads at rest. Amplitudes are those of a sine.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "channel_check")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChannelCheck {
     /// Name of the channel, as in `sensor 2 x`.
     pub channel: String,

@@ -1,11 +1,10 @@
 //! What calibrations show of multiplexer and converter.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What a block test shows of multiplexer and converter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "electronics")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Electronics {
     /// What a sensor axis keeps of the hammer before it; `null` where the hits do not show it.
     pub memory: Option<Memory>,
@@ -14,8 +13,8 @@ pub struct Electronics {
 }
 
 /// The share of a channel's voltage that the channel converted after it keeps.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "memory")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Memory {
     /// Name of the channel that keeps it.
     pub channel: String,
@@ -30,8 +29,8 @@ pub struct Memory {
 }
 
 /// The difference between responses to pushes from the two sides of a direction.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "asymmetry")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Asymmetry {
     /// The direction, a unit vector in the frame of the block.
     pub direction: [f64; 3],

@@ -1,20 +1,19 @@
 //! The document of a command that has failed.
 
 use massline_result::Error;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The document of a command that has failed. Some commands add keys of their own.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "failure")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Failure {
     /// The error.
     pub error: Cause,
 }
 
 /// Why a command has failed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "cause")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Cause {
     /// Stable name.
     pub code: String,

@@ -1,6 +1,5 @@
 //! Layouts: as resolved, as judged before a measurement, as suggested.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -8,8 +7,8 @@ use massline_result::{ErrorSource, FilePath, Finding, Mode, Properties, Refusal}
 use massline_shared::layout::TestValue;
 
 /// A layout with resolved positions and directions in the body frame.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "shown_layout")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ShownLayout {
     /// Title of the layout.
     pub title: String,
@@ -33,8 +32,8 @@ pub struct ShownLayout {
 }
 
 /// A sensor.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "shown_sensor")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ShownSensor {
     /// Its node.
     pub node: u16,
@@ -47,8 +46,8 @@ pub struct ShownSensor {
 }
 
 /// A hit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "shown_hit")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ShownHit {
     /// Its DOF.
     pub dof: String,
@@ -59,9 +58,9 @@ pub struct ShownHit {
 }
 
 /// What a key of the settings of a test says.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
-#[schemars(rename = "setting_value")]
 pub enum SettingValue {
     /// A whole number.
     Count(u8),
@@ -85,8 +84,8 @@ impl From<TestValue> for SettingValue {
 }
 
 /// How accurate a layout will be, and what limits it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "layout_check")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LayoutCheck {
     /// The prediction.
     #[serde(flatten)]
@@ -98,8 +97,8 @@ pub struct LayoutCheck {
 }
 
 /// Better sensors and hits among the nodes of a layout.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "layout_suggestion")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LayoutSuggestion {
     /// The prediction for the suggested layout.
     #[serde(flatten)]
@@ -117,8 +116,8 @@ pub struct LayoutSuggestion {
 }
 
 /// Numbers of candidates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "candidate_counts")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CandidateCounts {
     /// Nodes that can carry a sensor.
     pub sensors: usize,
@@ -127,8 +126,8 @@ pub struct CandidateCounts {
 }
 
 /// A layout and what is predicted for it before any measurement.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "judged_layout")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct JudgedLayout {
     /// The predicted uncertainty.
     #[serde(flatten)]
@@ -172,8 +171,8 @@ pub struct JudgedLayout {
 }
 
 /// A predicted uncertainty; all are `null` where the layout does not determine the ten properties.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "prediction")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Prediction {
     /// Standard deviations of the ten properties.
     pub sigma: Properties<Option<f64>>,
@@ -184,8 +183,8 @@ pub struct Prediction {
 }
 
 /// What each method would answer to a test of the suspension profile that is computed by formula, with noise.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "forecast")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Forecast {
     /// The methods with an answer, best first.
     pub answers: Vec<ForecastAnswer>,
@@ -198,8 +197,8 @@ pub struct Forecast {
 }
 
 /// How uncertain the answer of a method would be.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "forecast_answer")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ForecastAnswer {
     /// Its name.
     pub method: String,
@@ -209,8 +208,8 @@ pub struct ForecastAnswer {
 }
 
 /// Whether a method can work.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "judged_method")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct JudgedMethod {
     /// Its name.
     pub method: String,
@@ -221,8 +220,8 @@ pub struct JudgedMethod {
 }
 
 /// The body of a prediction.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "assumed_body")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AssumedBody {
     /// Whose properties these are, in words.
     pub source: String,
@@ -231,8 +230,8 @@ pub struct AssumedBody {
 }
 
 /// What a sensor or hit more or less would change.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "advice")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Advice {
     /// The further hit that helps most.
     pub further_hit: Option<HitTotal>,
@@ -245,8 +244,8 @@ pub struct Advice {
 }
 
 /// A layout with one hit more or less.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "hit_total")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct HitTotal {
     /// DOF of the hit.
     pub dof: String,
@@ -255,8 +254,8 @@ pub struct HitTotal {
 }
 
 /// A layout with one sensor more or less.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "sensor_total")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SensorTotal {
     /// Node of the sensor.
     pub node: u16,

@@ -1,6 +1,5 @@
 //! Tests on the simulated bench, beside the truth.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -8,8 +7,8 @@ use massline_result::FilePath;
 use massline_result::{Refusal, TestResult};
 
 /// A simulated test.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "simulation")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Simulation {
     /// What was simulated, in a line.
     pub simulated: String,
@@ -23,8 +22,8 @@ pub struct Simulation {
 }
 
 /// The tests of `massline demo`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "demo")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Demo {
     /// The tests.
     pub tests: Vec<ComparedTest>,
@@ -33,8 +32,8 @@ pub struct Demo {
 }
 
 /// A test whose truth is known.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "compared_test")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ComparedTest {
     /// Its result.
     #[serde(flatten)]
@@ -46,8 +45,8 @@ pub struct ComparedTest {
 }
 
 /// Many simulated tests of a layout.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "simulated_runs")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SimulatedRuns {
     /// Number of runs that were done.
     pub runs: u64,
@@ -82,8 +81,8 @@ pub struct SimulatedRuns {
 }
 
 /// How runs came to the target of their layout.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "runs_to_target")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RunsToTarget {
     /// Runs that reached it.
     pub runs_at_target: u64,
@@ -98,8 +97,8 @@ pub struct RunsToTarget {
 }
 
 /// A method over many runs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "method_over_runs")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MethodOverRuns {
     /// Its name.
     pub method: String,
@@ -122,8 +121,8 @@ pub struct MethodOverRuns {
 }
 
 /// A property over many runs, in its SI unit. What a single run or one without uncertainty does not have is `null`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "property_over_runs")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PropertyOverRuns {
     /// Its name.
     pub name: String,
@@ -146,8 +145,8 @@ pub struct PropertyOverRuns {
 }
 
 /// The methods of suspension modes on the wheel.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "demo_wheel")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DemoWheel {
     /// Standard deviation of the noise of a reading, of a complex number.
     pub noise_m_per_s2_per_n: f64,
@@ -168,8 +167,8 @@ pub struct DemoWheel {
 }
 
 /// A set of forces.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "force_set")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ForceSet {
     /// Its name.
     pub set: String,
@@ -184,8 +183,8 @@ pub struct ForceSet {
 }
 
 /// A method against the truth; `null` where no run has an answer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "compared_method")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ComparedMethod {
     /// Its name, with the choice of modes.
     pub name: String,
@@ -200,8 +199,8 @@ pub struct ComparedMethod {
 }
 
 /// The wheel's responses as files.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[schemars(rename = "demo_wheel_files")]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DemoWheelFiles {
     /// The universal file.
     pub universal_file: FilePath,

@@ -50,25 +50,11 @@ pub struct ExportedAnswer {
     pub doubts: Vec<String>,
 }
 
-/// The manual pages of all commands.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct WrittenPages {
-    /// Their paths.
-    pub written: Vec<FilePath>,
-}
-
 /// Pictures of a result.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct DrawnPictures {
     /// Paths of their files.
     pub written: Vec<FilePath>,
-}
-
-/// The manual page of the program.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct ManualPage {
-    /// Its source, for `man`.
-    pub page: String,
 }
 
 /// What a shell knows about the program.
