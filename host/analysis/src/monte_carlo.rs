@@ -30,9 +30,7 @@ use massline_shared::identify::{Estimate, Method};
 use massline_shared::layout::{ApparatusUncertainty, CalibratedGains, RIG_SENSORS, TestProfile};
 use massline_shared::responses::Responses;
 use massline_shared::signal::Calibration;
-use rayon::ThreadPoolBuilder;
 
-use crate::Error;
 use crate::bench_error::bench_error;
 use crate::parallel::{Interrupted, pieces};
 use measurement::{MeasureError, SimulatedTest, TestLayout, measure};
@@ -98,7 +96,7 @@ impl MonteCarlo<'_> {
     /// Runs until all runs are done or it `is_interrupted`; `progress` is called after each run.
     ///
     /// # Errors
-    /// When the layout cannot be measured on the bench, or the system cannot start as many threads.
+    /// When the layout cannot be measured on the bench.
     pub fn run(
         &self,
         is_interrupted: Interrupted<'_>,
@@ -127,14 +125,8 @@ impl MonteCarlo<'_> {
     ) -> crate::Result<Vec<Run>> {
         // An error does not depend on the seed, so one attempt finds it.
         self.source(0).map_err(bench_error)?;
-        // Zero means one thread per core.
-        let threads = self.threads.map_or(0, NonZeroUsize::get);
-        let threads = ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| {
-            Error::internal("no_threads", format!("{e}; give fewer with --threads"))
-        })?;
-        let runs = threads.install(|| {
-            pieces(self.runs, is_interrupted, progress, || (), |(), number| self.one(number))
-        });
+        let one = |(): &mut (), number| self.one(number);
+        let runs = pieces(self.runs, self.threads, is_interrupted, progress, || (), one);
         runs.into_iter().collect::<Result<Vec<Run>, _>>().map_err(bench_error)
     }
 

@@ -1,5 +1,5 @@
 //! The JSON documents that commands print with `--json`, as types. Those that other programs read have a schema
-//! ([`DocumentKind`]), which a test makes from them.
+//! ([`DocumentKind`]), which a test generates.
 //!
 //! [`words`](crate::words) and the commands fill them. A key whose value is not known is `null`; numbers are in SI
 //! units, which their keys state.

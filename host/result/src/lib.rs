@@ -53,6 +53,6 @@ pub use precision::{FurtherHit, HalfWidths, Precision, WorstProperty};
 pub use properties::{Properties, Spread};
 pub use read::{ADVICE, Document, ReadError, read};
 #[cfg(feature = "schema")]
-pub use schema::schema_of;
+pub use schema::generate_schema;
 pub use test_result::{RigAnswer, SCHEMA_VERSION, SolvedBy, TestResult};
 pub use verdict::Verdict;

@@ -1,4 +1,4 @@
-//! The JSON schemas of types that have no derived one, and the names of all.
+//! JSON schemas: those of types that cannot derive one, and what the schemas of all documents have in common.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use massline_shared::diagnosis::Code;
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use crate::file_path::FilePath;
 use crate::finding_code::{FindingCode, UNKNOWN_PREFIX};
@@ -57,31 +57,42 @@ impl<T: HasNames> JsonSchema for NamedValue<T> {
     }
 }
 
-/// The schema of a type with these settings, its parts by the names of their types in snake case.
+/// Generates the schema of a type with these settings. Its definitions have the names of their types in snake case, and the
+/// lines of a description, which end where those of the source do, are joined.
+///
+/// # Panics
+/// When two types have the same name.
 #[must_use]
-pub fn schema_of<T: JsonSchema>(settings: SchemaSettings) -> Value {
+pub fn generate_schema<T: JsonSchema>(settings: SchemaSettings) -> Value {
     let mut schema = settings.into_generator().into_root_schema_for::<T>().to_value();
-    rename(&mut schema);
+    finish(&mut schema);
     schema
 }
 
-/// Renames the parts of a schema, and what refers to them.
-fn rename(schema: &mut Value) {
-    const PARTS: &str = "#/$defs/";
+/// Renames definitions and what refers to them, and joins lines.
+fn finish(schema: &mut Value) {
+    const DEFINITIONS: &str = "#/$defs/";
     match schema {
         Value::Object(members) => {
-            if let Some(Value::Object(parts)) = members.get_mut("$defs") {
-                let named = std::mem::take(parts).into_iter();
-                *parts = named.map(|(name, part)| (snake_case(&name), part)).collect::<Map<_, _>>();
+            if let Some(Value::Object(definitions)) = members.get_mut("$defs") {
+                for (name, definition) in std::mem::take(definitions) {
+                    let before = definitions.insert(snake_case(&name), definition);
+                    assert!(before.is_none(), "two types are called {name}");
+                }
             }
             if let Some(Value::String(reference)) = members.get_mut("$ref")
-                && let Some(name) = reference.strip_prefix(PARTS)
+                && let Some(name) = reference.strip_prefix(DEFINITIONS)
             {
-                *reference = PARTS.to_owned() + &snake_case(name);
+                *reference = DEFINITIONS.to_owned() + &snake_case(name);
             }
-            members.values_mut().for_each(rename);
+            if let Some(Value::String(description)) = members.get_mut("description") {
+                let paragraphs = description.split("\n\n");
+                let joined: Vec<_> = paragraphs.map(|lines| lines.replace('\n', " ")).collect();
+                *description = joined.join("\n\n");
+            }
+            members.values_mut().for_each(finish);
         }
-        Value::Array(items) => items.iter_mut().for_each(rename),
+        Value::Array(items) => items.iter_mut().for_each(finish),
         _ => {}
     }
 }

@@ -168,8 +168,8 @@ fn a_silent_rig_is_told_of_above_the_progress_bar() {
     assert_eq!(exit, 130, "{text}");
 }
 
-/// Lines of an answer on a terminal of 80 columns, of which a wider one needs no more: from the verdict to the end, without
-/// those of the measurement.
+/// Lines of an answer on a terminal of 80 columns, from the verdict to the end, without those of the measurement. Wider
+/// terminals wrap less.
 #[track_caller]
 fn lines_of_answer(exit: i32, arguments: &[&str]) -> usize {
     let (actual, text) = start(80, "dumb", arguments).end();
@@ -199,7 +199,7 @@ fn an_answer_takes_at_most_forty_lines_and_twelve_more_with_corrected_values() {
         (40, 0, vec!["demo", "wheel", "--tyre"]),
         (40, 0, vec!["measure", &layout, "--port", &rig.port]),
         (40, 0, vec!["results", "get", "1", "--port", &rig.port]),
-        (40, 0, vec!["simulate", &layout, "--tape", &tape, "--force"]),
+        (40, 0, vec!["simulate", &layout, "--tape", &tape]),
         (40, 0, vec!["replay", &tape, "--layout", &layout]),
         (40, 0, vec!["simulate", &wheel, "--bench", "wheel"]),
         (52, 3, vec!["simulate", &contradicted, "--bench", "default", "--fault", "flip:2y"]),

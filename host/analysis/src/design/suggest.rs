@@ -182,11 +182,12 @@ impl Job<'_> {
             Some(_) => first.clone().ok_or(SearchError::NothingFound),
         };
         let memory = || vec![0.0; workspace(search.wanted.sensors, search.wanted.hits)];
-        let results = pieces(starts.into(), is_interrupted, progress, memory, |memory, index| {
-            let cost =
-                |choice: &Choice<Unbounded>| self.criterion.cost(&self.layout(choice), memory);
-            start(index as u32).map(|start| search.improve(start, cost))
-        });
+        let results =
+            pieces(starts.into(), None, is_interrupted, progress, memory, |memory, index| {
+                let cost =
+                    |choice: &Choice<Unbounded>| self.criterion.cost(&self.layout(choice), memory);
+                start(index as u32).map(|start| search.improve(start, cost))
+            });
         if results.len() < starts as usize {
             let text = format!("interrupted after {} of {starts} starts", results.len());
             return Err(Error::interrupted(text));

@@ -10,12 +10,12 @@ use massline_shared::identify::single_fault::SingleFault;
 use massline_shared::identify::{Consistency, DofMassLines, Estimate};
 use massline_shared::layout::{HostLayout, check_geometry};
 use nalgebra::SVector;
-use rayon::prelude::*;
 
 use super::judgement::{FittedMistakes, unknowns};
 use super::sized::{Size, SizedFault, SizedMistake, TestUnder, known_scale, used_nodes};
 use super::sized_fit::{self, SizedFit};
 use super::{Examination, Mistake, Outcome, Suspect};
+use crate::parallel::each;
 
 /// Standard deviation of readings that are left out, relative to the largest reading that is not.
 const LEFT_OUT: f64 = 1e3;
@@ -71,7 +71,10 @@ impl<'a> Search<'a> {
         let tied = if explains { fitted.tied() } else { 0 };
         let mut named = fitted.suspects;
         let runner_up = named.drain(tied..).next();
-        named.par_iter_mut().for_each(|suspect| suspect.corrected = self.corrected(suspect));
+        let corrected = each(&named, |_| (), || (), |(), suspect| self.corrected(suspect));
+        for (suspect, corrected) in named.iter_mut().zip(corrected) {
+            suspect.corrected = corrected;
+        }
         // A mistake without which no body is left explains nothing.
         named.retain(|suspect| {
             suspect.corrected.as_ref().is_none_or(|answer| is_body(&answer.body))
@@ -307,8 +310,8 @@ impl<'a> Search<'a> {
         items: &[I],
         act: impl Fn(&I, &mut [f64]) -> Option<T> + Sync,
     ) -> Vec<T> {
-        let results = items.par_iter().map_init(|| self.room(), |room, item| act(item, room));
-        results.flatten_iter().collect()
+        let results = each(items, |_| (), || self.room(), |room, item| act(item, room));
+        results.into_iter().flatten().collect()
     }
 }
 

@@ -11,7 +11,7 @@ use nalgebra::{SVector, Vector3};
 
 use super::methods::{ModalAnswers, Variant, answer};
 use super::{GlobalAnswer, HostFit, MassLineAnswers};
-use crate::parallel::each;
+use crate::parallel::pieces;
 
 /// A method that small changes of data and layout are put through.
 #[derive(Clone, Copy)]
@@ -78,11 +78,15 @@ impl Survey {
         layout: &HostLayout,
         fit: Option<&HostFit<'_>>,
         asked: &[SurveyedAnswer<'_>],
-        progress: impl FnMut(u32, u32) + Send,
+        mut progress: impl FnMut(u32, u32) + Send,
     ) -> Self {
         let memory = || Box::new(Reduction::new());
-        let effects = each(changes(layout), progress, memory, |memory, change| {
-            ask(layout, change, |perturbation| ChangeEffect::by(perturbation, fit, asked, memory))
+        let count = changes(layout);
+        let progress = |done: u64| progress(done as u32, count);
+        let effects = pieces(count.into(), None, &|| false, progress, memory, |memory, change| {
+            ask(layout, change as u32, |perturbation| {
+                ChangeEffect::by(perturbation, fit, asked, memory)
+            })
         });
         let reference = fit.map_or_else(Vector3::zeros, HostFit::reference);
         let mut deviations = ModeDeviations::new(reference);

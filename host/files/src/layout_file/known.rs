@@ -43,26 +43,29 @@ pub(super) struct RawAttached {
 #[derive(Clone, Copy)]
 pub(super) struct PriorKey {
     pub(super) name: &'static str,
+    /// What it says, with its unit.
+    #[cfg_attr(not(feature = "schema"), expect(dead_code, reason = "it is for the schema alone"))]
+    pub(super) meaning: &'static str,
     /// True for what is more than zero.
     is_positive: bool,
 }
 
-const fn prior_key(name: &'static str, is_positive: bool) -> PriorKey {
-    PriorKey { name, is_positive }
+const fn prior_key(name: &'static str, meaning: &'static str, is_positive: bool) -> PriorKey {
+    PriorKey { name, meaning, is_positive }
 }
 
 /// Every key of `[prior]`, in the order of the ten properties.
 pub(super) const PRIOR_KEYS: [PriorKey; 10] = [
-    prior_key("mass_kg", true),
-    prior_key("cx_m", false),
-    prior_key("cy_m", false),
-    prior_key("cz_m", false),
-    prior_key("Jxx_kg_m2", true),
-    prior_key("Jyy_kg_m2", true),
-    prior_key("Jzz_kg_m2", true),
-    prior_key("Jxy_kg_m2", false),
-    prior_key("Jxz_kg_m2", false),
-    prior_key("Jyz_kg_m2", false),
+    prior_key("mass_kg", "Mass, kg.", true),
+    prior_key("cx_m", "Centre of mass, x, m.", false),
+    prior_key("cy_m", "Centre of mass, y, m.", false),
+    prior_key("cz_m", "Centre of mass, z, m.", false),
+    prior_key("Jxx_kg_m2", "Inertia about the centre of mass, xx, kg m².", true),
+    prior_key("Jyy_kg_m2", "Inertia about the centre of mass, yy, kg m².", true),
+    prior_key("Jzz_kg_m2", "Inertia about the centre of mass, zz, kg m².", true),
+    prior_key("Jxy_kg_m2", "Inertia about the centre of mass, xy, kg m².", false),
+    prior_key("Jxz_kg_m2", "Inertia about the centre of mass, xz, kg m².", false),
+    prior_key("Jyz_kg_m2", "Inertia about the centre of mass, yz, kg m².", false),
 ];
 
 /// The keys of `[prior]`: the ten properties.

@@ -1,4 +1,4 @@
-//! The JSON schema of the layout file: what its types do not tell by themselves.
+//! The JSON schema of the layout file.
 
 use std::borrow::Cow;
 
@@ -20,16 +20,16 @@ use super::raw::RawLayout;
 use super::test_settings::{TargetKeys, TestKeys};
 use super::values::RawKnown;
 
-/// The JSON schema (draft 2020-12) of the layout file, made from its types: the program prints [`SCHEMA`](super::SCHEMA).
+/// Generates the JSON schema (draft 2020-12) of the layout file; the program prints [`SCHEMA`](super::SCHEMA).
 #[must_use]
 pub fn schema() -> Value {
-    let settings = SchemaSettings::draft2020_12().with_transform(RecursiveTransform(plain));
-    massline_result::schema_of::<RawLayout>(settings)
+    let settings = SchemaSettings::draft2020_12().with_transform(RecursiveTransform(adapt_to_toml));
+    massline_result::generate_schema::<RawLayout>(settings)
 }
 
 /// Removes what does not apply to TOML: the formats of Rust's numbers, and null as the default of an optional
 /// key.
-fn plain(schema: &mut Schema) {
+fn adapt_to_toml(schema: &mut Schema) {
     schema.remove("format");
     if schema.get("default").is_some_and(Value::is_null) {
         schema.remove("default");
@@ -38,16 +38,18 @@ fn plain(schema: &mut Schema) {
 
 /// Keys with a schema.
 trait DescribedKeys: TableKeys {
-    /// The name of their table.
-    const NAME: &'static str;
-
     /// The schema of a key, with its description.
     fn schema(name: &str, generator: &mut SchemaGenerator) -> Schema;
 }
 
 impl<K: DescribedKeys> JsonSchema for KeyedTable<K> {
     fn schema_name() -> Cow<'static, str> {
-        K::NAME.into()
+        std::any::type_name::<K>().into()
+    }
+
+    /// Each table is used once, and is described there.
+    fn inline_schema() -> bool {
+        true
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
@@ -58,19 +60,17 @@ impl<K: DescribedKeys> JsonSchema for KeyedTable<K> {
 }
 
 impl DescribedKeys for TestKeys {
-    const NAME: &'static str = "test";
-
     fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
         let Some(key) = TEST_KEYS.iter().find(|key| key.name == name) else {
             return Schema::default();
         };
         let mut schema = match key.form {
             TestForm::Word(choice) => json_schema!({ "type": "string", "enum": choice.words() }),
-            TestForm::Number(setting) => number(setting.allowed()),
+            TestForm::Number(setting) => number_schema(setting.allowed()),
             TestForm::Range([lower, _]) => {
                 let range = json_schema!({
                     "type": "array",
-                    "items": number(lower.allowed()),
+                    "items": number_schema(lower.allowed()),
                     "minItems": 2,
                     "maxItems": 2,
                 });
@@ -82,13 +82,13 @@ impl DescribedKeys for TestKeys {
                 }
             }
         };
-        schema.insert("description".into(), described(key).into());
+        schema.insert("description".into(), describe(key).into());
         schema
     }
 }
 
 /// What a key says, with its unit.
-fn described(key: &TestKey) -> String {
+fn describe(key: &TestKey) -> String {
     let unit = match key.form {
         TestForm::Number(setting) | TestForm::Range([setting, _]) => setting.unit(),
         TestForm::Word(_) => "",
@@ -98,45 +98,24 @@ fn described(key: &TestKey) -> String {
 }
 
 impl DescribedKeys for TargetKeys {
-    const NAME: &'static str = "target";
-
     fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
         let key = TARGET_KEYS.iter().find(|key| key.name == name);
-        let mut schema = number(AllowedValues::Positive);
+        let mut schema = number_schema(AllowedValues::Positive);
         schema.insert("description".into(), key.map(|key| sentence(key.meaning)).into());
         schema
     }
 }
 
-/// What each key of `[prior]` says, with its unit.
-const PRIOR_MEANINGS: [&str; 10] = [
-    "Mass, kg.",
-    "Centre of mass, x, m.",
-    "Centre of mass, y, m.",
-    "Centre of mass, z, m.",
-    "Inertia about the centre of mass, xx, kg m².",
-    "Inertia about the centre of mass, yy, kg m².",
-    "Inertia about the centre of mass, zz, kg m².",
-    "Inertia about the centre of mass, xy, kg m².",
-    "Inertia about the centre of mass, xz, kg m².",
-    "Inertia about the centre of mass, yz, kg m².",
-];
-
 impl DescribedKeys for PriorKeys {
-    const NAME: &'static str = "prior";
-
     fn schema(name: &str, generator: &mut SchemaGenerator) -> Schema {
-        let mut keys = PRIOR_KEYS.iter().zip(PRIOR_MEANINGS);
-        let meaning = keys.find(|(key, _)| key.name == name).map(|(_, meaning)| meaning);
+        let key = PRIOR_KEYS.iter().find(|key| key.name == name);
         let mut schema = generator.subschema_for::<RawKnown>();
-        schema.insert("description".into(), meaning.into());
+        schema.insert("description".into(), key.map(|key| key.meaning).into());
         schema
     }
 }
 
 impl DescribedKeys for PolicyKeys {
-    const NAME: &'static str = "policy";
-
     fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
         let code = HitPolicy::CODES.into_iter().find(|code| code.name() == name);
         json_schema!({
@@ -148,8 +127,6 @@ impl DescribedKeys for PolicyKeys {
 }
 
 impl DescribedKeys for BudgetKeys {
-    const NAME: &'static str = "uncertainty";
-
     fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
         match name {
             LEARN => json_schema!({
@@ -157,36 +134,32 @@ impl DescribedKeys for BudgetKeys {
                 "type": "boolean",
                 "default": true,
             }),
-            _ => sigma(name),
+            _ => sigma_schema(name),
         }
     }
 }
 
 impl DescribedKeys for SensorKeys {
-    const NAME: &'static str = "sensor_uncertainty";
-
     fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
-        sigma(name)
+        sigma_schema(name)
     }
 }
 
 impl DescribedKeys for HitKeys {
-    const NAME: &'static str = "hit_uncertainty";
-
     fn schema(name: &str, _: &mut SchemaGenerator) -> Schema {
-        sigma(name)
+        sigma_schema(name)
     }
 }
 
-fn sigma(name: &str) -> Schema {
+fn sigma_schema(name: &str) -> Schema {
     let key = uncertainty_keys().find(|key| key.name == name);
-    let mut schema = number(AllowedValues::NotNegative);
+    let mut schema = number_schema(AllowedValues::NotNegative);
     let meaning = key.map(|key| format!("{}, {}.", key.meaning, key.unit.name()));
     schema.insert("description".into(), meaning.into());
     schema
 }
 
-fn number(allowed: AllowedValues) -> Schema {
+fn number_schema(allowed: AllowedValues) -> Schema {
     match allowed {
         AllowedValues::HitCount => {
             json_schema!({ "type": "integer", "minimum": 1, "maximum": MAX_HITS_PER_DOF })

@@ -1,4 +1,4 @@
-//! The values of a layout file as they are written, with their JSON schemas.
+//! The values of a layout file as they are written.
 
 use std::fmt;
 
@@ -19,8 +19,7 @@ pub(super) enum RawBand {
 
 /// A mass in kg, with or without its standard deviation.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "schema", schemars(untagged))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(untagged))]
 pub(super) enum RawMass {
     Number(#[cfg_attr(feature = "schema", schemars(range(min = 0)))] f64),
     Known(RawKnown),

@@ -1,9 +1,8 @@
-//! The schemas of the documents, made from their types: those in `host/schemas/` are what the program prints.
+//! Generates the schemas of the documents; the program prints the copies in `host/schemas/`.
 
-use massline_result::TestResult;
+use massline_result::{TestResult, generate_schema};
+use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
-use schemars::transform::RecursiveTransform;
-use schemars::{JsonSchema, Schema};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -36,16 +35,5 @@ pub fn schemas() -> [(&'static str, Value); 8] {
 }
 
 fn schema_of<T: JsonSchema>() -> Value {
-    let settings = SchemaSettings::draft2020_12().for_serialize();
-    massline_result::schema_of::<Versioned<T>>(
-        settings.with_transform(RecursiveTransform(join_lines)),
-    )
-}
-
-/// Joins the lines of a description, which end where those of the source do.
-fn join_lines(schema: &mut Schema) {
-    if let Some(Value::String(description)) = schema.get_mut("description") {
-        let paragraphs = description.split("\n\n").map(|paragraph| paragraph.replace('\n', " "));
-        *description = paragraphs.collect::<Vec<_>>().join("\n\n");
-    }
+    generate_schema::<Versioned<T>>(SchemaSettings::draft2020_12().for_serialize())
 }

@@ -46,16 +46,16 @@ impl ExactTest {
         file_with(&layout, &frequencies, &responses, |_, _, _, h| h)
     }
 
-    /// The solution with the directions of the hits as stated, or without errors.
-    fn solution(&self, uff: &UffFile, options: &Options, straight: bool) -> Solution {
+    /// Solves with the directions of hits and marks as uncertain as they are, or stated as exact.
+    fn solve(&self, uff: &UffFile, options: &Options, straight: bool) -> Solution {
         let exact = "\n[uncertainty]\nhit_direction_rad = 0\nnode_direction_rad = 0\n";
         let text = self.layout.clone() + if straight { exact } else { "" };
         solved(&text, uff, options).unwrap()
     }
 }
 
-/// The answer of a method.
-fn answer(solution: &Solution, method: Method) -> &Estimate<f64> {
+/// The estimate of a method.
+fn estimate_of(solution: &Solution, method: Method) -> &Estimate<f64> {
     let mut estimates = solution.identification.estimates.iter();
     estimates.find(|estimate| estimate.method == method).unwrap()
 }
@@ -74,10 +74,10 @@ fn no_mean_loss_is_taken_out_of_responses_that_show_no_scatter() {
             (named(Method::GlobalFit), &[Method::GlobalFit]),
         ] {
             let [stated, straight] =
-                [false, true].map(|straight| test.solution(&uff, &options, straight));
+                [false, true].map(|straight| test.solve(&uff, &options, straight));
             for &method in methods {
                 let [stated, straight] =
-                    [&stated, &straight].map(|solution| answer(solution, method).theta());
+                    [&stated, &straight].map(|solution| estimate_of(solution, method).theta());
                 let assumed = part(stated - straight);
                 let off = part(stated - truth.theta());
                 println!("{}, {method:?}: assumed {assumed:.1e}, off {off:.1e}", test.name);

@@ -160,7 +160,7 @@ impl Wheel {
         let memory = || Box::new(Reduction::new());
         let one = |memory: &mut Box<Reduction<f64>>, run: u64| self.run(forces, seed, run, memory);
         let _guard = interrupt.guard();
-        let completed_runs = pieces(runs, &|| interrupt.pressed(), progress, memory, one);
+        let completed_runs = pieces(runs, None, &|| interrupt.pressed(), progress, memory, one);
         let rows = rows(&completed_runs);
         let layout = self.with_forces(forces);
         let forces = layout.hits.iter().map(|hit| hit.dof.to_string()).collect();
