@@ -49,17 +49,19 @@ pub fn pieces<M, T: Send>(
         results
     };
     let cores = || available_parallelism().map_or(1, NonZeroUsize::get);
-    let most = if IS_WORKER.get() { 1 } else { threads.map_or_else(cores, NonZeroUsize::get) };
-    let threads = usize::try_from(count).map_or(most, |count| count.min(most));
-    let mut results = match threads {
-        0 | 1 => work(),
-        _ => scope(|scope| {
+    let most = threads.map_or_else(cores, NonZeroUsize::get);
+    let workers = usize::try_from(count).map_or(most, |count| count.min(most));
+    // A single piece may be divided further, unless the number of threads is stated.
+    let mut results = if IS_WORKER.get() || (count < 2 && threads.is_none()) {
+        work()
+    } else {
+        scope(|scope| {
             let worker = || {
                 IS_WORKER.set(true);
                 work()
             };
             // Where the system starts no more threads, those that it has started do the work, or else this one.
-            let workers: Vec<_> = (0..threads)
+            let workers: Vec<_> = (0..workers)
                 .map_while(|_| Builder::new().spawn_scoped(scope, worker).ok())
                 .collect();
             if workers.is_empty() {
@@ -67,7 +69,7 @@ pub fn pieces<M, T: Send>(
             }
             let results = workers.into_iter().map(|worker| worker.join());
             results.flat_map(|result| result.unwrap_or_else(|panic| resume_unwind(panic))).collect()
-        }),
+        })
     };
     results.sort_unstable_by_key(|(number, _)| *number);
     results.into_iter().map(|(_, result)| result).collect()
@@ -76,12 +78,11 @@ pub fn pieces<M, T: Send>(
 /// Calls `act` for each item on all cores and returns the results in the order of the items.
 pub fn each<I: Sync, M, T: Send>(
     items: &[I],
-    progress: impl FnMut(u64) + Send,
     memory: impl Fn() -> M + Sync,
     act: impl Fn(&mut M, &I) -> T + Sync,
 ) -> Vec<T> {
     let one = |memory: &mut M, number: u64| act(memory, &items[number as usize]);
-    pieces(items.len() as u64, None, &|| false, progress, memory, one)
+    pieces(items.len() as u64, None, &|| false, |_| (), memory, one)
 }
 
 #[cfg(test)]
@@ -100,7 +101,7 @@ mod tests {
         let squares = pieces(1000, FOUR, &|| false, progress, || (), |(), number| number * number);
         assert_eq!(squares, (0..1000).map(|number| number * number).collect::<Vec<_>>());
         assert_eq!(heard, (1..=1000).collect::<Vec<_>>());
-        assert!(each(&[0_u8; 0], |_| (), || (), |(), item| *item).is_empty());
+        assert!(each(&[0_u8; 0], || (), |(), item| *item).is_empty());
     }
 
     #[test]
@@ -120,19 +121,14 @@ mod tests {
 
     #[test]
     fn a_piece_that_is_divided_further_stays_on_its_thread() {
-        let strangers = pieces(
-            8,
-            FOUR,
-            &|| false,
-            |_| (),
-            || (),
-            |(), _| {
-                let own = thread::current().id();
-                let threads = each(&[(); 8], |_| (), || (), |(), ()| thread::current().id());
-                threads.iter().filter(|thread| **thread != own).count()
-            },
-        );
-        assert_eq!(strangers, [0; 8]);
+        let strangers = |(): &mut (), _| {
+            let own = thread::current().id();
+            let threads = each(&[(); 8], || (), |(), ()| thread::current().id());
+            threads.iter().filter(|thread| **thread != own).count()
+        };
+        for threads in [NonZeroUsize::new(1), FOUR] {
+            assert_eq!(pieces(8, threads, &|| false, |_| (), || (), strangers), [0; 8]);
+        }
     }
 
     #[test]

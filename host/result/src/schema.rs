@@ -57,8 +57,8 @@ impl<T: HasNames> JsonSchema for NamedValue<T> {
     }
 }
 
-/// Generates the schema of a type with these settings. Its definitions have the names of their types in snake case, and the
-/// lines of a description, which end where those of the source do, are joined.
+/// Generates the schema of a type with these settings. Its definitions have the names of their types in snake case, and
+/// the lines of a description, which end where those of the source do, are joined.
 ///
 /// # Panics
 /// When two types have the same name.

@@ -71,7 +71,7 @@ impl<'a> Search<'a> {
         let tied = if explains { fitted.tied() } else { 0 };
         let mut named = fitted.suspects;
         let runner_up = named.drain(tied..).next();
-        let corrected = each(&named, |_| (), || (), |(), suspect| self.corrected(suspect));
+        let corrected = each(&named, || (), |(), suspect| self.corrected(suspect));
         for (suspect, corrected) in named.iter_mut().zip(corrected) {
             suspect.corrected = corrected;
         }
@@ -310,7 +310,7 @@ impl<'a> Search<'a> {
         items: &[I],
         act: impl Fn(&I, &mut [f64]) -> Option<T> + Sync,
     ) -> Vec<T> {
-        let results = each(items, |_| (), || self.room(), |room, item| act(item, room));
+        let results = each(items, || self.room(), |room, item| act(item, room));
         results.into_iter().flatten().collect()
     }
 }
