@@ -18,6 +18,7 @@ use massline_analysis::identification::{
 };
 use massline_analysis::plausibility::suspicions;
 use massline_analysis::rig_findings::of_measuring;
+use massline_analysis::score_tests::ScoreTests;
 use massline_analysis::single_fault::NominalTest;
 use massline_analysis::suspension::{
     Comparison, MassLineAnswers, compare, reciprocity_of_mass_lines, warn_of_flexible_mode,
@@ -54,6 +55,10 @@ pub fn solve_test(test: StoredTest<'_>, nominal: &NominalTest, selection: Select
         true => test.result.diagnostics.to_vec(),
         false => of_measuring(&test.result.diagnostics),
     };
+    let tests = &solution.score_tests;
+    tests.in_proportion(&mut solution.seen_by_rig);
+    solution.identification.each_diagnostics(|diagnostics| tests.in_proportion(diagnostics));
+    let estimates = &solution.identification.estimates;
     let own = measured(test.result);
     solution.measured = massline_result::TestResult {
         rig: rig_answer(estimates, test.result, solution.layout.characteristic_length()),
@@ -81,6 +86,7 @@ fn of_mass_lines(
     Solution {
         no_answer: no_answer.and_then(|reasons| first_error(reasons, |d| message_in(d, &layout))),
         examination: Some(nominal.examine_result(result)),
+        score_tests: ScoreTests::of(&layout, &lines, &identification.estimates),
         comparison: comparison(&identification, &layout, &lines),
         diagnostics: [
             reciprocity_of_mass_lines(&layout, &lines).as_slice(),

@@ -39,6 +39,7 @@ use layout_checks::{admitted, layout_problem};
 use massline_analysis::design::assumed_for_solving;
 use massline_analysis::identification::{Identification, Selection, identify, learned};
 use massline_analysis::plausibility::suspicions;
+use massline_analysis::score_tests::ScoreTests;
 use massline_analysis::single_fault::{Examination, NominalTest};
 use massline_analysis::suspension::{
     Comparison, MassLineAnswers, ModeChoice, SuspensionModes, compare, reciprocity_of_mass_lines,
@@ -431,6 +432,7 @@ pub(crate) struct MassLinePart {
     lines: FittedLines,
     identification: Identification,
     examination: Examination,
+    score_tests: ScoreTests,
     settings: IdentifySettings<f64>,
 }
 
@@ -445,7 +447,7 @@ impl MassLinePart {
 
 fn mass_line_part(
     file: &LayoutFile,
-    lines: FittedLines,
+    mut lines: FittedLines,
     options: &Options,
 ) -> Result<MassLinePart> {
     let layout = &file.layout;
@@ -458,11 +460,14 @@ fn mass_line_part(
     let examination = NominalTest::of_file(file).examine(&lines.lines);
     let observed = Observations::of_mass_lines(layout, &lines.lines);
     let identification = identify(&observed, options.selection, &settings).answered();
-    let identification = identification.map_err(|reasons| {
+    let mut identification = identification.map_err(|reasons| {
         let error = first_error(&reasons, |d| message_in(d, layout)).unwrap_or_else(undetermined);
         blame_the_responses(error, &examination, layout)
     })?;
-    Ok(MassLinePart { lines, identification, examination, settings })
+    let score_tests = ScoreTests::of(layout, &lines.lines, &identification.estimates);
+    score_tests.in_proportion(&mut lines.diagnostics);
+    identification.each_diagnostics(|diagnostics| score_tests.in_proportion(diagnostics));
+    Ok(MassLinePart { lines, identification, examination, score_tests, settings })
 }
 
 #[cfg(test)]

@@ -5,21 +5,25 @@
 //! | --- | --- |
 //! | [`written`] | in the layout, the cables or the readings of a test that was measured without it |
 //! | [`set_up`] | on the bench, before the test is measured |
+//! | [`small`] | on the bench as well, so small that it may pass for an error of the budget |
 
 pub mod set_up;
+pub mod small;
 pub mod written;
 
 use massline::support::bench_test::nominal_calibration;
-use massline_analysis::identification::{Identification, Selection, identify};
+use massline_analysis::identification::{Identification, Selection, identify, solve_learned};
 use massline_analysis::judgement::{Concern, Evidence, Judgement};
-use massline_analysis::monte_carlo::MonteCarlo;
 use massline_analysis::monte_carlo::measurement::{SimulatedTest, TestLayout};
+use massline_analysis::monte_carlo::{MonteCarlo, apply_bench_budget};
+use massline_analysis::score_tests::{ScoreTests, SmallFault};
 use massline_analysis::single_fault::{Examination, Mistake, examine};
 use massline_analysis::suspension::{MassLineAnswers, compare, reciprocity_of_mass_lines};
 use massline_physics::Bench;
 use massline_shared::capacity::Unbounded;
 use massline_shared::diagnosis::Code;
-use massline_shared::identify::{DofMassLines, IdentifySettings, Observations};
+use massline_shared::identify::maximum_likelihood::Start;
+use massline_shared::identify::{DofMassLines, Estimate, IdentifySettings, Observations};
 use massline_shared::layout::HostLayout;
 
 use crate::campaign::layout_file;
@@ -54,7 +58,11 @@ impl MeasuredTest {
         let lines = self.lines();
         let observed = Observations::of_mass_lines(&layout, &lines);
         let settings = IdentifySettings::default();
-        let identification = identify(&observed, Selection::All, &settings);
+        let mut identification = identify(&observed, Selection::All, &settings);
+        let score_tests = ScoreTests::of(&layout, &lines, &identification.estimates);
+        let mut seen_by_rig = self.test.diagnostics.clone();
+        score_tests.in_proportion(&mut seen_by_rig);
+        identification.each_diagnostics(|diagnostics| score_tests.in_proportion(diagnostics));
         let judgement = identification.estimates.first().map(|answer| {
             let examination = examine(&layout, &self.nodes, &lines);
             let estimates = &identification.estimates;
@@ -64,14 +72,11 @@ impl MeasuredTest {
             let reciprocity = reciprocity_of_mass_lines(&layout, &lines).to_vec();
             let evidence = Evidence {
                 examination: Some(&examination),
+                score_tests: Some(&score_tests),
                 comparison: Some(&comparison),
                 refusals: identification.refusals(),
-                diagnostics: [
-                    identification.priors.as_slice(),
-                    &reciprocity,
-                    &self.test.diagnostics,
-                ]
-                .concat(),
+                diagnostics: [identification.priors.as_slice(), &reciprocity, &seen_by_rig]
+                    .concat(),
                 ..Evidence::of(answer)
             };
             evidence.judge()
@@ -79,7 +84,31 @@ impl MeasuredTest {
         (identification, judgement)
     }
 
-    fn host_layout(&self) -> HostLayout {
+    /// The answer of maximum likelihood, and its tests for small faults, as the program makes them; `None` without an
+    /// answer.
+    pub fn score_tests(&self) -> Option<(Estimate<f64>, ScoreTests)> {
+        let (layout, lines) = (self.host_layout(), self.lines());
+        let answer = solve_learned(&layout, &lines, Start::InertiaRestraint).ok()?.estimate;
+        let tests = ScoreTests::of(&layout, &lines, std::slice::from_ref(&answer));
+        Some((answer, tests))
+    }
+
+    /// How significant a small fault is to somebody who knows how large the errors on the bench are, as
+    /// [`ScoreTest::significance`](massline_analysis::score_tests::ScoreTest::significance). `None` where the test cannot
+    /// show it.
+    pub fn seen_with_true_budget(&self, fault: SmallFault, bench: &Bench) -> Option<f64> {
+        let mut layout = self.layout.clone();
+        apply_bench_budget(&mut layout, bench);
+        let layout: HostLayout = layout.cast()?;
+        let lines = self.lines();
+        let estimate = solve_learned(&layout, &lines, Start::InertiaRestraint).ok()?.estimate;
+        let tests = ScoreTests::of(&layout, &lines, &[estimate]).tests;
+        let own = tests.into_iter().find(|test| test.fault == fault)?;
+        Some(own.significance())
+    }
+
+    /// The layout in the capacity of the program.
+    pub fn host_layout(&self) -> HostLayout {
         self.layout.cast().expect("fits the host")
     }
 }

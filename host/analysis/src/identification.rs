@@ -101,6 +101,11 @@ impl Identification {
             .collect()
     }
 
+    /// Calls `act` with the diagnostics of each answer.
+    pub fn each_diagnostics(&mut self, mut act: impl FnMut(&mut [Diagnostic])) {
+        self.estimates.iter_mut().for_each(|estimate| act(&mut estimate.diagnostics));
+    }
+
     /// Puts the best methods first.
     pub fn sort(&mut self) {
         let place = |method: Method| Method::ALL.iter().position(|other| *other == method);

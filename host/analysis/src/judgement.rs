@@ -8,6 +8,7 @@
 //!
 //! The verdict is computed here and nowhere else; sentences about it decide nothing.
 
+use crate::score_tests::{ScoreTest, ScoreTests};
 use crate::single_fault::{Examination, Outcome, Suspect};
 use crate::suspension::Comparison;
 use massline_result::{Doubt, FindingCode, Verdict};
@@ -42,6 +43,8 @@ pub enum Concern {
     /// The data contradict the stated budget, and neither a single mistake nor larger errors explain that; `None` where
     /// the layout has no fit at all.
     Unexplained(Option<Consistency<f64>>),
+    /// A small fault, or one of several that the data cannot tell apart, shows in them; the most significant first.
+    SmallFault(Vec<ScoreTest>),
     /// No body on its suspension fits the responses.
     ModelMisfit,
     /// A flexible mode above the band puts every method off but the global fit, and this answer is not by the global
@@ -82,6 +85,9 @@ impl Concern {
             Self::SingleMistake { .. } => FindingCode::SingleMistake,
             Self::LargerErrors(_) => Code::ErrorsLargerThanStated.into(),
             Self::Unexplained(_) => Code::NoSingleFaultExplains.into(),
+            Self::SmallFault(tests) => {
+                tests.first().map_or(FindingCode::SingleMistake, |test| test.fault.code())
+            }
             Self::ModelMisfit => Code::ModelDoesNotFit.into(),
             Self::FlexibleMode => Code::FlexibleModeAboveBand.into(),
             Self::MethodsDiffer => FindingCode::MethodsDiffer,
@@ -100,6 +106,8 @@ pub struct Evidence<'a> {
     pub answer: &'a Estimate<f64>,
     /// The search for a single mistake, where one was done.
     pub examination: Option<&'a Examination>,
+    /// The tests for small faults, where they were made.
+    pub score_tests: Option<&'a ScoreTests>,
     /// How the methods agree, where several answer.
     pub comparison: Option<&'a Comparison>,
     /// The methods without an answer, each with its reasons.
@@ -116,6 +124,7 @@ impl<'a> Evidence<'a> {
         Self {
             answer,
             examination: None,
+            score_tests: None,
             comparison: None,
             refusals: Vec::new(),
             diagnostics: Vec::new(),
@@ -132,6 +141,7 @@ impl<'a> Evidence<'a> {
             .into_iter()
             .partition(|concern| matches!(concern, Concern::SingleMistake { .. }));
         let mut concerns = mistake;
+        concerns.extend(self.small_fault());
         if !self.answer.body.is_physically_consistent() {
             concerns.push(Concern::Unphysical);
         }
@@ -161,6 +171,15 @@ impl<'a> Evidence<'a> {
         let consistency =
             self.examination.map_or_else(of_answer, |examination| examination.plain)?;
         consistency.contradicts_layout().then_some(Concern::Contradicted(consistency))
+    }
+
+    /// A small fault that shows, unless a mistake explains the data altogether or nothing does: then much shows.
+    fn small_fault(&self) -> Option<Concern> {
+        let is_apart = self.examination.is_some_and(|examination| {
+            matches!(examination.outcome, Outcome::Suspected(_) | Outcome::Unexplained)
+        });
+        let shown = self.score_tests.filter(|_| !is_apart)?.shown();
+        (!shown.is_empty()).then(|| Concern::SmallFault(shown.into_iter().cloned().collect()))
     }
 
     /// The method that would have been preferred to the answer's, where the data themselves are why it has none.

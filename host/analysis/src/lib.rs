@@ -10,6 +10,7 @@
 //! | [`where_to_hit`] | which hits would show what those of a test do not show |
 //! | [`precision`] | during a campaign: how precise the answer would be so far |
 //! | [`single_fault`] | which mistake explains data that contradict their budget |
+//! | [`score_tests`] | small faults that the data show before they contradict their budget, and how large each could be unseen |
 //! | [`plausibility`] | what in a layout or an answer looks like another unit |
 //! | [`hits`] | grades the hits of a recording: each on its own, then against the others |
 //! | [`judgement`] | whether a result can be used, and why not |
@@ -36,6 +37,7 @@ pub mod parallel;
 pub mod plausibility;
 pub mod precision;
 pub mod rig_findings;
+pub mod score_tests;
 pub mod self_test;
 pub mod single_fault;
 pub mod suspension;

@@ -30,7 +30,9 @@ use crate::identification::{layout_of, lines_of};
 use massline_files::archive::ArchivedLayout;
 use massline_files::layout_file::{LayoutFile, Reference, nodes_of};
 use search::Search;
+pub(crate) use sized::used_nodes;
 pub use sized::{SizedFault, SizedMistake};
+pub(crate) use sized_fit::whole;
 
 /// The nominal test: its layout, the points that could be hit by mistake, and what is expected of the object.
 #[derive(Clone, Debug, PartialEq)]

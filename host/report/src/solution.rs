@@ -9,12 +9,14 @@ use massline_shared::layout::HostLayout;
 use crate::words::layout_check::error_source;
 use crate::words::{
     agreement, cannot_see, details_in, estimates_in, findings, findings_in, global_fit,
-    hammer_text, message_in, refusals_in, single_faults_in, suspension_modes, verdict_reasons,
+    hammer_text, message_in, refusals_in, score_tests_in, single_faults_in, suspension_modes,
+    verdict_reasons,
 };
 use massline_analysis::identification::Identification;
 use massline_analysis::judgement::{Evidence, Judgement};
 use massline_analysis::limits::BoundedTest;
 use massline_analysis::plausibility::Suspicion;
+use massline_analysis::score_tests::ScoreTests;
 use massline_analysis::single_fault::Examination;
 use massline_analysis::suspension::{Comparison, SuspensionModes};
 use massline_result::Error;
@@ -26,6 +28,8 @@ pub struct Solution {
     pub identification: Identification,
     /// The search for a single mistake that explains data that contradict the layout; where there are mass lines.
     pub examination: Option<Examination>,
+    /// The tests of the answer for small faults.
+    pub score_tests: ScoreTests,
     /// Findings about mass lines, modes and sensors.
     pub diagnostics: Vec<Diagnostic>,
     /// The suspension modes and the band they were found in, Hz.
@@ -63,6 +67,7 @@ impl Solution {
         let priors = self.identification.priors.as_slice();
         let evidence = Evidence {
             examination: self.examination.as_ref(),
+            score_tests: Some(&self.score_tests),
             comparison: Some(&self.comparison),
             refusals: self.identification.refusals(),
             diagnostics: [priors, &self.diagnostics, &self.seen_by_rig].concat(),
@@ -130,6 +135,7 @@ impl Solution {
             agreement: agreement(&self.comparison, &identification.estimates, layout, verdict),
             diagnostics,
             single_faults: examination.map(|examination| single_faults_in(examination, layout)),
+            score_tests: score_tests_in(&self.score_tests, layout),
             details: details_in(identification, layout),
             suspension: modes.map(|(modes, band)| suspension_modes(modes, *band, layout)),
             global_fit: self.global_fit.as_ref().map(global_fit),

@@ -23,6 +23,7 @@ mod of_rig;
 pub mod precision;
 mod refusals;
 mod result;
+mod score_tests;
 mod single_fault;
 mod summary;
 mod suspects;
@@ -64,6 +65,7 @@ pub use result::{
     Extent, corrected_text, hammer_limit, heading_text, headline, limits_text, reason_text,
     result_text, source_words, suspected_text,
 };
+pub use score_tests::{BEGINS_TO_SHOW, fault_name, in_unit, score_tests_in, score_tests_text};
 pub use single_fault::{findings_in, single_faults_in};
 pub use summary::{ResultVerdict, Summary};
 pub use table::{INERTIA_CONVENTION, error_percent, scale_of, scale_text, table};

@@ -101,6 +101,48 @@ impl Fault {
     }
 }
 
+/// A small fault that the data were tested for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ScoreTest {
+    /// The fault; its words state a size where the data show it.
+    #[serde(flatten)]
+    pub fault: Fault,
+    /// The unit of its size.
+    pub unit: FaultUnit,
+    /// What the data say of its size; of a turn or a lean the angle, without a sign.
+    pub size: Spread<f64>,
+    /// Size of a fault of one standard deviation, in the direction that changes the answer most: so large it is unseen
+    /// as a rule, and at three times that it begins to show.
+    pub sigma: f64,
+    /// Largest change of a property by such a fault, in standard deviations of the answer.
+    pub shift_sigma: f64,
+    /// The standard normal deviate that is exceeded as rarely as the data show the fault.
+    pub significance: f64,
+    /// The significance beyond which the fault is shown.
+    pub limit: f64,
+    /// Whether the data show it.
+    pub shown: bool,
+}
+
+/// The unit of a fault's size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub enum FaultUnit {
+    /// m.
+    #[serde(rename = "m")]
+    Meters,
+    /// rad.
+    #[serde(rename = "rad")]
+    Radians,
+    /// kg.
+    #[serde(rename = "kg")]
+    Kilograms,
+    /// Of the gain.
+    #[serde(rename = "relative")]
+    Relative,
+}
+
 /// A mistake that explains the data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

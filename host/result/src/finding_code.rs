@@ -56,6 +56,20 @@ finding_codes! {
     UnitOfResponses = "unit_of_responses_suspected";
     /// Lengths, masses or inertias of the layout do not fit each other.
     UnitOfLayout = "unit_of_layout_suspected";
+    /// A node lies elsewhere than the layout says, by a little.
+    NodeMisplaced = "node_misplaced";
+    /// The gain of the hammer drifts over the test.
+    HammerDrifts = "hammer_drifts";
+    /// The gain of a channel drifts over the test.
+    ChannelDrifts = "channel_drifts";
+    /// All hits at a DOF lean the same way.
+    HitLeans = "hit_leans";
+    /// All hits of the test are turned alike.
+    HitsTurned = "hits_turned";
+    /// The chips of the sensors lie above their marks.
+    ChipsAboveMarks = "chips_above_marks";
+    /// Each mark carries a mass while it is hit.
+    MarksLoaded = "marks_loaded";
     /// Products of inertia are expected with the opposite signs.
     SignsOfProducts = "signs_of_products_suspected";
 }

@@ -39,7 +39,9 @@ pub use details::{
 pub use error::{Error, ErrorCode, ErrorKind, Result};
 pub use error_source::ErrorSource;
 pub use estimate::{ChiSquared, Estimate, LearnedBudget, PrincipalMoments};
-pub use fault::{ErrorsOverStated, Fault, FaultOutcome, SingleFaults, Suspect};
+pub use fault::{
+    ErrorsOverStated, Fault, FaultOutcome, FaultUnit, ScoreTest, SingleFaults, Suspect,
+};
 pub use file_path::FilePath;
 pub use finding::{Finding, Refusal, UnseenError, VerdictReason};
 pub use finding_code::FindingCode;

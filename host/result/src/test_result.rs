@@ -10,7 +10,7 @@ use crate::calibration_sigma::CalibrationSigma;
 use crate::details::Details;
 use crate::error_source::ErrorSource;
 use crate::estimate::Estimate;
-use crate::fault::SingleFaults;
+use crate::fault::{ScoreTest, SingleFaults};
 use crate::file_path::FilePath;
 use crate::finding::{Finding, Refusal, UnseenError, VerdictReason};
 use crate::frequency_responses::FrequencyResponsesRead;
@@ -57,6 +57,9 @@ pub struct TestResult {
     pub error_sources: Vec<ErrorSource>,
     /// The search for a single mistake, where one was done.
     pub single_faults: Option<SingleFaults>,
+    /// The small faults that the answer was tested for, where it was.
+    #[serde(default)]
+    pub score_tests: Vec<ScoreTest>,
     /// Errors of sensors and hits, from the best method that estimates them.
     pub details: Option<Details>,
     /// The suspension modes.

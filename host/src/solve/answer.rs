@@ -65,13 +65,14 @@ pub(super) fn solution(
 ) -> Solution {
     let layout = settings.layout.clone();
     let mut combined = Solution { measured: settings.measured(notes), ..Solution::default() };
-    if let Some(MassLinePart { lines, identification, examination, .. }) = mass_lines {
+    if let Some(MassLinePart { lines, identification, examination, score_tests, .. }) = mass_lines {
         let measured = lines.lines.iter().map(|line| mass_line(line, &layout));
         combined.measured.mass_lines = measured.collect();
         combined.measured.band_hz = Some(lines.band_hz);
         combined.diagnostics = lines.diagnostics;
         combined.identification = identification;
         combined.examination = Some(examination);
+        combined.score_tests = score_tests;
     }
     if let Some(ModalPart { solution, band_hz, diagnostics }) = modal {
         combined.identification.estimates.extend(solution.estimates);

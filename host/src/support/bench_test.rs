@@ -40,9 +40,11 @@ pub struct BenchArgs {
     /// (wires), `rotate:3:z90` (glued turned), `scale:1.1` (all of them read 10 % too much), `boards:0.005` (5 g on
     /// each that are not declared), `compress:2y` (softly), `rail:2y:50` (its buffer ends at 50 m/s²). Hits: `hit:2:4`
     /// (the second DOF at node 4), `beside:2:0.005` (5 mm beside the mark), `reverse:2` (from the other side),
-    /// `hammer:0.97` (it reads 3 % too little), `rail:hammer:20` (its buffer ends at 20 N). Around: `cable:2:400` (400
-    /// N/m at node 2), `hum:0.005` (5 mV of the mains in every channel). A bench file has more:
-    /// boards/virtual/README.md.
+    /// `hammer:0.97` (it reads 3 % too little), `rail:hammer:20` (its buffer ends at 20 N), `lean:2:0.08` (80 mrad),
+    /// `turn:0.05` (all hits, 50 mrad), `pad:0.01` (10 g on the mark that is hit). Around: `node:4z:0.01` (node 4 lies
+    /// 10 mm further along z), `height:0.004` (chips 4 mm above their marks), `drift:hammer:0.05` and `drift:2y:0.05`
+    /// (gains that rise by 5 % over the test), `cable:2:400` (400 N/m at node 2), `hum:0.005` (5 mV of the mains in
+    /// every channel). A bench file has more: boards/virtual/README.md.
     #[arg(long, value_name = "FAULT")]
     pub fault: Vec<Fault>,
     /// What says how large the errors of sensors, marks, hits, hammer and gravity are; default: what the bench file
@@ -270,6 +272,6 @@ mod tests {
         let help = fault.get_long_help().unwrap().to_string();
         let error = "nothing".parse::<Fault>().unwrap_err().to_string();
         assert_eq!(kinds(&help), kinds(&error));
-        assert_eq!(kinds(&help).len(), 13, "{help}");
+        assert_eq!(kinds(&help).len(), 19, "{help}");
     }
 }

@@ -110,6 +110,11 @@ impl Chain {
         self.converter.restart(&self.output, disturbances);
     }
 
+    /// Sets the gain of each channel, which is one at first.
+    pub(super) fn set_gains(&mut self, gains: &Channels) {
+        self.converter.set_gains(gains);
+    }
+
     /// Sets the low-passes to their steady state for a constant input.
     pub(super) fn follow(&mut self, input: &Channels) {
         self.input = self.limit(input);

@@ -26,6 +26,8 @@ pub(super) struct Converter {
     /// Value of each channel at rest, N or m/s².
     rest: Channels,
     volts_per_unit: Channels,
+    /// The same without a drift.
+    nominal_volts_per_unit: Channels,
     zero: Channels,
     /// V/s.
     drift: Channels,
@@ -62,10 +64,12 @@ impl Converter {
         let nominal = per_channel(hammer.zero_v, sensor.zero_v);
         let interval = adc.clock_stretch() / adc.rate_hz;
         let per_g = sensor.sensitivity_v_per_g / massline_shared::STANDARD_GRAVITY;
+        let volts_per_unit = per_channel(hammer.sensitivity_v_per_n, per_g);
         Self {
             rails: faults::rails(bench),
             rest: [0.0; CHANNELS],
-            volts_per_unit: per_channel(hammer.sensitivity_v_per_n, per_g),
+            volts_per_unit,
+            nominal_volts_per_unit: volts_per_unit,
             zero: std::array::from_fn(|k| nominal[k] + errors.zero_v[k]),
             drift: per_channel(0.0, sensor.drift_v_per_s),
             wander: Slow::new(per_channel(0.0, sensor.wander_v), sensor.wander_s, interval),
@@ -84,6 +88,12 @@ impl Converter {
             wander_rng: ChaCha8Rng::seed_from_u64(0),
             scans: 0,
         }
+    }
+
+    /// Sets the gain of each channel, which is one at first.
+    pub(super) fn set_gains(&mut self, gains: &Channels) {
+        let nominal = self.nominal_volts_per_unit;
+        self.volts_per_unit = std::array::from_fn(|k| nominal[k] * gains[k]);
     }
 
     /// Sets the time to zero with all channels at rest. Mains and jitter are drawn from `rng`, wander and supply from

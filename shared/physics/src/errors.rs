@@ -39,6 +39,8 @@ pub struct TestErrors {
     pub dnl_seed: u64,
     /// Rotation vector from the gravity of the bench to the true one, before its part along gravity is taken out, rad.
     pub gravity_turn: Vector3<f64>,
+    /// Axis about which all hits are turned where they are, a unit vector in the body frame.
+    pub hits_axis: Vector3<f64>,
 }
 
 impl TestErrors {
@@ -76,7 +78,8 @@ impl TestErrors {
         }
         let dnl_seed = rng.random();
         let gravity_turn = normal_vector(rng) * sizes.apparatus.gravity_direction;
-        Self { sensors, hammer_gain, zero_v, rc, inl_phase, dnl_seed, gravity_turn }
+        let hits_axis = normal_vector(rng).normalize();
+        Self { sensors, hammer_gain, zero_v, rc, inl_phase, dnl_seed, gravity_turn, hits_axis }
     }
 }
 

@@ -1,9 +1,11 @@
 //! What the mistakes of a bench ([`Fault`]) do to its sensors, hits and cables.
 
 use massline_shared::layout::HostLayout;
+use massline_shared::signal::CHANNELS;
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
 use crate::bench::{Bench, BenchError};
+use crate::channels::Channels;
 use crate::settings::Fault;
 
 mod electric;
@@ -68,7 +70,72 @@ pub(super) fn mark(
             _ => {}
         }
     }
+    mark.1 += misplaced(bench, mark.0);
     Some(mark)
+}
+
+/// How far from its written place a node lies, m.
+pub(super) fn misplaced(bench: &Bench, at: u16) -> Vector3<f64> {
+    let mut from_written = Vector3::zeros();
+    for fault in &bench.faults {
+        if let Fault::NodeMisplaced { node, axis, distance_m } = *fault
+            && node == at
+        {
+            from_written[axis.index()] += distance_m;
+        }
+    }
+    from_written
+}
+
+/// How far the chips of the sensors lie above their marks, m.
+pub(super) fn chip_height(bench: &Bench) -> f64 {
+    let height = |fault: &Fault| match *fault {
+        Fault::ChipsAboveMarks { height_m } => height_m,
+        _ => 0.0,
+    };
+    bench.faults.iter().map(height).sum()
+}
+
+/// The angle by which the hits at a DOF lean to a side of their own, rad.
+pub(super) fn lean(bench: &Bench, dof: usize) -> f64 {
+    let angle = |fault: &Fault| match *fault {
+        Fault::HitLeans { hit, angle_rad } if hit == dof => angle_rad,
+        _ => 0.0,
+    };
+    bench.faults.iter().map(angle).sum()
+}
+
+/// The angle by which all hits are turned about one axis, rad.
+pub(super) fn common_turn(bench: &Bench) -> f64 {
+    let angle = |fault: &Fault| match *fault {
+        Fault::HitsTurned { angle_rad } => angle_rad,
+        _ => 0.0,
+    };
+    bench.faults.iter().map(angle).sum()
+}
+
+/// Relative change of the gain of each channel from the first hit of the test to the last.
+pub(super) fn drift(bench: &Bench) -> Channels {
+    let mut drift = [0.0; CHANNELS];
+    for fault in &bench.faults {
+        match *fault {
+            Fault::HammerDrift { change } => drift[0] += change,
+            Fault::ChannelDrift { sensor, axis, change } => {
+                drift[1 + 3 * sensor + axis.index()] += change;
+            }
+            _ => {}
+        }
+    }
+    drift
+}
+
+/// Mass at the mark that is being hit, kg.
+pub(super) fn pad_mass(bench: &Bench) -> f64 {
+    let mass = |fault: &Fault| match *fault {
+        Fault::Pad { mass_kg } => mass_kg,
+        _ => 0.0,
+    };
+    bench.faults.iter().map(mass).sum()
 }
 
 /// The factor of the hammer's reading.
@@ -125,16 +192,17 @@ pub(super) fn check(bench: &Bench, layout: &HostLayout) -> Result<(), BenchError
             | Fault::SwapAxes { sensor, .. }
             | Fault::Rotate { sensor, .. }
             | Fault::SensorRail { sensor, .. }
+            | Fault::ChannelDrift { sensor, .. }
             | Fault::Compression { sensor, .. } => sensor.saturating_add(1),
             Fault::SwapSensors([a, b]) => a.max(b).saturating_add(1),
             _ => 0,
         };
         let (hits, node) = match *fault {
             Fault::HitNode { hit, node } => (hit.saturating_add(1), Some(node)),
-            Fault::HitReversed { hit } | Fault::HitBeside { hit, .. } => {
-                (hit.saturating_add(1), None)
-            }
-            Fault::Cable { node, .. } => (0, Some(node)),
+            Fault::HitReversed { hit }
+            | Fault::HitBeside { hit, .. }
+            | Fault::HitLeans { hit, .. } => (hit.saturating_add(1), None),
+            Fault::Cable { node, .. } | Fault::NodeMisplaced { node, .. } => (0, Some(node)),
             _ => (0, None),
         };
         let refuse = |missing| BenchError::FaultWithoutSubject { fault: *fault, missing };

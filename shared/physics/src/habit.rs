@@ -40,6 +40,7 @@ impl HitHabit {
         sizes: &ErrorSizes,
         dof: usize,
         along: &Vector3<f64>,
+        hits_axis: &Vector3<f64>,
         rng: &mut ChaCha8Rng,
     ) -> Self {
         let tap = &bench.tap;
@@ -51,7 +52,9 @@ impl HitHabit {
         Self {
             offset: beside * (tap.offset_m + faults::beside(bench, dof))
                 + displaced * of_mark.node_position,
-            turn: turned * of_mark.node_direction,
+            turn: turned * of_mark.node_direction
+                + turned.normalize() * faults::lean(bench, dof)
+                + hits_axis.cross(along) * faults::common_turn(bench),
             tip: Tip { lateral: lateral * tap.lateral, moment_m: axis * tap.free_moment_m },
             gain_error: normal(rng) * sizes.apparatus.hit_gain,
         }

@@ -10,6 +10,8 @@ use nalgebra::Vector3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use super::body::{compose, point};
+use super::channels::Channels;
 use super::dynamics::check_node;
 use super::error_sizes::ErrorSizes;
 use super::errors::TestErrors;
@@ -110,8 +112,9 @@ impl BenchSource {
         let bench = errors.hung(bench);
         let mut simulation = Simulation::new(&bench, layout, &errors)?;
         for (dof, _) in layout.hits.iter().enumerate() {
-            if let Some((node, point, _)) = faults::mark(&bench, layout, dof) {
-                check_node(&bench, node, point.into())?;
+            if let Some((node, mark, _)) = faults::mark(&bench, layout, dof) {
+                let written = mark - faults::misplaced(&bench, node);
+                check_node(&bench, node, written.into())?;
             }
         }
         let mut noise = stream(seed, TEST - 1);
@@ -217,10 +220,36 @@ impl BenchSource {
         }
     }
 
+    /// Puts the pad on the mark of a DOF, if there is one.
+    fn put_pad(&mut self, dof: usize) {
+        let mass = faults::pad_mass(&self.bench);
+        let Some((_, mark, _)) =
+            faults::mark(&self.bench, &self.layout, dof).filter(|_| mass > 0.0)
+        else {
+            return;
+        };
+        let body = compose(&[self.bench.body, point(mass, mark)]);
+        let padded = Bench { body, ..self.bench.clone() };
+        // Cannot fail where the object without the pad hangs.
+        if let Ok(simulation) = Simulation::new(&padded, &self.layout, &self.errors) {
+            self.simulation = simulation;
+        }
+    }
+
+    /// The gain of each channel over that at the first hit of the test.
+    fn gains(&self, arming: u32) -> Channels {
+        let hits = self.layout.hits.len() * usize::from(self.layout.test.hits_per_dof);
+        let last = hits.saturating_sub(1).max(1) as f64;
+        // Armings are counted from one; those after rejected hits come on top.
+        let share = (f64::from(arming.saturating_sub(1)) / last).min(1.0);
+        faults::drift(&self.bench).map(|change| 1.0 + change * share)
+    }
+
     /// What all hits at a DOF have in common.
     fn habit(&self, dof: usize, direction: &Vector3<f64>) -> HitHabit {
         let mut rng = stream(self.seed, HABITS + dof as u64);
-        HitHabit::draw(&self.bench, &self.sizes, dof, direction, &mut rng)
+        let axis = &self.errors.hits_axis;
+        HitHabit::draw(&self.bench, &self.sizes, dof, direction, axis, &mut rng)
     }
 }
 
@@ -239,6 +268,8 @@ impl ScanSource for BenchSource {
         self.drives.clear();
         self.noise = stream(self.seed, purpose(arming, dof, NOISE));
         let disturbances = stream(self.seed, purpose(arming, dof, DISTURBANCES));
+        self.put_pad(dof);
+        self.simulation.set_gains(&self.gains(arming));
         self.simulation.reset(&mut self.noise, disturbances);
         self.losses = stream(self.seed, purpose(arming, dof, LOSSES));
         self.taps = 0;

@@ -136,7 +136,9 @@ impl Simulation {
         let channel = 1 + 3 * mounting.plug;
         let gravity = if sensor.senses_gravity { bench.gravity } else { Vector3::zeros() };
         check_node(bench, sensor.node, sensor.position)?;
-        let point = Vector3::from(sensor.position) + error.position;
+        let chip = nominal.row(2).transpose() * faults::chip_height(bench);
+        let mark = Vector3::from(sensor.position) + faults::misplaced(bench, sensor.node);
+        let point = mark + chip + error.position;
         let shapes = point_shapes(bench, &self.rigid, sensor.node, &point)?;
         let put = |channels: &mut Channels, reading: Vector3<f64>| {
             channels[channel..channel + 3].copy_from_slice(reading.as_slice());
@@ -172,6 +174,11 @@ impl Simulation {
         (1..CHANNELS)
             .map(|k| (k, accelerance(k)))
             .fold((1, 0.0), |best, next| if next.1 > best.1 { next } else { best })
+    }
+
+    /// Sets the gain of each channel, which is one at first; it holds from the next reset on.
+    pub(super) fn set_gains(&mut self, gains: &Channels) {
+        self.chain.set_gains(gains);
     }
 
     /// Brings the object to rest, but for what the environment does, and sets the time to zero; see

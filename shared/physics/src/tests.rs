@@ -11,6 +11,7 @@ mod loads;
 mod physics;
 mod response_channels;
 mod sensors;
+mod small_faults;
 mod supply;
 mod unchanged;
 mod wheel;

@@ -242,9 +242,9 @@ codes! {
     /// with the same effect. Value: that frequency, Hz.
     SuspensionInBand = 61, "suspension_in_band", Whole, Hertz;
         "Hangs too stiffly for\nthe band: softer\ncords, loose cables.";
-        "mass and inertia come out wrong: the object moves as on a suspension of {value}, and the band begins below \
-         three times that; hang it on softer cords, let cables hang loose, or raise the lower end of \
-         test.band_hz";
+        "the object moves as on a suspension of {value}, and the band begins below three times that, which can make \
+         mass and inertia wrong; raise the lower end of test.band_hz above three times that or set it to \"auto\", hang \
+         the object on softer cords, or let cables hang loose";
     /// Modes near the ends of the band move a property. Subject: the property. Value: its change when the ends of the
     /// band are left out, SI.
     MovesWithBand = 84, "moves_with_band", Property, OfProperty;

@@ -23,6 +23,7 @@ mod real_time;
 mod resume;
 mod rig_misuse;
 mod safe_mode;
+mod score_tests;
 mod screen_bus;
 mod screens;
 mod self_test;

@@ -261,7 +261,7 @@ pub(super) fn known_scale(layout: &HostLayout) -> Option<&Prior<f64>> {
 }
 
 /// The nodes with a sensor or a measured hit.
-pub(super) fn used_nodes(layout: &HostLayout, lines: &[DofMassLines<f64, Unbounded>]) -> Vec<u16> {
+pub(crate) fn used_nodes(layout: &HostLayout, lines: &[DofMassLines<f64, Unbounded>]) -> Vec<u16> {
     let sensors = layout.sensors.iter().map(|sensor| sensor.node);
     let hits = lines.iter().filter_map(|(index, _)| Some(layout.hits.get(*index)?.dof.node));
     let mut nodes: Vec<u16> = sensors.chain(hits).collect();

@@ -34,7 +34,7 @@ pub(super) struct SizedFit {
 }
 
 /// The body of an answer with everything that is attached to the object.
-pub(super) fn whole(layout: &HostLayout, body: &RigidBody<f64>) -> Option<RigidBody<f64>> {
+pub(crate) fn whole(layout: &HostLayout, body: &RigidBody<f64>) -> Option<RigidBody<f64>> {
     let attached = layout.attached.iter().map(|body| SVector::from(body.phi));
     RigidBody::from_phi(&attached.fold(body.phi(), |sum, phi| sum + phi))
 }

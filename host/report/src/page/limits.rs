@@ -1,7 +1,7 @@
 //! What limits an answer, and what to do next time.
 
 use massline_physics::Bench;
-use massline_result::{Estimate, Modes, TestResult};
+use massline_result::{Estimate, Modes, ScoreTest, TestResult};
 use massline_shared::design::{DEFAULT_NOISE, Part};
 use massline_shared::identify::Method;
 use massline_shared::layout::{ErrorSource, HostLayout, TestProfile};
@@ -10,7 +10,10 @@ use massline_shared::signal::ringing_s;
 use super::values::Sentence;
 use crate::result_file::ResultFile;
 use crate::words::layout_check::{advice_text, most};
-use crate::words::{calibrate_hammer, hammer_limit, hardly_shown, not_shown};
+use crate::words::{
+    BEGINS_TO_SHOW, calibrate_hammer, fault_name, hammer_limit, hardly_shown, in_unit, not_shown,
+    two_digits,
+};
 use massline_analysis::design::DesignReport;
 use massline_analysis::limits::BoundedTest;
 
@@ -200,4 +203,26 @@ fn remedy(source: ErrorSource, profile: TestProfile, by_rig: bool) -> String {
 /// What the test cannot see, in sentences.
 pub(super) fn cannot_see(result: &TestResult) -> Vec<Sentence> {
     result.cannot_see.iter().map(|error| Sentence(error.message.clone())).collect()
+}
+
+/// A small fault that the answer was tested for, as a row.
+pub(super) fn tested(test: &ScoreTest) -> [String; 5] {
+    [
+        fault_name(&test.fault),
+        format!("{:.1} of {:.1}", test.significance.max(0.0), test.limit),
+        in_unit(test.unit, test.sigma),
+        in_unit(test.unit, BEGINS_TO_SHOW * test.sigma),
+        two_digits(test.shift_sigma),
+    ]
+}
+
+/// Whether a small fault shows, in a sentence.
+pub(super) fn tested_text(result: &TestResult) -> Sentence {
+    let shown = result.score_tests.iter().filter(|test| test.shown).count();
+    let count = result.score_tests.len();
+    Sentence(match shown {
+        0 => format!("Of {count} small faults that the answer was tested for none shows."),
+        1 => format!("Of {count} small faults that the answer was tested for one shows."),
+        _ => format!("Of {count} small faults that the answer was tested for {shown} show."),
+    })
 }

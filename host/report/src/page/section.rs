@@ -9,7 +9,7 @@ use massline_result::{Estimate, SingleFaults, Suspect, TestResult};
 use super::answer::{Row, SharedRefusal, Verdict, notes, principal, refused, scale_text};
 use super::facts::{Group, groups, simulated};
 use super::hits::HitTable;
-use super::limits::{Limits, cannot_see};
+use super::limits::{Limits, cannot_see, tested, tested_text};
 use super::points::{DofRow, dofs, sensors};
 use super::scene::Scene;
 use super::tables::{PropertyRow, PropertyTable, RowGroup, SCATTER_ONLY};
@@ -46,6 +46,9 @@ pub(super) struct Section {
     corrected: Option<PropertyTable>,
     limits: Limits,
     cannot_see: Vec<Sentence>,
+    /// Small faults: name, what was found, sizes and effect.
+    tested: Vec<[String; 5]>,
+    tested_text: Sentence,
     agreement: Option<Agreement>,
     refusals: Vec<SharedRefusal>,
     notes: Vec<Sentence>,
@@ -116,6 +119,8 @@ impl Section {
             corrected: result.single_faults.as_ref().and_then(corrected),
             limits,
             cannot_see: cannot_see(result),
+            tested: result.score_tests.iter().map(tested).collect(),
+            tested_text: tested_text(result),
             agreement: Agreement::of(result),
             // Without an answer, they are the reasons of the verdict.
             refusals: if answer.is_some() { refused(&result.not_applicable) } else { Vec::new() },

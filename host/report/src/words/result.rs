@@ -12,7 +12,8 @@ use super::modes::shows_flexible_mode;
 use super::table::{principal_text, scale_text, table};
 use super::{
     INERTIA_CONVENTION, agreement_text, as_exact_as, budget_text, cannot_see_text, details_text,
-    global_fit_text, line_of, modes_text, refusals_text, two_digits, with_half_width,
+    global_fit_text, line_of, modes_text, refusals_text, score_tests_text, two_digits,
+    with_half_width,
 };
 use crate::tone::Tone;
 use crate::words::counted;
@@ -262,6 +263,7 @@ fn rest_text(result: &TestResult) -> String {
         text += &details_text(details);
     }
     text += &result.single_faults.as_ref().map_or_else(String::new, faults_text);
+    text += &score_tests_text(&result.score_tests);
     text += &settings_text(result);
     let is_reason =
         |finding: &Finding| result.verdict_reasons.iter().any(|reason| reason.says(finding));

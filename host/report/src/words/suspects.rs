@@ -139,7 +139,7 @@ fn sensor_name(sensor: usize, layout: &HostLayout) -> String {
     }
 }
 
-fn hit_name(hit: usize, layout: &HostLayout) -> String {
+pub(super) fn hit_name(hit: usize, layout: &HostLayout) -> String {
     match layout.hits.get(hit) {
         Some(h) => format!("hit {} ({})", hit + 1, h.dof),
         None => format!("hit {}", hit + 1),

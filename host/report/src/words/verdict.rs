@@ -7,6 +7,7 @@ use massline_analysis::judgement::{Concern, Judgement};
 
 use super::single_fault::{advice_on, chi_squared_text};
 use super::suspects::suspect_clause;
+use super::{score_tests, two_digits};
 use massline_result::VerdictReason;
 
 /// What is said of an answer whose standard deviations, if it has any, do not cover all that they should.
@@ -87,6 +88,24 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
                 }
             }
         }
+        Concern::SmallFault(tests) => {
+            let clauses: Vec<_> =
+                tests.iter().map(|test| score_tests::clause(test, layout)).collect();
+            let shift = tests.iter().map(|test| test.found_shift).fold(0.0, f64::max);
+            let what = match clauses.as_slice() {
+                [one] => format!("the data show a small fault: {one}; it moves"),
+                [first, second, third, rest @ ..] if !rest.is_empty() => format!(
+                    "the data show one of {} small faults that they cannot tell apart: {first}; or {second}; or \
+                     {third}; or {} more; it moves",
+                    clauses.len(),
+                    rest.len()
+                ),
+                several => {
+                    format!("the data show one of these small faults: {}; it moves", several.join("; or "))
+                }
+            };
+            format!("{what} a property by up to {} of its standard deviations", two_digits(shift))
+        }
         Concern::ModelMisfit => "no body on its suspension fits the responses".into(),
         Concern::FlexibleMode => {
             "a flexible mode above the band puts every method off but the global fit".into()
@@ -105,6 +124,7 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
 fn remedy(concern: &Concern) -> &'static str {
     match concern {
         Concern::SingleMistake { suspects, .. } => advice_on(suspects),
+        Concern::SmallFault(tests) => score_tests::advice_on(tests),
         Concern::LargerErrors(_) => {
             "; hit more carefully, check how the sensors are mounted, or state the larger errors in [uncertainty]"
         }

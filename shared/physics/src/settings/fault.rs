@@ -30,6 +30,13 @@ pub use text::FaultError;
 /// | `rail:hammer:20` | the buffer of the hammer ends at 20 N |
 /// | `compress:2y` | sensor 2 y compresses softly: it reads `R tanh(x/R)` with `R` its range |
 /// | `hum:0.005` | the mains add 5 mV (50 Hz, or what `[mains]` says) to every channel |
+/// | `node:4z:0.01` | node 4, with the sensor and the hits on it, lies 10 mm further along z than the layout says |
+/// | `lean:2:0.08` | all hits of the second hit DOF lean by 80 mrad to a side that is drawn |
+/// | `turn:0.05` | all hits of the test are turned by 50 mrad about an axis that is drawn |
+/// | `height:0.004` | the chips of all sensors lie 4 mm above their marks, along their z axes |
+/// | `drift:hammer:0.05` | the gain of the hammer rises by 5 % from the first hit of the test to the last |
+/// | `drift:2y:0.05` | the gain of sensor 2 y does |
+/// | `pad:0.01` | a pad of 10 g is on the mark that is being hit |
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "String")]
 pub enum Fault {
@@ -118,5 +125,50 @@ pub enum Fault {
     Hum {
         /// Amplitude of the fundamental, V.
         amplitude_v: f64,
+    },
+    /// A node is not where the layout has it.
+    NodeMisplaced {
+        /// The node.
+        node: u16,
+        /// The coordinate that is wrong, body frame.
+        axis: Axis,
+        /// True minus written, m.
+        distance_m: f64,
+    },
+    /// All hits at a DOF lean to a side that is drawn once.
+    HitLeans {
+        /// The DOF.
+        hit: usize,
+        /// The angle, rad.
+        angle_rad: f64,
+    },
+    /// All hits of the test are turned about an axis of the body that is drawn once.
+    HitsTurned {
+        /// The angle, rad.
+        angle_rad: f64,
+    },
+    /// The chips of all sensors lie above their marks, along their z axes.
+    ChipsAboveMarks {
+        /// How far, m.
+        height_m: f64,
+    },
+    /// The gain of the hammer drifts.
+    HammerDrift {
+        /// Relative change from the first hit of the test to the last.
+        change: f64,
+    },
+    /// The gain of a response channel drifts.
+    ChannelDrift {
+        /// The sensor that the channel is meant for.
+        sensor: usize,
+        /// Its axis.
+        axis: Axis,
+        /// Relative change from the first hit of the test to the last.
+        change: f64,
+    },
+    /// A pad moves with the object at the mark that is being hit.
+    Pad {
+        /// Its mass, kg.
+        mass_kg: f64,
     },
 }

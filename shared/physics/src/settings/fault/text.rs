@@ -15,6 +15,12 @@ const SCALE: RangeInclusive<f64> = 0.1..=10.0;
 const RAIL: RangeInclusive<f64> = 1e-3..=1e6;
 /// Allowed stiffness of a cable, N/m.
 const CABLE: RangeInclusive<f64> = 1e-3..=1e6;
+/// Allowed distances of a node or a chip from its place, m.
+const DISTANCE: RangeInclusive<f64> = -1.0..=1.0;
+/// Allowed angles of hits, rad.
+const ANGLE: RangeInclusive<f64> = 0.0..=0.5;
+/// Allowed drifts of a gain.
+const DRIFT: RangeInclusive<f64> = -0.9..=0.9;
 
 /// The text does not describe a fault.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -22,7 +28,9 @@ const CABLE: RangeInclusive<f64> = 1e-3..=1e6;
     "{0:?} is not a fault: write flip:2y, swap:1,2, swap:2x,2z, rotate:3:z90, hit:2:4, reverse:2, \
      scale:1.1 (0.1 to 10), hammer:0.97 (0.1 to 10), beside:2:0.005 (0 to 1 m), boards:0.005 (0 to 1 kg), \
      cable:2:400 (node, 0.001 to 1000000 N/m), rail:2y:50 (0.001 to 1000000 m/s²), rail:hammer:20 (0.001 \
-     to 1000000 N), compress:2y or hum:0.005 (0 to 100 V), sensors and hits counted from 1"
+     to 1000000 N), compress:2y, hum:0.005 (0 to 100 V), node:4z:0.01 (-1 to 1 m), lean:2:0.08 (0 to 0.5 rad), \
+     turn:0.05 (0 to 0.5 rad), height:0.004 (-1 to 1 m), drift:hammer:0.05 or drift:2y:0.05 (-0.9 to 0.9), or \
+     pad:0.01 (0 to 1 kg), sensors and hits counted from 1"
 )]
 pub struct FaultError(String);
 
@@ -91,6 +99,28 @@ fn read(text: &str) -> Option<Fault> {
             Some(Fault::Compression { sensor, axis })
         }
         "hum" => Some(Fault::Hum { amplitude_v: within(rest, &MAINS_AMPLITUDE)? }),
+        "node" => {
+            let (node, distance) = rest.split_once(':')?;
+            let (index, axis) = axis_of_sensor(node)?;
+            let node = u16::try_from(index + 1).ok()?;
+            Some(Fault::NodeMisplaced { node, axis, distance_m: within(distance, &DISTANCE)? })
+        }
+        "lean" => {
+            let (hit, angle) = rest.split_once(':')?;
+            Some(Fault::HitLeans { hit: number(hit)?, angle_rad: within(angle, &ANGLE)? })
+        }
+        "turn" => Some(Fault::HitsTurned { angle_rad: within(rest, &ANGLE)? }),
+        "height" => Some(Fault::ChipsAboveMarks { height_m: within(rest, &DISTANCE)? }),
+        "drift" => {
+            let (channel, change) = rest.split_once(':')?;
+            let change = within(change, &DRIFT)?;
+            if channel.trim() == "hammer" {
+                return Some(Fault::HammerDrift { change });
+            }
+            let (sensor, axis) = axis_of_sensor(channel)?;
+            Some(Fault::ChannelDrift { sensor, axis, change })
+        }
+        "pad" => Some(Fault::Pad { mass_kg: within(rest, &BOARD_MASS)? }),
         _ => None,
     }
 }
@@ -163,6 +193,17 @@ impl fmt::Display for Fault {
                 write!(f, "compress:{}{}", sensor + 1, axis.letter())
             }
             Self::Hum { amplitude_v } => write!(f, "hum:{amplitude_v}"),
+            Self::NodeMisplaced { node, axis, distance_m } => {
+                write!(f, "node:{node}{}:{distance_m}", axis.letter())
+            }
+            Self::HitLeans { hit, angle_rad } => write!(f, "lean:{}:{angle_rad}", hit + 1),
+            Self::HitsTurned { angle_rad } => write!(f, "turn:{angle_rad}"),
+            Self::ChipsAboveMarks { height_m } => write!(f, "height:{height_m}"),
+            Self::HammerDrift { change } => write!(f, "drift:hammer:{change}"),
+            Self::ChannelDrift { sensor, axis, change } => {
+                write!(f, "drift:{}{}:{change}", sensor + 1, axis.letter())
+            }
+            Self::Pad { mass_kg } => write!(f, "pad:{mass_kg}"),
         }
     }
 }
@@ -191,6 +232,14 @@ mod tests {
             "rail:hammer:20",
             "compress:2y",
             "hum:0.005",
+            "node:4z:0.01",
+            "node:12x:-0.01",
+            "lean:2:0.08",
+            "turn:0.05",
+            "height:0.004",
+            "drift:hammer:0.05",
+            "drift:2y:-0.05",
+            "pad:0.01",
         ] {
             assert_eq!(text.parse::<Fault>().unwrap().to_string(), text);
         }
@@ -201,7 +250,7 @@ mod tests {
         let refusal = "drop:1".parse::<Fault>().unwrap_err().to_string();
         for kind in [
             "flip", "swap", "rotate", "hit", "reverse", "scale", "hammer", "beside", "boards",
-            "cable", "rail", "compress", "hum",
+            "cable", "rail", "compress", "hum", "node", "lean", "turn", "height", "drift", "pad",
         ] {
             let example = refusal.split(' ').find(|word| word.starts_with(&format!("{kind}:")));
             let example = example.unwrap_or_else(|| panic!("{kind}: {refusal}"));
@@ -242,6 +291,18 @@ mod tests {
             "compress:2",
             "compress:hammer",
             "hum:-1",
+            "node:4:0.01",
+            "node:0z:0.01",
+            "node:70000z:0.01",
+            "node:4z:2",
+            "lean:0:0.08",
+            "lean:2:-0.08",
+            "turn:nan",
+            "height:2",
+            "drift:0.05",
+            "drift:hammer:-1",
+            "drift:2w:0.05",
+            "pad:-0.01",
         ] {
             assert!(text.parse::<Fault>().is_err(), "{text}");
         }
