@@ -33,17 +33,19 @@ fn benches() -> [(&'static str, Bench); 2] {
 fn a_healthy_test_shows_hardly_ever_a_small_fault() {
     let runs = if long() { 1000 } else { 10 };
     for (name, bench) in benches() {
-        let (mut alarms, mut total) = (0, 0);
+        let (mut alarms, mut untested, mut total) = (0, 0, 0_usize);
         for text in THREE_BAR_TESTS {
             let measured = measured_tests(&bench, text, runs, SEED);
             for tests in each(&measured, || (), |(), test| test.score_tests()) {
                 let Some((_, tests)) = tests else { continue };
-                assert!(!tests.tests.is_empty(), "{name}: the answer was tested");
+                // An answer that was held to a physical body is no minimum, and not tested.
+                untested += usize::from(tests.tests.is_empty());
                 alarms += usize::from(!tests.shown().is_empty());
                 total += 1;
             }
         }
-        println!("{name}: {alarms} of {total} healthy tests are suspected");
+        println!("{name}: {alarms} of {total} healthy tests are suspected, {untested} not tested");
+        assert!(untested <= total / 100, "{name}: {untested} of {total} not tested");
         // 0.7 % with errors as stated; of few tests two may be.
         assert!(alarms <= (total / 100).max(2), "{name}: {alarms} of {total}");
     }
