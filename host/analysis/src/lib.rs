@@ -10,7 +10,7 @@
 //! | [`where_to_hit`] | which hits would show what those of a test do not show |
 //! | [`precision`] | during a campaign: how precise the answer would be so far |
 //! | [`single_fault`] | which mistake explains data that contradict their budget |
-//! | [`score_tests`] | small faults that the data show before they contradict their budget, and how large each could be unseen |
+//! | [`score_tests`] | small faults, which the data show before they contradict their budget |
 //! | [`plausibility`] | what in a layout or an answer looks like another unit |
 //! | [`hits`] | grades the hits of a recording: each on its own, then against the others |
 //! | [`judgement`] | whether a result can be used, and why not |

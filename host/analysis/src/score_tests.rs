@@ -22,7 +22,7 @@ use massline_shared::identify::{Consistency, DofMassLines, Estimate, Method};
 use massline_shared::layout::HostLayout;
 
 use crate::identification::learned;
-use left_over::{LeftOver, Shown};
+use left_over::{FaultEstimate, LeftOver};
 pub use small_fault::SmallFault;
 
 /// What moves no property by more than this, in its standard deviations, is told as a note: nobody sees it beside them.
@@ -152,8 +152,8 @@ fn test(fault: SmallFault, left_over: &LeftOver<'_>) -> Option<ScoreTest> {
     // What shows only where nobody would call it small is not tested.
     let length = left_over.layout.characteristic_length();
     let largest = fault.largest(length, left_over.whole.mass);
-    let Shown { sizes, consistency, sigma, shift, found_shift } =
-        left_over.show(&changes, largest)?;
+    let FaultEstimate { sizes, consistency, sigma, shift, found_shift } =
+        left_over.estimate(&changes, largest)?;
     let limit = f64::INFINITY;
     let test = ScoreTest { fault, sizes, consistency, sigma, shift, found_shift, limit };
     test.significance().is_finite().then_some(test)

@@ -43,7 +43,7 @@ pub(super) struct LeftOver<'a> {
 }
 
 /// What the data show of a change of the readings.
-pub(super) struct Shown {
+pub(super) struct FaultEstimate {
     pub(super) sizes: Vec<EstimatedValue<f64>>,
     pub(super) consistency: Consistency<f64>,
     /// One standard deviation of the size, in the direction that changes a property most.
@@ -136,7 +136,7 @@ impl<'a> LeftOver<'a> {
 
     /// What the data show of a fault that makes these changes of the readings, along the directions in which one standard
     /// deviation of its size is not more than `largest`; `None` where there is none.
-    pub(super) fn show(&self, changes: &DMatrix<f64>, largest: f64) -> Option<Shown> {
+    pub(super) fn estimate(&self, changes: &DMatrix<f64>, largest: f64) -> Option<FaultEstimate> {
         let own = changes.transpose() * &self.projection * changes;
         let all = changes.transpose() * &self.inverse * changes;
         let scores = changes.transpose() * &self.projected;
@@ -155,11 +155,11 @@ impl<'a> LeftOver<'a> {
             return None;
         }
         let spread = DMatrix::from_columns(&columns);
-        let found = spread.transpose() * scores;
-        let moved = &spread * &found;
-        let squares = found.norm_squared();
+        let independent_scores = spread.transpose() * scores;
+        let size = &spread * &independent_scores;
+        let squares = independent_scores.norm_squared();
         // The change would also explain a part of the errors of the sensors, from whose size the scale is learned.
-        let left = &self.projected - &self.projection * (changes * &moved);
+        let left = &self.projected - &self.projection * (changes * &size);
         let pulls = |left: &DVector<f64>| left.dot(&(&self.of_sensors * left));
         let without = pulls(&left) / pulls(&self.projected);
         let degrees = columns.len();
@@ -181,13 +181,13 @@ impl<'a> LeftOver<'a> {
         let shift_of = |k: usize| shifts.column(k).amax();
         let most = (0..degrees).max_by(|a, b| shift_of(*a).total_cmp(&shift_of(*b)))?;
         let sizes = (0..changes.ncols())
-            .map(|k| EstimatedValue { value: moved[k], sigma: spread.row(k).norm() });
-        Some(Shown {
+            .map(|k| EstimatedValue { value: size[k], sigma: spread.row(k).norm() });
+        Some(FaultEstimate {
             sizes: sizes.collect(),
             consistency: Consistency { chi_squared, degrees_of_freedom: degrees as u16 },
             sigma: columns[most].norm(),
             shift: shift_of(most),
-            found_shift: (&self.response * (changes * &moved)).amax(),
+            found_shift: (&self.response * (changes * &size)).amax(),
         })
     }
 }

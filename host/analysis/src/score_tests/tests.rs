@@ -140,8 +140,11 @@ fn each_fault_is_named_with_its_size() {
         let tests = tests_of(&nominal, &lines);
         let own = tests.tests.iter().find(|test| test.fault == fault).unwrap();
         // To first order of the fault.
-        let found = own.size().value;
-        assert!((found / size - 1.0).abs() < 0.15, "{fault:?}: {found} instead of {size}");
+        let found_size = own.size().value;
+        assert!(
+            (found_size / size - 1.0).abs() < 0.15,
+            "{fault:?}: {found_size} instead of {size}"
+        );
         let shown = tests.shown();
         assert!(shown.iter().any(|test| test.fault == fault), "{fault:?}: {shown:?}");
         let most = tests.tests.iter().map(ScoreTest::significance).fold(0.0, f64::max);

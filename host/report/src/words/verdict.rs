@@ -92,7 +92,7 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
             let clauses: Vec<_> =
                 tests.iter().map(|test| score_tests::clause(test, layout)).collect();
             let shift = tests.iter().map(|test| test.found_shift).fold(0.0, f64::max);
-            let what = match clauses.as_slice() {
+            let statement = match clauses.as_slice() {
                 [one] => format!("the data show a small fault: {one}; it moves"),
                 [first, second, third, rest @ ..] if !rest.is_empty() => format!(
                     "the data show one of {} small faults that they cannot tell apart: {first}; or {second}; or \
@@ -104,7 +104,7 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
                     format!("the data show one of these small faults: {}; it moves", several.join("; or "))
                 }
             };
-            format!("{what} a property by up to {} of its standard deviations", two_digits(shift))
+            format!("{statement} a property by up to {} of its standard deviations", two_digits(shift))
         }
         Concern::ModelMisfit => "no body on its suspension fits the responses".into(),
         Concern::FlexibleMode => {
