@@ -1,6 +1,7 @@
 //! Code shared by the tests of massline that span several packages; the tests themselves are in `tests/`.
 
 pub mod campaign;
+pub mod drawn_wheels;
 pub mod faulty_sampler;
 pub mod garbage;
 pub mod held_scans;

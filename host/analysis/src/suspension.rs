@@ -12,6 +12,7 @@ mod gravity;
 mod linear_fit;
 mod mass_lines;
 mod methods;
+mod modal_gains;
 mod modes;
 mod noise;
 mod reciprocity;
@@ -298,7 +299,7 @@ fn global_fit(
         Diagnostics::from_array([Diagnostic::whole(code, Severity::Error, count as f32)])
     };
     let start = start.filter(|_| count > 0).ok_or_else(few)?;
-    let answer = GlobalAnswer::of_shown_directions(layout, readings, start, settings)
+    let answer = GlobalAnswer::of_real_converter(layout, readings, start, settings)
         .map_err(|reasons| if count < FEWEST_MODES { few() } else { reasons })?;
     let estimate = &answer.solution.estimate;
     let length = layout.characteristic_length();

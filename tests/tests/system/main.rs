@@ -6,6 +6,7 @@ mod calibration;
 mod device_and_host;
 mod direct_drive;
 mod disturbances;
+mod drawn_wheels;
 mod flash_at_rest;
 mod hit_grading;
 mod hits_elsewhere;

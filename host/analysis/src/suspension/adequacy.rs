@@ -7,7 +7,7 @@ use massline_shared::identify::Estimate;
 use massline_shared::identify::global_fit::{Damping, GlobalFitSolution};
 
 use super::alternatives::UnexplainedTest;
-use super::explained::{explains, is_pulled, left, share_left};
+use super::explained::SMALL;
 use super::gravity::GravityTilt;
 use massline_result::Doubt;
 
@@ -16,9 +16,6 @@ use super::{GlobalAnswer, HostFit};
 /// What a global fit leaves, over the noise, from which its cause is looked for although it explains the readings.
 const SUSPICIOUS: f64 = 1.004;
 
-/// Part of the readings that a fit may leave besides their noise without doubt about the answers: noise that grows with
-/// the readings leaves so much of the largest ones, which the modes follow and the body does not.
-const SMALL_MISFIT: f64 = 0.02;
 /// Pull of the direction of gravity, in standard deviations of the budget, from which a tilt is looked for.
 const TILTED: f64 = 2.0;
 
@@ -103,21 +100,31 @@ pub(super) fn judge(
 ) -> Result<GlobalFitJudgement, Diagnostics> {
     let solution = global.as_ref().map(|answer| &answer.solution);
     let judged = |adequacy: Adequacy| GlobalFitJudgement { adequacy, instead: None };
-    let was_tried = |reasons: &&Diagnostics| reasons.iter().any(|d| d.code == Code::NotConverged);
-    let Some(start) = start.filter(|_| solution.as_ref().err().is_none_or(was_tried)) else {
+    let says = |code: Code| {
+        move |reasons: &&Diagnostics| reasons.iter().any(|diagnostic| diagnostic.code == code)
+    };
+    let undetermined = solution.as_ref().err().is_some_and(says(Code::PropertyUndetermined));
+    let was_tried = undetermined || solution.as_ref().err().is_none_or(says(Code::NotConverged));
+    let Some(start) = start.filter(|_| was_tried) else {
         return Ok(judged(Adequacy::Unknown));
     };
-    let explained = solution.is_ok_and(|solution| explains(solution, fit));
+    let explained = global.as_ref().is_ok_and(|answer| answer.explains(fit));
     let flexible = solution.is_ok_and(|solution| solution.extra_terms > 0);
-    let fits = |solution: &GlobalFitSolution<f64>| {
-        left(solution, fit) < SUSPICIOUS && !is_tilted(solution)
-    };
-    if explained && !flexible && solution.is_ok_and(fits) {
+    let fits =
+        |answer: &GlobalAnswer| answer.left_over(fit) < SUSPICIOUS && !is_tilted(&answer.solution);
+    if explained && !flexible && global.as_ref().is_ok_and(fits) {
         return Ok(judged(Adequacy::Fits));
     }
     let viscous = Damping::Viscous;
     let unexplained =
         UnexplainedTest { layout: fit.layout(), fit, readings, start, damping: viscous };
+    // Few hits leave properties open, and so does gravity that makes a body out of a suspension.
+    if undetermined {
+        return match unexplained.gravity() {
+            Some(reason) => Err(Diagnostics::from_array([reason])),
+            None => Ok(judged(Adequacy::Unknown)),
+        };
+    }
     if (!explained || flexible)
         && let Some((better, tilted)) = unexplained.better()
     {
@@ -127,7 +134,7 @@ pub(super) fn judge(
     if !explained && let Some(reason) = unexplained.gravity() {
         return Err(Diagnostics::from_array([reason]));
     }
-    Ok(judged(unexplained.cause(solution.ok(), explained)))
+    Ok(judged(unexplained.cause(global.as_ref().ok(), explained)))
 }
 
 /// True for a fit that pulls the direction of gravity.
@@ -153,27 +160,27 @@ impl UnexplainedTest<'_, '_> {
 
     /// Why the readings want an explanation. A tilt, a hit and a flexible mode each take up some of what another has
     /// caused; the cause leaves least.
-    fn cause(&self, solution: Option<&GlobalFitSolution<f64>>, explained: bool) -> Adequacy {
-        let flexible = solution.is_some_and(|solution| solution.extra_terms > 0);
-        let present = solution.map_or(f64::INFINITY, |solution| left(solution, self.fit));
-        let pulled = solution.and_then(|solution| pulled_hit(&solution.estimate));
+    fn cause(&self, answer: Option<&GlobalAnswer>, explained: bool) -> Adequacy {
+        let flexible = answer.is_some_and(|answer| answer.solution.extra_terms > 0);
+        let present = answer.map_or(f64::INFINITY, |answer| answer.left_over(self.fit));
+        let pulled = answer.and_then(|answer| pulled_hit(&answer.solution.estimate));
         let hit = match (explained, flexible) {
             // What extra terms explain may be a hit that nothing pulls, as under a budget without errors.
             (true, true) => self
                 .hit(pulled, false)
                 .filter(|(of_hit, _)| pulled.is_some() || self.is_much_less(*of_hit, present)),
             (true, false) => None,
-            (false, _) => self.hit(pulled, solution.is_some()),
+            (false, _) => self.hit(pulled, answer.is_some()),
         };
         let least = hit.map_or(present, |(of_hit, _)| of_hit.min(present));
         if let Some(tilted) = self.tilted().filter(|tilted| tilted.left < least) {
             return Adequacy::Tilted(tilted);
         }
-        match (hit, solution) {
+        match (hit, answer) {
             (Some((_, reason)), _) => Adequacy::Misfit(reason),
             (None, Some(_)) if explained && flexible => Adequacy::Flexible,
             (None, Some(_)) if explained => Adequacy::Fits,
-            (None, Some(solution)) => self.misfit(solution),
+            (None, Some(answer)) => self.misfit(answer),
             (None, None) => {
                 Adequacy::Misfit(Diagnostic::whole(Code::NotConverged, Severity::Error, 0.0))
             }
@@ -181,13 +188,13 @@ impl UnexplainedTest<'_, '_> {
     }
 
     /// How much a fit misses the readings for which there is no cause.
-    fn misfit(&self, solution: &GlobalFitSolution<f64>) -> Adequacy {
-        let share = share_left(solution, self.fit, self.readings);
-        if share < SMALL_MISFIT && solution.extra_terms == 0 && !is_pulled(solution) {
+    fn misfit(&self, answer: &GlobalAnswer) -> Adequacy {
+        let share = answer.share_left(self.fit, self.readings);
+        if share < SMALL && answer.solution.extra_terms == 0 && !answer.is_pulled() {
             let code = Code::ModelFitsRoughly;
             return Adequacy::Roughly(Diagnostic::whole(code, Severity::Warning, share as f32));
         }
-        let (code, left) = (Code::ModelDoesNotFit, left(solution, self.fit) as f32);
+        let (code, left) = (Code::ModelDoesNotFit, answer.left_over(self.fit) as f32);
         Adequacy::Misfit(Diagnostic::whole(code, Severity::Error, left))
     }
 }

@@ -4,14 +4,11 @@
 use massline_shared::FrequencyResponses;
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
-use massline_shared::identify::global_fit::{
-    self, Damping, GlobalFitSettings, GlobalFitSolution, workspace,
-};
+use massline_shared::identify::global_fit::{Damping, GlobalFitSettings};
 use massline_shared::layout::HostLayout;
 use massline_shared::modes::Reduction;
 use nalgebra::Complex;
 
-use super::explained::{explains, left};
 use super::{GlobalAnswer, HostFit};
 
 /// Most hits that are left out one by one.
@@ -40,9 +37,9 @@ impl UnexplainedTest<'_, '_> {
         let settings =
             GlobalFitSettings { damping: Damping::Structural, ..GlobalFitSettings::default() };
         let answer =
-            GlobalAnswer::of_shown_directions(self.layout, self.readings, self.start, &settings)
+            GlobalAnswer::of_real_converter(self.layout, self.readings, self.start, &settings)
                 .ok()?;
-        self.is_whole(&answer.solution).then_some(answer)
+        self.is_whole(&answer).then_some(answer)
     }
 
     /// The global fit without the lines that hum or the like disturbs, where the others are explained, with a warning
@@ -60,9 +57,8 @@ impl UnexplainedTest<'_, '_> {
         let settings = GlobalFitSettings::default();
         let responses = part.responses()?;
         let mut answer =
-            GlobalAnswer::of_shown_directions(self.layout, &responses, self.start, &settings)
-                .ok()?;
-        if !self.is_whole(&answer.solution) {
+            GlobalAnswer::of_real_converter(self.layout, &responses, self.start, &settings).ok()?;
+        if !self.is_whole(&answer) {
             return None;
         }
         answer.lines = kept;
@@ -100,9 +96,9 @@ impl UnexplainedTest<'_, '_> {
             let part = Part::of(self.readings, &lines, &kept);
             let readings = part.responses()?;
             let fit = HostFit::new(&layout, &readings, &mut Reduction::new()).ok()?;
-            let solution = self.solved(&layout, &readings, 1)?;
-            (solution.extra_terms == 0 && explains(&solution, &fit))
-                .then(|| (left(&solution, &fit), hit))
+            let answer = self.solved(&layout, &readings, 1)?;
+            (answer.solution.extra_terms == 0 && answer.explains(&fit))
+                .then(|| (answer.left_over(&fit), hit))
         };
         let (left, hit) =
             tried.into_iter().filter_map(without).min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -116,8 +112,8 @@ impl UnexplainedTest<'_, '_> {
     }
 
     /// True for a fit that explains the readings without extra terms.
-    pub(super) fn is_whole(&self, solution: &GlobalFitSolution<f64>) -> bool {
-        solution.extra_terms == 0 && explains(solution, self.fit)
+    pub(super) fn is_whole(&self, answer: &GlobalAnswer) -> bool {
+        answer.solution.extra_terms == 0 && answer.explains(self.fit)
     }
 
     /// The global fit under another layout, or of other readings.
@@ -126,12 +122,11 @@ impl UnexplainedTest<'_, '_> {
         layout: &HostLayout,
         readings: &FrequencyResponses<'_, f64>,
         most_extra_terms: usize,
-    ) -> Option<GlobalFitSolution<f64>> {
-        let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
+    ) -> Option<GlobalAnswer> {
         let damping = self.damping;
         let settings =
             GlobalFitSettings { most_extra_terms, damping, ..GlobalFitSettings::default() };
-        global_fit::solve(layout, readings, self.start, &settings, &mut memory).ok()
+        GlobalAnswer::of_even_noise(layout, readings, self.start, &settings).ok()
     }
 }
 

@@ -6,15 +6,16 @@ use massline_shared::capacity::Unbounded;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Perturbation;
 use massline_shared::identify::global_fit::{
-    GlobalFitSettings, GlobalFitSolution, Sensitivities, gains, nuisances,
+    Damping, GlobalFitSettings, GlobalFitSolution, Sensitivities, gains, nuisances,
     solve_with_sensitivities, workspace,
 };
 use massline_shared::layout::HostLayout;
-use nalgebra::{Complex, SVector};
+use nalgebra::{Complex, SMatrix, SVector};
 
 use super::HostFit;
 use super::directions::direction_scale;
-use super::explained::left;
+use super::explained::noise_over_modes;
+use super::modal_gains::ModalGains;
 use super::noise::UnevenNoise;
 
 /// Rounds of fitting with the noise of every line: the second one sees it without what the first has explained.
@@ -33,6 +34,12 @@ pub struct GlobalAnswer {
     pub(super) lines: Vec<usize>,
     /// The noise of these lines, where they are not all alike.
     noise: Option<UnevenNoise>,
+    /// The covariance of theta without gains of single modes.
+    of_fit: Option<SMatrix<f64, 10, 10>>,
+    /// Standard deviation of the real part of a reading without gains of single modes in single responses, and root mean
+    /// square of what these add over that of the readings; `None` where there are none.
+    pub(super) noise_without_gains: Option<f64>,
+    pub(super) gains_share: Option<f64>,
     /// What is left of every reading of these lines.
     left: Vec<Complex<f64>>,
     gain: Vec<SVector<Complex<f64>, 10>>,
@@ -43,12 +50,69 @@ pub struct GlobalAnswer {
 }
 
 impl GlobalAnswer {
+    /// As [`Self::of_shown_directions`], with the uncertainty that gains of single modes in single responses add.
+    ///
+    /// # Errors
+    /// Those of [`solve_with_sensitivities`].
+    pub fn of_real_converter(
+        layout: &HostLayout,
+        readings: &FrequencyResponses<'_, f64>,
+        start: &RigidBody<f64>,
+        settings: &GlobalFitSettings,
+    ) -> Result<Self, Diagnostics> {
+        let answer = Self::of_shown_directions(layout, readings, start, settings)?;
+        Ok(answer.with_gains(layout, readings, settings.damping))
+    }
+
+    /// As [`Self::of_real_converter`], for readings with the same noise at all lines and with the directions of the
+    /// layout: as good for what is left of the readings.
+    ///
+    /// # Errors
+    /// Those of [`solve_with_sensitivities`].
+    pub(super) fn of_even_noise(
+        layout: &HostLayout,
+        readings: &FrequencyResponses<'_, f64>,
+        start: &RigidBody<f64>,
+        settings: &GlobalFitSettings,
+    ) -> Result<Self, Diagnostics> {
+        let answer = Self::of(layout, readings, start, settings)?;
+        Ok(answer.with_gains(layout, readings, settings.damping))
+    }
+
+    /// The same with gains of single modes in single responses, where there are any.
+    fn with_gains(
+        mut self,
+        layout: &HostLayout,
+        readings: &FrequencyResponses<'_, f64>,
+        damping: Damping,
+    ) -> Self {
+        if !self.leaves_noise() {
+            return self;
+        }
+        let Self { solution, noise, left, gain, .. } = &mut self;
+        let gains = ModalGains::of(layout, readings, solution, damping, left);
+        if let Some((gains, covariance)) = gains.as_ref().zip(solution.estimate.covariance.as_mut())
+        {
+            let assumed = |line: usize| {
+                let deviation = match &*noise {
+                    Some(noise) => noise.correlation / noise.precision[line],
+                    None => readings.correlation,
+                };
+                (solution.noise * deviation).powi(2)
+            };
+            *covariance += gains.covariance(layout, readings, gain, assumed);
+        }
+        let gains = gains.map(|gains| (gains.noise_without(readings), gains.share));
+        (self.noise_without_gains, self.gains_share) = gains.unzip();
+        self
+    }
+
     /// As [`Self::of_uneven_noise`], where the layout permits to learn from the data: the mean loss of directions that
     /// scatter is then that of the directions that the readings show, and not of those that the layout states.
     ///
     /// # Errors
     /// Those of [`solve_with_sensitivities`].
-    pub fn of_shown_directions(
+    fn of_shown_directions(
         layout: &HostLayout,
         readings: &FrequencyResponses<'_, f64>,
         start: &RigidBody<f64>,
@@ -82,7 +146,7 @@ impl GlobalAnswer {
     ///
     /// # Errors
     /// Those of [`solve_with_sensitivities`].
-    pub fn of_uneven_noise(
+    fn of_uneven_noise(
         layout: &HostLayout,
         readings: &FrequencyResponses<'_, f64>,
         start: &RigidBody<f64>,
@@ -115,11 +179,21 @@ impl GlobalAnswer {
         (standing < self.solution.extra_terms).then_some(standing)
     }
 
-    /// The noise of the lines where they are not alike. Where hardly anything is left, that is rounding and no noise.
+    /// The noise of the lines where they are not alike.
     fn uneven(&self, readings: &FrequencyResponses<'_, f64>) -> Option<UnevenNoise> {
+        self.leaves_noise().then(|| UnevenNoise::of(&self.left, readings)).flatten()
+    }
+
+    /// What is left of every reading of the lines that were used.
+    #[cfg(test)]
+    pub(super) fn left(&self) -> &[Complex<f64>] {
+        &self.left
+    }
+
+    /// False where hardly anything is left of the readings: that is rounding and no noise.
+    fn leaves_noise(&self) -> bool {
         let sum: f64 = self.left.iter().map(Complex::norm_sqr).sum();
-        let is_noise = sum > self.left.len() as f64 * self.solution.noise.powi(2);
-        if is_noise { UnevenNoise::of(&self.left, readings) } else { None }
+        sum > self.left.len() as f64 * self.solution.noise.powi(2)
     }
 
     /// Noise at one of the lines of the fit over that of the modes.
@@ -127,7 +201,7 @@ impl GlobalAnswer {
         let Some(noise) = &self.noise else { return 1.0 };
         let precision = noise.precision.get(place).copied().unwrap_or(1.0);
         let correlation = noise.correlation / fit.correlation();
-        left(&self.solution, fit) * correlation / precision
+        noise_over_modes(self.solution.noise, fit) * correlation / precision
     }
 
     /// Fits the readings from this start.
@@ -166,7 +240,20 @@ impl GlobalAnswer {
         )?;
         let lines = (0..readings.frequencies().len()).collect();
         let nuisances = of_nuisances;
-        Ok(Self { solution, lines, noise: None, left, gain, nuisances, pulls, posterior })
+        let of_fit = solution.estimate.covariance;
+        Ok(Self {
+            solution,
+            lines,
+            noise: None,
+            noise_without_gains: None,
+            gains_share: None,
+            of_fit,
+            left,
+            gain,
+            nuisances,
+            pulls,
+            posterior,
+        })
     }
 
     /// The answer to perturbed data, to first order.
@@ -203,8 +290,7 @@ impl GlobalAnswer {
     /// What a prior that is higher by one standard deviation does to the answer: the covariance with the property over
     /// that standard deviation.
     fn shift_of_prior(&self, layout: &HostLayout, place: usize) -> SVector<f64, 10> {
-        let covariance = self.solution.estimate.covariance;
-        let shift = layout.priors.get(place).zip(covariance).map(|(prior, covariance)| {
+        let shift = layout.priors.get(place).zip(self.of_fit).map(|(prior, covariance)| {
             covariance.column(usize::from(prior.property)) / prior.sigma
         });
         shift.unwrap_or_default()

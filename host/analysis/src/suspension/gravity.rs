@@ -2,12 +2,11 @@
 
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
-use massline_shared::identify::global_fit::GlobalFitSolution;
 use massline_shared::layout::HostLayout;
 use nalgebra::Vector3;
 
+use super::GlobalAnswer;
 use super::alternatives::UnexplainedTest;
-use super::explained::{explains, left};
 
 /// Standard deviation of the direction of gravity, rad, with which the readings decide about it.
 const ANY_DIRECTION: f64 = 1.0;
@@ -37,7 +36,7 @@ pub(super) struct GravityTilt {
 
 /// A direction of gravity that does not change when the readings are fitted once more.
 struct SettledGravity {
-    solution: GlobalFitSolution<f64>,
+    answer: GlobalAnswer,
     /// m/s².
     gravity: Vector3<f64>,
     /// Standard deviation of its direction about each axis across it, rad.
@@ -63,11 +62,11 @@ impl UnexplainedTest<'_, '_> {
     /// The finding about gravity with which the readings are explained; `None` where gravity as stated explains them
     /// from the same start.
     pub(super) fn gravity(&self) -> Option<Diagnostic> {
-        let noise_under = |layout: &HostLayout| {
-            let solution = self.solved(layout, self.readings, 0)?;
-            explains(&solution, self.fit).then_some(solution.noise)
+        let left_under = |layout: &HostLayout| {
+            let answer = self.solved(layout, self.readings, 0)?;
+            answer.explains(self.fit).then(|| answer.left_over(self.fit))
         };
-        if noise_under(self.layout).is_some() {
+        if left_under(self.layout).is_some() {
             return None;
         }
         let senses = |layout: &mut HostLayout, senses: bool| {
@@ -97,7 +96,7 @@ impl UnexplainedTest<'_, '_> {
         let flags = flags.into_iter().filter(|_| self.layout.gravity.is_some());
         let tried = opposite.into_iter().chain(directions).chain(flags);
         let explaining =
-            tried.filter_map(|(layout, finding)| Some((noise_under(&layout)?, finding)));
+            tried.filter_map(|(layout, finding)| Some((left_under(&layout)?, finding)));
         explaining.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, finding)| finding)
     }
 
@@ -105,13 +104,13 @@ impl UnexplainedTest<'_, '_> {
     /// and where that is further from the layout's than noise and the budget make likely.
     pub(super) fn tilted(&self) -> Option<GravityTilt> {
         let stated = Vector3::from(self.layout.gravity?);
-        let SettledGravity { solution, gravity, sigma } = self.settled(&stated)?;
+        let SettledGravity { answer, gravity, sigma } = self.settled(&stated)?;
         let angle = gravity.angle(&stated);
         let of_hanging = sigma.hypot(self.layout.apparatus.gravity_direction);
-        let is_tilted = self.is_whole(&solution)
+        let is_tilted = self.is_whole(&answer)
             && angle > SIGNIFICANT * sigma
             && angle > BEYOND_BUDGET * of_hanging;
-        let (gravity, left) = (gravity.into(), left(&solution, self.fit));
+        let (gravity, left) = (gravity.into(), answer.left_over(self.fit));
         is_tilted.then_some(GravityTilt { gravity, angle, sigma, left })
     }
 
@@ -121,9 +120,9 @@ impl UnexplainedTest<'_, '_> {
         layout.apparatus.gravity_direction = ANY_DIRECTION;
         let mut start = *self.start;
         for _fit in 0..MOST_FITS {
-            let solution =
+            let answer =
                 UnexplainedTest { start: &start, ..*self }.solved(&layout, self.readings, 0)?;
-            let fitted = solution.gravity?;
+            let fitted = answer.solution.gravity?;
             let gravity = Vector3::from(fitted.components.map(|component| component.value));
             let gravity = gravity.normalize() * stated.norm();
             if gravity.angle(stated) > LARGEST_TILT {
@@ -133,10 +132,10 @@ impl UnexplainedTest<'_, '_> {
                 let sigmas = Vector3::from(fitted.components.map(|component| component.sigma));
                 // Of two rotations.
                 let sigma = sigmas.norm() / (stated.norm() * 2_f64.sqrt());
-                return Some(SettledGravity { solution, gravity, sigma });
+                return Some(SettledGravity { answer, gravity, sigma });
             }
             layout.gravity = Some(gravity.into());
-            start = solution.estimate.body;
+            start = answer.solution.estimate.body;
         }
         None
     }

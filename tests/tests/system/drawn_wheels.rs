@@ -1,0 +1,151 @@
+//! Campaigns of the suspension profile on wheels that are drawn anew, each with its own converter: whether the intervals
+//! of the global fit hold, and what becomes of mistakes.
+//!
+//! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- drawn_wheels:: --nocapture` prints the tables
+//! of tests/README.md.
+
+use massline::support::bench_test::nominal_calibration;
+use massline_analysis::monte_carlo::measurement::{SimulatedTest, TestLayout, measure};
+use massline_analysis::parallel::each;
+use massline_physics::{Bench, BenchSource, Fault};
+use massline_shared::diagnosis::{Code, Subject};
+use massline_shared::identify::{Estimate, Method};
+use massline_shared::layout::CALIBRATED_HAMMER_GAIN;
+use massline_shared::nalgebra::SVector;
+use massline_tests::campaign::layout_file;
+use massline_tests::drawn_wheels::{DrawnWheel, drawn_wheels};
+use massline_tests::long;
+
+/// Chosen before the first run.
+const SEED: u64 = 20_261_201;
+
+/// The test of the wheel with a calibrated hammer.
+fn layout() -> TestLayout {
+    let file = layout_file(include_str!("../../../host/examples/wheel.toml"));
+    let mut layout: TestLayout = file.layout.cast().expect("it fits a rig");
+    (layout.apparatus.hammer_gain, layout.calibrated_hammer) = (CALIBRATED_HAMMER_GAIN, false);
+    layout
+}
+
+/// The tests of wheels with this layout.
+fn measured(wheels: &[DrawnWheel], layout: &TestLayout) -> Vec<SimulatedTest> {
+    each(
+        wheels,
+        || (),
+        |(), wheel| {
+            let whole = layout.cast().expect("a layout of the host");
+            let mut source = BenchSource::new(&wheel.bench, &whole, wheel.seed).expect("it fits");
+            let calibration = nominal_calibration(&wheel.bench);
+            measure(&mut source, layout, &calibration).expect("lines")
+        },
+    )
+}
+
+fn global_fit(test: &SimulatedTest) -> Option<&Estimate<f64>> {
+    test.estimates.iter().find(|estimate| estimate.method == Method::GlobalFit)
+}
+
+/// The errors of an answer in its standard deviations.
+fn deviates(wheel: &DrawnWheel, estimate: &Estimate<f64>) -> SVector<f64, 10> {
+    let error = estimate.theta() - wheel.bench.truth().theta();
+    error.component_div(&estimate.sigma().expect("an interval"))
+}
+
+/// Share of the 95 % intervals that hold, of answers with these errors.
+fn coverage(deviates: &[SVector<f64, 10>]) -> f64 {
+    let holding: usize =
+        deviates.iter().map(|own| own.iter().filter(|z| z.abs() < 1.96).count()).sum();
+    holding as f64 / (10 * deviates.len()) as f64
+}
+
+fn bench(name: &str) -> Bench {
+    Bench::named(name).expect("bundled")
+}
+
+#[test]
+fn intervals_hold_whatever_the_wheel_and_its_converter() {
+    let (few, many) = (3, 100);
+    let mut wheels = drawn_wheels(&bench("wheel"), SEED, if long() { many } else { few });
+    wheels.sort_by(|a, b| a.highest_hz.total_cmp(&b.highest_hz));
+    let tests = measured(&wheels, &layout());
+    let answered =
+        wheels.iter().zip(&tests).filter_map(|(wheel, test)| Some((wheel, global_fit(test)?)));
+    let deviates: Vec<_> = answered.clone().map(|(wheel, e)| deviates(wheel, e)).collect();
+    let third = deviates.len().div_ceil(3);
+    let thirds: Vec<f64> = deviates.chunks(third).map(coverage).collect();
+    let squares: f64 = deviates.iter().map(|own| own.norm_squared()).sum();
+    let rms = (squares / (10 * deviates.len()) as f64).sqrt();
+    let rough = |e: &Estimate<f64>| e.diagnostics.iter().any(|d| d.code == Code::ModelFitsRoughly);
+    let rough = answered.filter(|(_, estimate)| rough(estimate)).count();
+    let differ = |test: &&SimulatedTest| {
+        test.combined.as_ref().is_some_and(|agreement| !agreement.outliers.is_empty())
+    };
+    let differ = tests.iter().filter(differ).count();
+    println!(
+        "{} of {} wheels answered: coverage {:.3}, by thirds of the highest mode {thirds:.3?}, errors of {rms:.2} sd; \
+         {rough} fit roughly, methods differ in {differ}",
+        deviates.len(),
+        wheels.len(),
+        coverage(&deviates),
+    );
+    if long() {
+        assert!(deviates.len() * 100 >= wheels.len() * 97, "{} of {many}", deviates.len());
+        assert!((0.93..=0.97).contains(&coverage(&deviates)), "{}", coverage(&deviates));
+        assert!(thirds.iter().all(|third| *third >= 0.91), "{thirds:?}");
+        assert!(rough * 100 <= wheels.len(), "{rough} fit roughly");
+    } else {
+        // Thirty numbers; a run whose ten errors are one is 1.7 with a probability of a tenth.
+        assert_eq!(deviates.len(), wheels.len());
+        assert!(rms < 1.7, "{rms}");
+    }
+}
+
+#[test]
+fn with_a_tyre_there_is_an_answer_and_its_intervals_hold() {
+    let wheels = drawn_wheels(&bench("wheel-with-tyre"), SEED, if long() { 60 } else { 1 });
+    let tests = measured(&wheels, &layout());
+    let answered = wheels
+        .iter()
+        .zip(&tests)
+        .filter_map(|(wheel, test)| Some(deviates(wheel, global_fit(test)?)));
+    let answered: Vec<_> = answered.collect();
+    println!(
+        "with a tyre {} of {} answered: coverage {:.3}",
+        answered.len(),
+        wheels.len(),
+        coverage(&answered)
+    );
+    assert!(answered.len() * 10 >= wheels.len() * 9, "{} of {}", answered.len(), wheels.len());
+    if long() {
+        assert!((0.90..=0.97).contains(&coverage(&answered)), "{}", coverage(&answered));
+    }
+}
+
+/// Everything that is said about a test, of the global fit or of why it has no answer.
+fn said(test: &SimulatedTest) -> Vec<(Code, Subject)> {
+    let refusals = test.refusals.iter().filter(|(method, _)| *method == Method::GlobalFit);
+    let of_refusals = refusals.flat_map(|(_, reasons)| reasons.iter());
+    let of_answer = global_fit(test).into_iter().flat_map(|estimate| &estimate.diagnostics);
+    of_refusals.chain(of_answer).map(|finding| (finding.code, finding.subject)).collect()
+}
+
+#[test]
+fn gravity_the_wrong_way_round_and_a_turned_sensor_are_named() {
+    let count = if long() { 40 } else { 1 };
+    let mut reversed = layout();
+    reversed.gravity = reversed.gravity.map(|gravity| gravity.map(|component| -component));
+    let turned: Fault = "rotate:3:z90".parse().expect("a fault");
+    let turned = Bench { faults: vec![turned], ..bench("wheel") };
+    let cases = [
+        ("reversed gravity", bench("wheel"), reversed, Code::GravityReversed),
+        ("turned sensor", turned, layout(), Code::SensorAxesSuspect),
+    ];
+    for (name, bench, layout, code) in cases {
+        let wheels = drawn_wheels(&bench, SEED, count);
+        let tests = measured(&wheels, &layout);
+        let named = |test: &&SimulatedTest| said(test).iter().any(|(found, _)| *found == code);
+        let named = tests.iter().filter(named).count();
+        println!("{name}: named in {named} of {count}");
+        assert!(named * 10 >= count * 9, "{name}: {named} of {count}");
+    }
+}
