@@ -7,7 +7,7 @@ use massline_shared::identify::Estimate;
 use massline_shared::identify::global_fit::{Damping, GlobalFitSolution};
 
 use super::alternatives::UnexplainedTest;
-use super::explained::SMALL;
+use super::explained::{MISFIT, SMALL};
 use super::gravity::GravityTilt;
 use massline_result::Doubt;
 
@@ -131,7 +131,11 @@ pub(super) fn judge(
         let adequacy = tilted.map_or(Adequacy::Fits, Adequacy::Tilted);
         return Ok(GlobalFitJudgement { adequacy, instead: Some(better) });
     }
-    if !explained && let Some(reason) = unexplained.gravity() {
+    // A fit that only gains of single modes explain may have taken another gravity for them.
+    let hardly = |answer: &GlobalAnswer| answer.left_over(fit) > MISFIT;
+    if (!explained || global.as_ref().is_ok_and(hardly))
+        && let Some(reason) = unexplained.gravity()
+    {
         return Err(Diagnostics::from_array([reason]));
     }
     Ok(judged(unexplained.cause(global.as_ref().ok(), explained)))

@@ -8,7 +8,7 @@ use super::{GlobalAnswer, HostFit};
 
 /// What the global fit leaves, over the noise that the fit of the modes leaves, from which the body does not fit: that
 /// fit assumes nothing of the body. Extra terms of a flexible mode at twice the end of the band leave 1.01.
-const MISFIT: f64 = 1.05;
+pub(super) const MISFIT: f64 = 1.05;
 /// The same beside gains of single modes, some of which that fit takes up with poles of its own: 1.06 in 60 simulated
 /// campaigns of sound wheels, and 1.19 or more under reversed gravity.
 const MISFIT_BESIDE_GAINS: f64 = 1.1;

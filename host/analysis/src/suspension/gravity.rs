@@ -60,15 +60,13 @@ impl GravityTilt {
 
 impl UnexplainedTest<'_, '_> {
     /// The finding about gravity with which the readings are explained; `None` where gravity as stated explains them
-    /// from the same start.
+    /// about as well from the same start.
     pub(super) fn gravity(&self) -> Option<Diagnostic> {
         let left_under = |layout: &HostLayout| {
             let answer = self.solved(layout, self.readings, 0)?;
             answer.explains(self.fit).then(|| answer.left_over(self.fit))
         };
-        if left_under(self.layout).is_some() {
-            return None;
-        }
+        let as_stated = left_under(self.layout);
         let senses = |layout: &mut HostLayout, senses: bool| {
             layout.sensors.iter_mut().for_each(|sensor| sensor.senses_gravity = senses);
         };
@@ -97,7 +95,8 @@ impl UnexplainedTest<'_, '_> {
         let tried = opposite.into_iter().chain(directions).chain(flags);
         let explaining =
             tried.filter_map(|(layout, finding)| Some((left_under(&layout)?, finding)));
-        explaining.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, finding)| finding)
+        let (left, finding) = explaining.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        as_stated.is_none_or(|stated| self.is_much_less(left, stated)).then_some(finding)
     }
 
     /// Gravity with the direction that the readings give it, where they are explained with it and without extra terms,
