@@ -50,7 +50,8 @@ pub struct GlobalAnswer {
 }
 
 impl GlobalAnswer {
-    /// As [`Self::of_shown_directions`], with the uncertainty that gains of single modes in single responses add.
+    /// Fits the readings from this start, with the noise of every line and the scatter of directions that they show, and
+    /// with the uncertainty that gains of single modes in single responses add.
     ///
     /// # Errors
     /// Those of [`solve_with_sensitivities`].
