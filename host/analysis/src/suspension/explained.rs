@@ -3,6 +3,7 @@
 use massline_shared::FrequencyResponses;
 use massline_shared::diagnosis::{Code, Diagnostic};
 
+use super::global::noise_over_modes;
 use super::modal_gains::squares_of;
 use super::{GlobalAnswer, HostFit};
 
@@ -53,10 +54,4 @@ impl GlobalAnswer {
         let mean = squares_of(readings) / count.max(1) as f64;
         if mean > 0.0 { (besides / mean).sqrt() } else { f64::INFINITY }
     }
-}
-
-/// Noise of the real part of a reading, over that of the modes.
-pub(super) fn noise_over_modes(noise: f64, fit: &HostFit<'_>) -> f64 {
-    // That of the real part, and that of a complex number.
-    noise * std::f64::consts::SQRT_2 / fit.noise()
 }

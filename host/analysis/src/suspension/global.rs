@@ -14,7 +14,6 @@ use nalgebra::{Complex, SMatrix, SVector};
 
 use super::HostFit;
 use super::directions::direction_scale;
-use super::explained::noise_over_modes;
 use super::modal_gains::ModalGains;
 use super::noise::UnevenNoise;
 
@@ -296,4 +295,10 @@ impl GlobalAnswer {
         });
         shift.unwrap_or_default()
     }
+}
+
+/// Noise of the real part of a reading, over that of the modes.
+pub(super) fn noise_over_modes(noise: f64, fit: &HostFit<'_>) -> f64 {
+    // That of the real part, and that of a complex number.
+    noise * std::f64::consts::SQRT_2 / fit.noise()
 }
