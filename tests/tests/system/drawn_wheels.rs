@@ -1,8 +1,8 @@
 //! Campaigns of the suspension profile on wheels that are drawn anew, each with its own converter: whether the intervals
 //! of the global fit hold, and what becomes of mistakes.
 //!
-//! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- drawn_wheels:: --nocapture` prints the tables
-//! of tests/README.md.
+//! `MASSLINE_LONG=1 cargo test --release -p massline-tests --test system -- drawn_wheels:: --nocapture` prints the figures
+//! of such a run.
 
 use massline::support::bench_test::nominal_calibration;
 use massline_analysis::monte_carlo::measurement::{SimulatedTest, TestLayout, measure};

@@ -35,10 +35,8 @@ pub struct GlobalAnswer {
     noise: Option<UnevenNoise>,
     /// The covariance of theta without gains of single modes.
     of_fit: Option<SMatrix<f64, 10, 10>>,
-    /// Standard deviation of the real part of a reading without gains of single modes in single responses, and root mean
-    /// square of what these add over that of the readings; `None` where there are none.
-    pub(super) noise_without_gains: Option<f64>,
-    pub(super) gains_share: Option<f64>,
+    /// Gains of single modes in single responses, where there are any.
+    pub(super) gains: Option<ModalGains>,
     /// What is left of every reading of these lines.
     left: Vec<Complex<f64>>,
     gain: Vec<SVector<Complex<f64>, 10>>,
@@ -102,8 +100,7 @@ impl GlobalAnswer {
             };
             *covariance += gains.covariance(layout, readings, gain, assumed);
         }
-        let gains = gains.map(|gains| (gains.noise_without(readings), gains.share));
-        (self.noise_without_gains, self.gains_share) = gains.unzip();
+        self.gains = gains;
         self
     }
 
@@ -184,12 +181,6 @@ impl GlobalAnswer {
         self.leaves_noise().then(|| UnevenNoise::of(&self.left, readings)).flatten()
     }
 
-    /// What is left of every reading of the lines that were used.
-    #[cfg(test)]
-    pub(super) fn left(&self) -> &[Complex<f64>] {
-        &self.left
-    }
-
     /// False where hardly anything is left of the readings: that is rounding and no noise.
     fn leaves_noise(&self) -> bool {
         let sum: f64 = self.left.iter().map(Complex::norm_sqr).sum();
@@ -245,8 +236,7 @@ impl GlobalAnswer {
             solution,
             lines,
             noise: None,
-            noise_without_gains: None,
-            gains_share: None,
+            gains: None,
             of_fit,
             left,
             gain,

@@ -35,6 +35,8 @@ pub(super) struct ModalGains {
     kappa: f64,
     /// Variance of the real part of a reading without gains, with the correlation of neighbouring lines.
     noise: f64,
+    /// Square of the factor on standard deviations because neighbouring lines are correlated.
+    correlation: f64,
     /// Root mean square of what the gains add to the readings, over that of the readings.
     pub(super) share: f64,
 }
@@ -70,17 +72,17 @@ impl ModalGains {
         let rows = (2 * readings.frequencies().len() * responses.len()) as f64;
         let correlation = readings.correlation.powi(2);
         let noise = squares / rows * correlation;
-        let mut gains = Self { modes, responses, kappa: 0.0, noise, share: 0.0 };
+        let mut gains = Self { modes, responses, kappa: 0.0, noise, correlation, share: 0.0 };
         (gains.deviate() > THERE).then_some(())?;
-        gains.learn(rows, correlation)?;
+        gains.learn(rows)?;
         let added: f64 = gains.responses.iter().map(|response| response.gram.trace()).sum();
         gains.share = gains.kappa * (added / squares_of(readings)).sqrt();
         Some(gains)
     }
 
     /// Standard deviation of the real part of a reading without gains, (m/s²)/N.
-    pub(super) fn noise_without(&self, readings: &FrequencyResponses<'_, f64>) -> f64 {
-        self.noise.sqrt() / readings.correlation
+    pub(super) fn noise_without(&self) -> f64 {
+        (self.noise / self.correlation).sqrt()
     }
 
     /// Standard normal deviate of the score for κ² where there are no gains.
@@ -94,7 +96,7 @@ impl ModalGains {
     }
 
     /// Sets κ and the noise to what is most likely for so many real numbers (MacKay 1992, Neural Computation 4, 415).
-    fn learn(&mut self, rows: f64, correlation: f64) -> Option<()> {
+    fn learn(&mut self, rows: f64) -> Option<()> {
         let columns: f64 = self.responses.iter().map(|r| r.gram.ncols() as f64).sum();
         let squares: f64 = self.responses.iter().map(|r| r.squares).sum();
         let size: f64 = self.responses.iter().map(|r| r.gram.trace()).sum();
@@ -111,7 +113,7 @@ impl ModalGains {
                 determined += gram.ncols() as f64 - prior * factor.inverse().trace();
                 rest += squares - 2.0 * values.dot(right) + values.dot(&(gram * &values));
             }
-            self.noise = rest / (rows - determined) * correlation;
+            self.noise = rest / (rows - determined) * self.correlation;
             let before = self.kappa;
             self.kappa = (gains / determined).sqrt();
             if (self.kappa / before - 1.0).abs() < SETTLED {
@@ -346,20 +348,13 @@ mod tests {
         responses
     }
 
-    /// The answer and, where there are gains, κ as learned.
-    fn answered(responses: &[Complex<f64>]) -> (GlobalAnswer, Option<f64>) {
+    fn answered(responses: &[Complex<f64>]) -> GlobalAnswer {
         let (layout, frequencies) = (layout(), frequencies());
         let readings =
             FrequencyResponses::new(&frequencies, responses, 9, layout.hits.len()).unwrap();
         let start = Bench::named("wheel").unwrap().truth();
         let settings = GlobalFitSettings { most_extra_terms: 0, ..Default::default() };
-        let answer =
-            GlobalAnswer::of_real_converter(&layout, &readings, &start, &settings).unwrap();
-        let of = |left: &[Complex<f64>]| {
-            ModalGains::of(&layout, &readings, &answer.solution, settings.damping, left)
-        };
-        let kappa = of(answer.left()).map(|gains| gains.kappa);
-        (answer, kappa)
+        GlobalAnswer::of_real_converter(&layout, &readings, &start, &settings).unwrap()
     }
 
     #[test]
@@ -370,10 +365,10 @@ mod tests {
         let mut random = Random(1);
         let (mut squares, mut count) = (0.0, 0.0);
         for _run in 0..12 {
-            let (answer, learned) = answered(&measured(kappa, WHITE, &mut random));
+            let answer = answered(&measured(kappa, WHITE, &mut random));
             // 270 gains that stay have this size and 270 that rise none, which is a κ of all of √½ of it; the fit takes
             // up some of them, and where the white noise drowns them they do not count.
-            let ratio = learned.expect("gains") / kappa;
+            let ratio = answer.gains.expect("gains").kappa / kappa;
             assert!((0.55..0.95).contains(&ratio), "{ratio}");
             let estimate = &answer.solution.estimate;
             let error = (estimate.theta() - truth).component_div(&estimate.sigma().unwrap());
@@ -390,9 +385,8 @@ mod tests {
     fn white_noise_and_exact_responses_have_no_gains() {
         let mut random = Random(5);
         for white in [WHITE, 0.0] {
-            let (answer, kappa) = answered(&measured(0.0, white, &mut random));
-            assert!(kappa.is_none() || white == 0.0, "{kappa:?}");
-            assert!(answer.gains_share.is_none());
+            let answer = answered(&measured(0.0, white, &mut random));
+            assert!(answer.gains.is_none(), "{white}");
         }
     }
 }
