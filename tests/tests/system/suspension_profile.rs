@@ -4,11 +4,15 @@ use std::collections::BTreeMap;
 
 use massline::support::bench_test::nominal_calibration;
 use massline_analysis::monte_carlo::MonteCarlo;
+use massline_analysis::monte_carlo::measurement::{
+    MeasureError, SimulatedTest, TestLayout, measure,
+};
 use massline_analysis::suspension::{DofLines, TestLines};
 use massline_files::layout_file::LayoutFile;
 use massline_physics::source::ScanSource;
 use massline_physics::{Bench, BenchSource, ErrorsFrom};
 use massline_report::words::monte_carlo as report;
+use massline_shared::diagnosis::Code;
 use massline_shared::identify::Method;
 use massline_shared::layout::{CALIBRATED_HAMMER_GAIN, RigLayout};
 use massline_shared::measurement::campaign::Start;
@@ -128,6 +132,30 @@ fn solve(layout: &RigLayout, seed: u64) {
             );
         }
     }
+}
+
+/// A test of the wheel after this change of its bench.
+fn changed(change: impl FnOnce(&mut Bench)) -> Result<SimulatedTest, MeasureError> {
+    let mut bench = Bench::named("wheel").expect("bundled");
+    change(&mut bench);
+    let layout: TestLayout = layout().cast().expect("as precise");
+    let mut source = BenchSource::new(&bench, &layout.cast().unwrap(), 3).unwrap();
+    measure(&mut source, &layout, &nominal_calibration(&bench))
+}
+
+#[test]
+fn a_push_that_the_hammer_clips_is_not_averaged() {
+    let too_hard = changed(|bench| bench.operator.too_hard_rate = 0.3).expect("lines");
+    // The hammer's converter ends at 129 N, and taps as they should be stay below 110 N.
+    let at_end = too_hard.hits.iter().filter(|(_, hit)| hit.peak_force > 120.0);
+    assert!(at_end.clone().count() > 0);
+    for (_, hit) in at_end {
+        let overloaded = hit.findings.iter().any(|finding| finding.code == Code::Overload);
+        assert!(!hit.good && overloaded, "{hit:?}");
+    }
+    // An amplifier may end before the converter does.
+    let cut = changed(|bench| bench.faults.push("rail:hammer:70".parse().expect("a fault")));
+    assert!(matches!(cut, Err(MeasureError::AlwaysRejected { dof: 0, .. })), "{cut:?}");
 }
 
 /// Campaigns whose errors are drawn from the default error budget, with a calibrated hammer: as in the study of the

@@ -11,8 +11,8 @@ use std::boxed::Box;
 use std::vec::Vec;
 
 const INTERVAL: f64 = 1.0 / 4000.0;
-/// Duration of the push, scans, and its force, N.
-const PUSH: (u64, f64) = (80, 50.0);
+/// Duration of the push, scans, and the peak of its force, a half sine of 1 N s, N.
+const PUSH: (u64, f64) = (80, 25.0 * std::f64::consts::PI);
 /// The mode: decay and angular frequency, 1/s.
 const POLE: Complex<f64> = Complex::new(-0.25, 21.0);
 
@@ -38,11 +38,20 @@ fn residue(response: usize) -> f64 {
     0.4 - 0.1 * response as f64
 }
 
+/// The force of the push this many scans after its start, N.
+fn force(since: u64) -> f64 {
+    let phase = std::f64::consts::PI * since as f64 / PUSH.0 as f64;
+    if since < PUSH.0 { PUSH.1 * phase.sin() } else { 0.0 }
+}
+
 /// The response of unit residue to the push, m/s², this many scans after its start.
 fn response(since: u64) -> f64 {
-    let after = |scans: u64| (POLE * (scans as f64 * INTERVAL)).exp();
-    let end = if since > PUSH.0 { after(since - PUSH.0) } else { Complex::new(1.0, 0.0) };
-    PUSH.1 * ((after(since) - end) / POLE).re
+    let rate = std::f64::consts::PI / (PUSH.0 as f64 * INTERVAL);
+    let pushed = since.min(PUSH.0) as f64 * INTERVAL;
+    let (sin, cos) = (rate * pushed).sin_cos();
+    let integral = rate - (-POLE * pushed).exp() * (POLE * sin + rate * cos);
+    let response = (POLE * (since as f64 * INTERVAL)).exp() * integral;
+    PUSH.1 * (response / (POLE * POLE + rate * rate)).re
 }
 
 /// Feeds the rig until it wants no more scans: a push of `gain` times the residues after 2.5 s, from scan `first` on.
@@ -53,10 +62,9 @@ fn push(rig: &mut Measurement<'_, f64>, first: u64, gain: f64) {
     let scans = (0..200_000).map(|n| -> Scan {
         let since = u64::checked_sub(n, 10_000);
         let ringing = since.map_or(0.0, response) * gain;
-        let inside = since.is_some_and(|since| (1..=PUSH.0).contains(&since));
         core::array::from_fn(|channel| {
             if channel == 0 {
-                return hammer_code(if inside { PUSH.1 as f32 } else { 0.0 });
+                return hammer_code(since.map_or(0.0, force) as f32);
             }
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             // Noise of up to one code either way, so that rounding is not the same in every period.
@@ -92,7 +100,7 @@ fn the_lines_of_a_dof_are_handed_to_the_driver() {
     push(&mut rig, 0, 1.0);
     assert_eq!(good(&mut rig), []);
     let hit = rig.last_hit().unwrap();
-    // 50 N for 20 ms; a code of the hammer is 0.03 N.
+    // A code of the hammer is 0.03 N.
     assert!((hit.swing.unwrap().impulse - 1.0).abs() < 0.01, "{hit:?}");
     push(&mut rig, 777_777, 1.0);
     assert_eq!(rig.next_action(), NextAction::StoreLines { dof: 0 });

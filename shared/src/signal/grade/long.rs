@@ -2,8 +2,8 @@
 
 use super::channel::Survey;
 use super::{
-    ChannelRange, Findings, HitReport, LargestValues, Swing, fingerprint, force, rest_scans,
-    too_hard,
+    ChannelRange, Findings, HitReport, LargestValues, Swing, fingerprint, force, overload,
+    rest_scans, too_hard,
 };
 use crate::diagnosis::{Code, Diagnostics, Subject};
 use crate::layout::TestSettings;
@@ -29,7 +29,8 @@ const LATE_PUSH: f32 = 0.1;
 /// hit.
 ///
 /// It is judged by its impulse, by rest before it, and by what is left at the end; a response is clipped when its code
-/// was at the end of the range at the full rate.
+/// was at the end of the range at the full rate, the force also when it is flat at its peak: an amplifier ends before the
+/// converter does.
 pub fn grade_long(
     record: &Record,
     (trigger, extremes): (ScanIndex, &FullRateExtremes),
@@ -61,10 +62,7 @@ pub fn grade_long(
         }
     }
     let push = survey(HAMMER);
-    let rail = f32::from(adc.full_scale()) * f32::from(adc.to_row_code());
-    if [push.highest, push.lowest].iter().any(|end| end.reading <= 0.0 || end.reading >= rail) {
-        findings.about_channel(Code::Overload, HAMMER, push.highest.value);
-    }
+    overload(&mut findings, record, HAMMER, &range_of_force(adc, calibration), &push, None);
     too_hard(&mut findings, largest.share);
     let analysis = LongRecordAnalysis::<f32>::new(adc, calibration, test, trigger);
     let impulse = analysis.impulse(record);
@@ -118,6 +116,14 @@ fn share_of_range(
     share(low.into(), range.rails[0]).max(share(high.into(), range.rails[1]))
 }
 
+/// The range of the hammer's codes in the record, which have the resolution of rows and the steps of the converter.
+fn range_of_force(adc: &AdcProperties, calibration: &Calibration) -> ChannelRange<f32> {
+    let range = ChannelRange::of_rig(adc, calibration, HAMMER);
+    let factor = f32::from(adc.to_row_code());
+    let rails = range.rails.map(|rail| rail * factor);
+    ChannelRange { scale: calibration.per_code(&adc.of_rows(), HAMMER), rails, ..range }
+}
+
 fn judge_impulse(findings: &mut Findings, impulse: f32, [least, most]: [f32; 2]) {
     if impulse < least {
         findings.add(Code::ImpulseTooSmall, Subject::Whole, impulse);
@@ -153,6 +159,8 @@ mod tests {
     struct Push {
         peak: f32,
         scans: usize,
+        /// Where an amplifier ends, N.
+        end: f32,
         /// Acceleration of the ringing after it and before it, m/s², and its decay, 1/s.
         ringing: f32,
         before: f32,
@@ -165,7 +173,8 @@ mod tests {
             let mut extremes = [[1900, 2200]; CHANNELS];
             extremes[HAMMER] = [hammer_code(0.0), hammer_code(0.2)];
             let extremes = FullRateExtremes(extremes);
-            Self { peak: 80.0, scans: 80, ringing: 3.0, before: 0.0, decay: 0.2, extremes }
+            let (peak, end) = (80.0, f32::INFINITY);
+            Self { peak, scans: 80, end, ringing: 3.0, before: 0.0, decay: 0.2, extremes }
         }
 
         fn record(&self) -> Box<Record> {
@@ -175,7 +184,7 @@ mod tests {
                 let since = place as f32 - PRE_TRIGGER_SCANS as f32;
                 let inside = (0.0..self.scans as f32).contains(&since);
                 let phase = core::f32::consts::PI * since / self.scans as f32;
-                let force = if inside { self.peak * phase.sin() } else { 0.0 };
+                let force = if inside { self.peak * phase.sin() } else { 0.0 }.min(self.end);
                 let mut scan: Scan = [0; CHANNELS];
                 scan[HAMMER] = hammer_code(force) << 4;
                 let time = since / 50.0;
@@ -223,6 +232,17 @@ mod tests {
         assert_eq!(Push { scans: 120, ..Push::good() }.codes(), [Code::ImpulseTooLarge]);
         assert!(!Push { scans: 20, ..Push::good() }.report().good());
         assert!(Push { scans: 120, ..Push::good() }.report().good());
+    }
+
+    #[test]
+    fn a_force_that_is_flat_at_its_peak_was_clipped() {
+        // A half sine is above 90 % of its peak for 29 % of its time, and above half of it for 67 %.
+        let report = Push { end: 72.0, ..Push::good() }.report();
+        assert_eq!(report.findings[0].code, Code::Overload);
+        assert_eq!(report.findings[0].subject, Subject::channel(HAMMER));
+        assert!(!report.good());
+        let beyond_the_converter = Push { peak: 200.0, scans: 60, ..Push::good() };
+        assert!(beyond_the_converter.codes().contains(&Code::Overload));
     }
 
     #[test]
