@@ -132,6 +132,7 @@ fn of_lines(test: StoredTest<'_>, layout: HostLayout, selection: Selection) -> S
                 diagnostics,
                 modes: Some((solved.modes, band)),
                 global_fit: solved.global,
+                score_tests: solved.score_tests,
                 comparison: solved.comparison,
                 ..Solution::default()
             }

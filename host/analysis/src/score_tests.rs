@@ -7,9 +7,15 @@
 //!
 //! | module | subject |
 //! | --- | --- |
-//! | `small_fault` | the list, and what each fault does to the readings |
-//! | `left_over` | what a fit leaves of the readings, and its covariance |
+//! | `small_fault` | the list, and what each fault does to a layout |
+//! | `changes` | what it does to the readings of mass lines |
+//! | `left_over` | what a fit leaves of these readings, and its covariance |
+//! | `fault_estimate` | the size of a fault from its scores |
+//!
+//! Those of a global fit are made in [`suspension`](crate::suspension).
 
+mod changes;
+mod fault_estimate;
 mod left_over;
 mod small_fault;
 
@@ -22,7 +28,8 @@ use massline_shared::identify::{Consistency, DofMassLines, Estimate, Method};
 use massline_shared::layout::HostLayout;
 
 use crate::identification::learned;
-use left_over::{FaultEstimate, LeftOver};
+pub(crate) use fault_estimate::{FaultEstimate, FoundSize};
+use left_over::LeftOver;
 pub use small_fault::SmallFault;
 
 /// What moves no property by more than this, in its standard deviations, is told as a note: nobody sees it beside them.
@@ -48,6 +55,14 @@ pub struct ScoreTest {
 }
 
 impl ScoreTest {
+    /// `None` where the data say nothing of the fault.
+    pub(crate) fn new(fault: SmallFault, estimate: FaultEstimate) -> Option<Self> {
+        let FaultEstimate { sizes, consistency, sigma, shift, found_shift } = estimate;
+        let limit = f64::INFINITY;
+        let test = Self { fault, sizes, consistency, sigma, shift, found_shift, limit };
+        test.significance().is_finite().then_some(test)
+    }
+
     /// The standard normal deviate that is exceeded as rarely as the data show the fault.
     pub fn significance(&self) -> f64 {
         self.consistency.equivalent_z()
@@ -107,10 +122,15 @@ impl ScoreTests {
             let tests = both.iter().filter_map(|left_over| test(fault, left_over));
             tests.max_by(|a, b| a.significance().total_cmp(&b.significance()))
         };
-        let mut tests: Vec<ScoreTest> = SmallFault::all(layout, lines).filter_map(most).collect();
+        let tests = SmallFault::all(layout, lines).filter_map(most).collect();
+        Self { band_shift, ..Self::among(tests) }
+    }
+
+    /// These tests, with limits for as many as they are.
+    pub(crate) fn among(mut tests: Vec<ScoreTest>) -> Self {
         let count = tests.len();
         tests.iter_mut().for_each(|test| test.limit = test.fault.limit(count));
-        Self { tests, band_shift }
+        Self { tests, band_shift: None }
     }
 
     /// Makes notes of warnings about the ends of the band where these hardly move the answer.
@@ -152,11 +172,7 @@ fn test(fault: SmallFault, left_over: &LeftOver<'_>) -> Option<ScoreTest> {
     // What shows only where nobody would call it small is not tested.
     let length = left_over.layout.characteristic_length();
     let largest = fault.largest(length, left_over.whole.mass);
-    let FaultEstimate { sizes, consistency, sigma, shift, found_shift } =
-        left_over.estimate(&changes, largest)?;
-    let limit = f64::INFINITY;
-    let test = ScoreTest { fault, sizes, consistency, sigma, shift, found_shift, limit };
-    test.significance().is_finite().then_some(test)
+    ScoreTest::new(fault, left_over.estimate(&changes, largest)?)
 }
 
 #[cfg(test)]

@@ -17,8 +17,11 @@ mod modes;
 mod noise;
 mod reciprocity;
 mod rigidity;
+mod small_faults;
 mod survey;
 mod test_lines;
+#[cfg(test)]
+mod test_wheel;
 
 use massline_shared::FrequencyResponses;
 use massline_shared::body::{RigidBody, scale};
@@ -33,6 +36,7 @@ use massline_shared::identify::{Estimate, Method};
 use massline_shared::layout::HostLayout;
 use massline_shared::modes::{LinesPerSide, Reduction};
 
+use crate::score_tests::ScoreTests;
 use adequacy::{Adequacy, GlobalFitJudgement, judge, refuse_misfit, warn_of_misfit};
 pub use comparison::{Comparison, compare};
 pub use first_look::{FirstLook, find_modes};
@@ -72,6 +76,8 @@ pub struct SuspensionSolution {
     pub comparison: Comparison,
     /// The global fit, where it has an answer, also if it was not asked for.
     pub global: Option<GlobalFitSolution<f64>>,
+    /// The tests of the global fit for small faults, where it was asked for and leaves little but noise.
+    pub score_tests: ScoreTests,
 }
 
 /// Solves the readings of the suspension band by these methods; any that do not use the suspension modes are left out.
@@ -181,6 +187,8 @@ impl<'a> FirstAnswers<'a> {
         }
         let global = global.ok();
         let compared = global.as_ref().filter(|_| global_wanted);
+        let score_tests = compared.filter(|answer| answer.leaves_little(&fit));
+        let score_tests = score_tests.map(|answer| answer.score_tests(layout));
         let of_lines = mass_lines
             .into_iter()
             .flat_map(|answers| answers.estimates.iter().map(move |e| (answers, e)));
@@ -212,6 +220,7 @@ impl<'a> FirstAnswers<'a> {
             },
             not_applicable: modal.not_applicable,
             global: global.map(|answer| answer.solution),
+            score_tests: score_tests.unwrap_or_default(),
         }
     }
 }

@@ -70,6 +70,12 @@ finding_codes! {
     ChipsAboveMarks = "chips_above_marks";
     /// Each mark carries a mass while it is hit.
     MarksLoaded = "marks_loaded";
+    /// The gain of a channel is another than the layout says.
+    ChannelGainOff = "channel_gain_off";
+    /// The axes of a sensor are turned.
+    SensorTurned = "sensor_turned";
+    /// The force at a DOF is another than the hammer says.
+    HitForceOff = "hit_force_off";
     /// Products of inertia are expected with the opposite signs.
     SignsOfProducts = "signs_of_products_suspected";
 }

@@ -82,6 +82,10 @@ pub(super) fn solution(
             warn_of_flexible_mode(&mut combined.identification.estimates, global, &layout);
         }
         combined.global_fit = solution.global;
+        // A small fault is said of the answer, and of no other method's.
+        if combined.answer().is_some_and(|answer| answer.method == Method::GlobalFit) {
+            combined.score_tests = solution.score_tests;
+        }
         combined.diagnostics.extend(diagnostics);
         combined.modes = Some((solution.modes, band_hz));
         combined.comparison = solution.comparison;

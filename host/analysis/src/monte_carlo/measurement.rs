@@ -12,6 +12,7 @@ use massline_shared::measurement::{self, GradedHit, Measurement, Memory, NextAct
 use massline_shared::signal::{Calibration, SPECTRUM_BINS, ringing_s};
 use massline_shared::units::ScanIndex;
 
+use crate::score_tests::ScoreTests;
 use crate::suspension::{DofLines, TestLines};
 
 /// A layout in the rig's capacity and in double precision.
@@ -33,6 +34,8 @@ pub struct SimulatedTest {
     pub combined: Option<Agreement<f64>>,
     /// Why they are not combined, as far as there is a reason besides theirs.
     pub doubt: Option<Doubt>,
+    /// What the global fit was tested for.
+    pub score_tests: ScoreTests,
     /// The answers, the best method first.
     pub estimates: Vec<Estimate<f64>>,
     /// The methods without an answer, and the reasons.
@@ -144,6 +147,7 @@ pub fn measure(
         lines,
         combined: solved.combined,
         doubt: solved.doubt,
+        score_tests: solved.score_tests,
         estimates: [result.estimates, &solved.estimates].concat(),
         refusals: [result.refusals, &solved.refusals].concat(),
         hits_saved: unneeded * usize::from(layout.test.hits_per_dof),
@@ -168,6 +172,7 @@ struct LineAnswers {
     refusals: Vec<(Method, Diagnostics)>,
     combined: Option<Agreement<f64>>,
     doubt: Option<Doubt>,
+    score_tests: ScoreTests,
 }
 
 /// What the methods of the suspension profile say of lines.
@@ -182,6 +187,7 @@ fn solve_lines(rig: &Measurement<'_, f64>, lines: &[DofLines]) -> LineAnswers {
             refusals: solution.not_applicable,
             combined: solution.comparison.agreement,
             doubt: solution.comparison.doubt,
+            score_tests: solution.score_tests,
         },
         Err(reasons) => {
             let refusals = wanted.iter().map(|method| (*method, reasons.clone())).collect();

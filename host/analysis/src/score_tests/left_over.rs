@@ -3,14 +3,15 @@
 //! sections 4 and 12). The priors are readings too.
 
 use crate::single_fault::whole;
-use massline_shared::EstimatedValue;
 use massline_shared::body::{RigidBody, scale};
 use massline_shared::capacity::Unbounded;
 use massline_shared::identify::maximum_likelihood::readings_covariance;
 use massline_shared::identify::{Consistency, DofMassLines, Estimate};
 use massline_shared::layout::{ApparatusUncertainty, HitUncertainty, HostLayout};
 use massline_shared::responses::Responses;
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
+
+use super::fault_estimate::{FaultEstimate, FoundSize};
 
 /// Step of the properties over their scale for slopes of the readings, which are nearly linear in them.
 const STEP: f64 = 1e-5;
@@ -18,8 +19,6 @@ const STEP: f64 = 1e-5;
 const LEAST_NOISE: f64 = 1e-4;
 /// Fewest degrees of freedom that a fault leaves where the scale of the errors is learned from them.
 const LEAST_FREEDOM: f64 = 5.0;
-/// A change of which the ten properties explain all but this part shows nothing.
-const LEAST_OWN_PART: f64 = 1e-4;
 
 /// What a fit leaves of the readings.
 pub(super) struct LeftOver<'a> {
@@ -40,16 +39,6 @@ pub(super) struct LeftOver<'a> {
     consistency: Consistency<f64>,
     /// Degrees of freedom of the learned scale; infinite without one.
     freedom: f64,
-}
-
-/// What the data show of a change of the readings.
-pub(super) struct FaultEstimate {
-    pub(super) sizes: Vec<EstimatedValue<f64>>,
-    pub(super) consistency: Consistency<f64>,
-    /// One standard deviation of the size, in the direction that changes a property most.
-    pub(super) sigma: f64,
-    pub(super) shift: f64,
-    pub(super) found_shift: f64,
 }
 
 impl<'a> LeftOver<'a> {
@@ -140,29 +129,12 @@ impl<'a> LeftOver<'a> {
         let own = changes.transpose() * &self.projection * changes;
         let all = changes.transpose() * &self.inverse * changes;
         let scores = changes.transpose() * &self.projected;
-        // In units of what each direction would be known to if nothing else were unknown.
-        let unit = all.diagonal().map(|v| if v > 0.0 { v.sqrt().recip() } else { 0.0 });
-        let units = DMatrix::from_diagonal(&unit);
-        let SymmetricEigen { eigenvectors, eigenvalues } =
-            SymmetricEigen::new(&units * own * &units);
-        // Columns: changes of one standard deviation each, independent of one another.
-        let columns: Vec<DVector<f64>> = (0..eigenvalues.len())
-            .filter(|k| eigenvalues[*k] > LEAST_OWN_PART)
-            .map(|k| &units * eigenvectors.column(k) / eigenvalues[k].sqrt())
-            .filter(|column| column.norm() <= largest)
-            .collect();
-        if columns.is_empty() {
-            return None;
-        }
-        let spread = DMatrix::from_columns(&columns);
-        let independent_scores = spread.transpose() * scores;
-        let size = &spread * &independent_scores;
-        let squares = independent_scores.norm_squared();
+        let found = FoundSize::of(&own, &all.diagonal(), &scores, largest)?;
+        let (size, squares, degrees) = (&found.size, found.squares(), found.degrees());
         // The change would also explain a part of the errors of the sensors, from whose size the scale is learned.
-        let left = &self.projected - &self.projection * (changes * &size);
+        let left = &self.projected - &self.projection * (changes * size);
         let pulls = |left: &DVector<f64>| left.dot(&(&self.of_sensors * left));
         let without = pulls(&left) / pulls(&self.projected);
-        let degrees = columns.len();
         let freedom = f64::from(self.consistency.degrees_of_freedom) - degrees as f64;
         let chi_squared = if self.freedom.is_finite() {
             // Of a handful of readings a fault may take nearly all errors along, which says nothing.
@@ -177,18 +149,7 @@ impl<'a> LeftOver<'a> {
             let reduced = (self.consistency.chi_squared - squares) / freedom.max(1.0);
             squares / reduced.max(1.0)
         };
-        let shifts = &self.response * changes * &spread;
-        let shift_of = |k: usize| shifts.column(k).amax();
-        let most = (0..degrees).max_by(|a, b| shift_of(*a).total_cmp(&shift_of(*b)))?;
-        let sizes = (0..changes.ncols())
-            .map(|k| EstimatedValue { value: size[k], sigma: spread.row(k).norm() });
-        Some(FaultEstimate {
-            sizes: sizes.collect(),
-            consistency: Consistency { chi_squared, degrees_of_freedom: degrees as u16 },
-            sigma: columns[most].norm(),
-            shift: shift_of(most),
-            found_shift: (&self.response * (changes * &size)).amax(),
-        })
+        Some(found.estimate(&(&self.response * changes), chi_squared))
     }
 }
 

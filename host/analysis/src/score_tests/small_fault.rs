@@ -1,14 +1,11 @@
-//! The small faults that a result is tested for.
+//! The small faults that a result is tested for, and what each does to a layout.
 
 use massline_result::{FaultUnit, FindingCode};
-use massline_shared::body::RigidBody;
 use massline_shared::capacity::Unbounded;
 use massline_shared::identify::DofMassLines;
-use massline_shared::layout::{AttachedBody, Axis, HostLayout};
-use massline_shared::responses::Responses;
-use nalgebra::{DMatrix, DVector, SVector, Vector3};
+use massline_shared::layout::{Axis, HostLayout};
+use nalgebra::{Matrix3, Vector3};
 
-use super::left_over::LeftOver;
 use crate::single_fault::used_nodes;
 
 /// A fault that is small enough to pass for an error of the budget. Sensors and hits are indices of the layout.
@@ -41,7 +38,27 @@ pub enum SmallFault {
     ChipsAboveMarks,
     /// Each mark carries a pad or the like while it is hit, kg.
     MarksLoaded,
+    /// The gain of a channel is another than the layout says.
+    ChannelGainOff {
+        /// The sensor.
+        sensor: usize,
+        /// The channel's axis of the sensor.
+        axis: Axis,
+    },
+    /// The axes of a sensor are turned, rad.
+    SensorTurned {
+        /// The sensor.
+        sensor: usize,
+    },
+    /// The force at a DOF is another than the hammer says.
+    HitForceOff {
+        /// The DOF.
+        hit: usize,
+    },
 }
+
+/// A change of a layout by a size.
+pub(crate) type Change = Box<dyn Fn(&mut HostLayout, f64)>;
 
 /// The deviate that a fault has to exceed: 3.57 standard deviations of a size of either sign, which chance makes once in
 /// three thousand tests.
@@ -50,9 +67,6 @@ const USUAL: f64 = 3.31;
 const RARE: f64 = 3.72;
 /// Number of faults that a test with three sensors and as many hits is tested for, with which these limits were measured.
 const AMONG: f64 = 26.0;
-/// Displacement, m, and turn, rad, over which readings are differentiated. They are linear in both.
-const DIFFERENCE: f64 = 1e-4;
-
 impl SmallFault {
     /// Every fault that a test with these measured hits is tested for.
     pub(super) fn all(
@@ -73,8 +87,28 @@ impl SmallFault {
         nodes.chain(channels).chain(hits).chain(common)
     }
 
+    /// Every fault that a global fit is tested for. A turned sensor, a gain and a force are what the search for a single
+    /// mistake finds in mass lines.
+    pub(crate) fn of_suspension(layout: &HostLayout) -> impl Iterator<Item = Self> {
+        let (sensors, hits) = (layout.sensors.len(), layout.hits.len());
+        let of_hits = layout.hits.iter().map(|hit| hit.dof.node);
+        let mut nodes: Vec<u16> = layout.sensors.iter().map(|s| s.node).chain(of_hits).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let nodes = nodes
+            .into_iter()
+            .flat_map(|node| Axis::ALL.map(|axis| Self::NodeMisplaced { node, axis }));
+        let gains = (0..sensors)
+            .flat_map(|sensor| Axis::ALL.map(|axis| Self::ChannelGainOff { sensor, axis }));
+        let turned = (0..sensors).map(|sensor| Self::SensorTurned { sensor });
+        let of_hits = (0..hits).flat_map(|hit| [Self::HitLeans { hit }, Self::HitForceOff { hit }]);
+        let chips = layout.senses_gravity().then_some(Self::ChipsAboveMarks);
+        let common = [Self::HitsTurned].into_iter().chain(chips);
+        nodes.chain(gains).chain(turned).chain(of_hits).chain(common)
+    }
+
     /// The standard normal deviate beyond which the data show the fault, where so many faults are tested.
-    pub(super) fn limit(self, tested: usize) -> f64 {
+    pub(crate) fn limit(self, tested: usize) -> f64 {
         let limit = match self {
             Self::ChannelDrifts { .. } => RARE,
             _ => USUAL,
@@ -85,7 +119,7 @@ impl SmallFault {
 
     /// The largest standard deviation of its size with which it is tested, for sensors with this characteristic length,
     /// m, on an object of this mass, kg.
-    pub(super) fn largest(self, length: f64, mass: f64) -> f64 {
+    pub(crate) fn largest(self, length: f64, mass: f64) -> f64 {
         match self.unit() {
             FaultUnit::Meters => 0.5 * length,
             FaultUnit::Kilograms => 0.3 * mass,
@@ -103,6 +137,9 @@ impl SmallFault {
             Self::HitsTurned => FindingCode::HitsTurned,
             Self::ChipsAboveMarks => FindingCode::ChipsAboveMarks,
             Self::MarksLoaded => FindingCode::MarksLoaded,
+            Self::ChannelGainOff { .. } => FindingCode::ChannelGainOff,
+            Self::SensorTurned { .. } => FindingCode::SensorTurned,
+            Self::HitForceOff { .. } => FindingCode::HitForceOff,
         }
     }
 
@@ -110,81 +147,55 @@ impl SmallFault {
     pub fn unit(self) -> FaultUnit {
         match self {
             Self::NodeMisplaced { .. } | Self::ChipsAboveMarks => FaultUnit::Meters,
-            Self::HitLeans { .. } | Self::HitsTurned => FaultUnit::Radians,
-            Self::HammerDrifts | Self::ChannelDrifts { .. } => FaultUnit::Relative,
+            Self::HitLeans { .. } | Self::HitsTurned | Self::SensorTurned { .. } => {
+                FaultUnit::Radians
+            }
+            Self::HammerDrifts
+            | Self::ChannelDrifts { .. }
+            | Self::ChannelGainOff { .. }
+            | Self::HitForceOff { .. } => FaultUnit::Relative,
             Self::MarksLoaded => FaultUnit::Kilograms,
         }
     }
 
-    /// The changes of all readings per unit of its size, one column for each of its directions; `None` where a reading
-    /// cannot be computed.
-    pub(super) fn changes(self, left_over: &LeftOver<'_>) -> Option<DMatrix<f64>> {
-        let layout = &left_over.layout;
-        let slope = |act: &dyn Fn(&mut HostLayout, f64)| {
-            let moved = |size: f64| {
-                let mut moved = layout.clone();
-                act(&mut moved, size);
-                left_over.readings(&moved)
-            };
-            Some((moved(DIFFERENCE)? - moved(-DIFFERENCE)?) / (2.0 * DIFFERENCE))
-        };
-        let units = [Vector3::x(), Vector3::y(), Vector3::z()];
-        let columns: Option<Vec<DVector<f64>>> = match self {
+    /// What it does to a layout, in each of its directions; nothing where no layout describes it.
+    pub(crate) fn changes_of_layout(self, layout: &HostLayout) -> Vec<Change> {
+        let one = |change: Change| vec![change];
+        match self {
             Self::NodeMisplaced { node, axis } => {
-                [slope(&|layout, size| move_node(layout, node, axis.index(), size))]
-                    .into_iter()
-                    .collect()
+                one(Box::new(move |layout, size| move_node(layout, node, axis.index(), size)))
             }
-            Self::HammerDrifts => [drift(left_over, -1.0, None)].into_iter().collect(),
-            Self::ChannelDrifts { sensor, axis } => {
-                let response = 3 * sensor + axis.index();
-                [drift(left_over, 1.0, Some(response))].into_iter().collect()
-            }
-            Self::HitLeans { hit } => {
-                let direction = Vector3::from(layout.hits.get(hit)?.direction);
-                let across = units.map(|unit| unit - direction * direction.dot(&unit));
-                let along = direction.iamax();
-                (0..3)
-                    .filter(|axis| *axis != along)
-                    .map(|axis| {
-                        slope(&|layout, size| {
-                            if let Some(hit) = layout.hits.get_mut(hit) {
-                                turn(&mut hit.direction, &(across[axis].normalize() * size));
-                            }
-                        })
-                    })
-                    .collect()
-            }
-            Self::HitsTurned => units
-                .iter()
-                .map(|about| {
-                    slope(&|layout, size| {
-                        for hit in layout.hits.iter_mut() {
-                            let change = about.cross(&Vector3::from(hit.direction)) * size;
-                            turn(&mut hit.direction, &change);
-                        }
-                    })
-                })
-                .collect(),
-            Self::ChipsAboveMarks => [slope(&|layout, size| {
+            Self::ChipsAboveMarks => one(Box::new(|layout, size| {
                 for sensor in layout.sensors.iter_mut() {
                     let above = sensor.axes[2];
                     sensor.position.iter_mut().zip(above).for_each(|(p, z)| *p += z * size);
                 }
-            })]
-            .into_iter()
-            .collect(),
-            Self::MarksLoaded => {
-                [left_over.column(|_, hit| load(left_over, hit))].into_iter().collect()
+            })),
+            Self::HitLeans { hit } => {
+                let direction = layout.hits.get(hit).map(|hit| Vector3::from(hit.direction));
+                direction.into_iter().flat_map(|direction| leaning(hit, direction)).collect()
             }
-        };
-        Some(DMatrix::from_columns(&columns?))
+            Self::HitsTurned => UNITS.map(all_hits_turned).into(),
+            Self::ChannelGainOff { sensor, axis } => one(Box::new(move |layout, size| {
+                if let Some(sensor) = layout.sensors.get_mut(sensor) {
+                    let row = &mut sensor.axes[axis.index()];
+                    *row = row.map(|part| part * (1.0 + size));
+                }
+            })),
+            Self::SensorTurned { sensor } => {
+                UNITS.map(|about| sensor_turned(sensor, about.into())).into()
+            }
+            Self::HitForceOff { hit } => one(Box::new(move |layout, size| {
+                if let Some(hit) = layout.hits.get_mut(hit) {
+                    hit.direction = hit.direction.map(|part| part * (1.0 + size));
+                }
+            })),
+            Self::HammerDrifts | Self::ChannelDrifts { .. } | Self::MarksLoaded => Vec::new(),
+        }
     }
 }
 
-fn turn(direction: &mut [f64; 3], change: &Vector3<f64>) {
-    direction.iter_mut().zip(change.iter()).for_each(|(d, change)| *d += change);
-}
+const UNITS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 fn move_node(layout: &mut HostLayout, node: u16, axis: usize, size: f64) {
     let sensors = layout.sensors.iter_mut().filter(|sensor| sensor.node == node);
@@ -193,36 +204,41 @@ fn move_node(layout: &mut HostLayout, node: u16, axis: usize, size: f64) {
     hits.for_each(|hit| hit.position[axis] += size);
 }
 
-/// The change of the readings of a DOF with a mass at its mark, per kg.
-fn load(left_over: &LeftOver<'_>, hit: usize) -> Option<Responses<f64, Unbounded>> {
-    let layout = &left_over.layout;
-    let mark = layout.hits.get(hit)?.position;
-    let step = DIFFERENCE * left_over.whole.mass;
-    let with = |mass: f64| {
-        let pad = SVector::from(AttachedBody::point(mass, 0.0, mark).phi);
-        layout.accelerance(&RigidBody::from_phi(&(left_over.whole.phi() + pad))?, hit)
-    };
-    let change = &with(step)? - &with(-step)?;
-    Some(&change / (2.0 * step))
+fn turn(direction: &mut [f64; 3], change: &Vector3<f64>) {
+    direction.iter_mut().zip(change.iter()).for_each(|(d, change)| *d += change);
 }
 
-/// The change of the readings with a gain that changes by one from the first hit of the test to the last, in the order
-/// of the DOFs: of one response, or of all.
-fn drift(left_over: &LeftOver<'_>, sign: f64, response: Option<usize>) -> Option<DVector<f64>> {
-    let hits: f64 = left_over.lines.iter().map(|(_, lines)| f64::from(lines.hits.max(1))).sum();
-    let before = |place: usize| {
-        let earlier = left_over.lines.iter().take(place);
-        earlier.map(|(_, lines)| f64::from(lines.hits.max(1))).sum::<f64>()
-    };
-    left_over.column(|place, hit| {
-        let own = f64::from(left_over.lines.get(place)?.1.hits.max(1));
-        // From −1/2 to 1/2.
-        let time = (before(place) + 0.5 * own) / hits - 0.5;
-        let mut readings = left_over.layout.accelerance(&left_over.whole, hit)?;
-        for (k, reading) in readings.iter_mut().enumerate() {
-            *reading *=
-                if response.is_none_or(|response| response == k) { sign * time } else { 0.0 };
+/// A hit that leans towards the two axes that it does not lie along most.
+fn leaning(hit: usize, direction: Vector3<f64>) -> impl Iterator<Item = Change> {
+    let along = direction.iamax();
+    (0..3).filter(move |axis| *axis != along).map(move |axis| -> Change {
+        let unit = Vector3::from(UNITS[axis]);
+        let across = (unit - direction * direction.dot(&unit)).normalize();
+        Box::new(move |layout, size| {
+            if let Some(hit) = layout.hits.get_mut(hit) {
+                turn(&mut hit.direction, &(across * size));
+            }
+        })
+    })
+}
+
+fn all_hits_turned(about: [f64; 3]) -> Change {
+    let about = Vector3::from(about);
+    Box::new(move |layout, size| {
+        for hit in layout.hits.iter_mut() {
+            let change = about.cross(&Vector3::from(hit.direction)) * size;
+            turn(&mut hit.direction, &change);
         }
-        Some(readings)
+    })
+}
+
+/// A sensor whose axes are turned about one of themselves.
+fn sensor_turned(sensor: usize, about: Vector3<f64>) -> Change {
+    Box::new(move |layout, size| {
+        if let Some(sensor) = layout.sensors.get_mut(sensor) {
+            let turned =
+                (Matrix3::identity() - (about * size).cross_matrix()) * sensor.axes_matrix();
+            sensor.axes = std::array::from_fn(|row| turned.row(row).transpose().into());
+        }
     })
 }

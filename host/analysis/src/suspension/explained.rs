@@ -28,12 +28,16 @@ impl GlobalAnswer {
         noise_over_modes(noise, fit)
     }
 
-    /// True for a fit that leaves hardly more than noise, with small gains of single modes and without errors far beyond
-    /// those stated.
+    /// True for a fit that leaves little, without errors far beyond those stated.
     pub(super) fn explains(&self, fit: &HostFit<'_>) -> bool {
+        self.leaves_little(fit) && !self.is_pulled()
+    }
+
+    /// True for a fit that leaves hardly more than noise and small gains of single modes.
+    pub(super) fn leaves_little(&self, fit: &HostFit<'_>) -> bool {
         let limit = if self.gains.is_some() { MISFIT_BESIDE_GAINS } else { MISFIT };
         let has_small_gains = self.gains.as_ref().is_none_or(|gains| gains.share < SMALL);
-        self.left_over(fit) <= limit && has_small_gains && !self.is_pulled()
+        self.left_over(fit) <= limit && has_small_gains
     }
 
     /// True for a fit with an error far beyond those stated.

@@ -40,10 +40,11 @@ pub struct GlobalAnswer {
     /// What is left of every reading of these lines.
     left: Vec<Complex<f64>>,
     gain: Vec<SVector<Complex<f64>, 10>>,
-    nuisances: Vec<SVector<f64, 10>>,
+    /// Covariance of theta with every nuisance parameter.
+    pub(super) nuisances: Vec<SVector<f64, 10>>,
     /// The nuisance parameters at the answer, and their covariance row by row.
-    pulls: Vec<f64>,
-    posterior: Vec<f64>,
+    pub(super) pulls: Vec<f64>,
+    pub(super) posterior: Vec<f64>,
 }
 
 impl GlobalAnswer {

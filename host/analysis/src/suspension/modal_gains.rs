@@ -275,14 +275,12 @@ fn modes(
 
 #[cfg(test)]
 mod tests {
-    use massline_files::layout_file::LayoutFile;
     use massline_physics::Bench;
-    use massline_physics::suspension::rigid_modes;
     use massline_shared::identify::global_fit::GlobalFitSettings;
-    use std::f64::consts::TAU;
 
     use super::*;
     use crate::suspension::GlobalAnswer;
+    use crate::suspension::test_wheel::{wheel, wheel_responses};
 
     const LINES: usize = 240;
     const WHITE: f64 = 1e-3;
@@ -303,8 +301,7 @@ mod tests {
     }
 
     fn layout() -> HostLayout {
-        let text = include_str!("../../../examples/wheel.toml");
-        let mut layout = LayoutFile::parse(text, "wheel.toml").unwrap().layout;
+        let mut layout = wheel();
         layout.set_exact();
         layout.learn_budget = false;
         layout
@@ -316,32 +313,8 @@ mod tests {
 
     /// Responses of the wheel whose gains of single modes have this κ, with white noise.
     fn measured(kappa: f64, white: f64, random: &mut Random) -> Vec<Complex<f64>> {
-        let bench = Bench::named("wheel").unwrap();
-        let modes = rigid_modes(&bench.body, &bench.suspension, &bench.gravity).unwrap();
-        let (layout, frequencies) = (layout(), frequencies());
-        let hits = layout.hits.len();
-        let mut responses = vec![Complex::ZERO; LINES * 9 * hits];
-        for place in 0..9 * hits {
-            let (channel, hit) = (place / hits, place % hits);
-            let force = layout.hits[hit].unit_force(&Vector3::zeros());
-            let product = |shape: &Vector6<f64>, s: Complex<f64>| {
-                let row = layout.response_row_at(channel, s).transpose();
-                (row * shape.map(Complex::from))[0] * shape.dot(&force)
-            };
-            let at_resonance = modes.iter().map(|mode| {
-                product(&mode.shape, Complex::new(0.0, mode.omega)).norm() * mode.omega
-            });
-            let amplitude = at_resonance.fold(0.0, f64::hypot);
-            for mode in modes {
-                let gain = 1.0 + kappa / amplitude * random.normal();
-                for (line, frequency) in frequencies.iter().enumerate() {
-                    let s = Complex::new(0.0, TAU * frequency);
-                    let (omega, zeta) = (mode.omega, mode.damping_ratio);
-                    let ratio = s * s / (s * s + s * (2.0 * zeta * omega) + omega * omega);
-                    responses[line * 9 * hits + place] += product(&mode.shape, s) * ratio * gain;
-                }
-            }
-        }
+        let gain = |amplitude: f64| 1.0 + kappa / amplitude * random.normal();
+        let mut responses = wheel_responses(&layout(), &frequencies(), gain);
         for response in &mut responses {
             *response += Complex::new(random.normal(), random.normal()) * white;
         }

@@ -40,10 +40,14 @@ fn fault_of(fault: SmallFault) -> Fault {
         SmallFault::NodeMisplaced { node, axis } => {
             Fault { node: Some(node), axis: Some(letter(axis)), ..plain }
         }
-        SmallFault::ChannelDrifts { sensor, axis } => {
+        SmallFault::ChannelDrifts { sensor, axis }
+        | SmallFault::ChannelGainOff { sensor, axis } => {
             Fault { sensor: Some(sensor + 1), axis: Some(letter(axis)), ..plain }
         }
-        SmallFault::HitLeans { hit } => Fault { hit: Some(hit + 1), ..plain },
+        SmallFault::SensorTurned { sensor } => Fault { sensor: Some(sensor + 1), ..plain },
+        SmallFault::HitLeans { hit } | SmallFault::HitForceOff { hit } => {
+            Fault { hit: Some(hit + 1), ..plain }
+        }
         SmallFault::HammerDrifts
         | SmallFault::HitsTurned
         | SmallFault::ChipsAboveMarks
@@ -71,6 +75,20 @@ pub(super) fn clause(test: &ScoreTest, layout: &HostLayout) -> String {
             sensor + 1,
             AXIS_LETTERS[axis.index()],
         ),
+        SmallFault::ChannelGainOff { sensor, axis } => format!(
+            "the gain of sensor {} {} is {value} % {} than the layout says",
+            sensor + 1,
+            AXIS_LETTERS[axis.index()],
+            if size.value < 0.0 { "smaller" } else { "larger" },
+        ),
+        SmallFault::SensorTurned { sensor } => {
+            format!("sensor {} is turned by {value} mrad", sensor + 1)
+        }
+        SmallFault::HitForceOff { hit } => format!(
+            "the force at {} is {value} % {} than the hammer says",
+            hit_name(hit, layout),
+            if size.value < 0.0 { "smaller" } else { "larger" },
+        ),
         SmallFault::HitLeans { hit } => {
             format!("{} leans by {value} mrad in all its hits", hit_name(hit, layout))
         }
@@ -96,6 +114,11 @@ pub(super) fn advice_on(tests: &[ScoreTest]) -> &'static str {
         }
         SmallFault::HammerDrifts | SmallFault::ChannelDrifts { .. } => {
             "; let the electronics warm up and measure again"
+        }
+        SmallFault::ChannelGainOff { .. } => "; calibrate the sensors and measure again",
+        SmallFault::SensorTurned { .. } => "; correct its axes in the layout, or mount it straight",
+        SmallFault::HitForceOff { .. } => {
+            "; see that no hit there is clipped or slides off, and measure it again"
         }
         SmallFault::HitLeans { .. } | SmallFault::HitsTurned => {
             "; hit along the directions of the layout, or state in it how you hit"
@@ -130,8 +153,15 @@ pub fn fault_name(fault: &Fault) -> String {
     let axis = fault.axis.map(String::from).unwrap_or_default();
     match (fault.node, fault.sensor, fault.hit) {
         (Some(node), ..) => format!("node {node} misplaced along {axis}"),
-        (_, Some(sensor), _) => format!("drift of sensor {sensor} {axis} over the test"),
-        (.., Some(hit)) => format!("hit {hit} leans"),
+        (_, Some(sensor), _) => match fault.code {
+            FindingCode::ChannelGainOff => format!("another gain of sensor {sensor} {axis}"),
+            FindingCode::SensorTurned => format!("sensor {sensor} turned"),
+            _ => format!("drift of sensor {sensor} {axis} over the test"),
+        },
+        (.., Some(hit)) => match fault.code {
+            FindingCode::HitForceOff => format!("another force of hit {hit}"),
+            _ => format!("hit {hit} leans"),
+        },
         _ => match fault.code {
             FindingCode::HammerDrifts => "drift of the hammer over the test".into(),
             FindingCode::HitsTurned => "all hits turned alike".into(),
@@ -184,6 +214,9 @@ fn kind_name(test: &massline_result::ScoreTest) -> &'static str {
         FindingCode::HitLeans => "a leaning hit of",
         FindingCode::HitsTurned => "a turn of all hits of",
         FindingCode::MarksLoaded => "a mass on the mark that is hit of",
+        FindingCode::ChannelGainOff => "a gain of a channel off by",
+        FindingCode::SensorTurned => "a turn of a sensor of",
+        FindingCode::HitForceOff => "a force of a hit off by",
         _ => "chips above their marks by",
     }
 }
