@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | [`Verdict::Good`] | there is no concern |
 //! | [`Verdict::UseWithCare`] | warnings, methods that differ, or data that contradict the error budget within the limits below |
-//! | [`Verdict::DoNotUse`] | no body has these properties; the preferred method has no answer from the same data; the data contradict the layout beyond [`Consistency::contradicts_layout`], or a single mistake explains that they do; no body on its suspension fits the responses |
+//! | [`Verdict::DoNotUse`] | no body has these properties; the preferred method has no answer from the same data; the data contradict the layout beyond [`Consistency::contradicts_layout`], or a single mistake explains that they do; no body on its suspension fits the responses, or none without a small fault that shows |
 //!
 //! The verdict is computed here and nowhere else; sentences about it decide nothing.
 
@@ -43,8 +43,13 @@ pub enum Concern {
     /// The data contradict the stated budget, and neither a single mistake nor larger errors explain that; `None` where
     /// the layout has no fit at all.
     Unexplained(Option<Consistency<f64>>),
-    /// A small fault, or one of several that the data cannot tell apart, shows in them; the most significant first.
-    SmallFault(Vec<ScoreTest>),
+    /// A small fault, or one of several that the data cannot tell apart, shows in them.
+    SmallFault {
+        /// The faults, the most significant first.
+        tests: Vec<ScoreTest>,
+        /// Whether no body on its suspension fits the responses without it.
+        is_decisive: bool,
+    },
     /// No body on its suspension fits the responses.
     ModelMisfit,
     /// A flexible mode above the band puts every method off but the global fit, and this answer is not by the global
@@ -70,6 +75,7 @@ impl Concern {
             | Self::PreferredMethodFailed(..)
             | Self::Contradicted(_)
             | Self::SingleMistake { is_decisive: true, .. }
+            | Self::SmallFault { is_decisive: true, .. }
             | Self::Unexplained(None)
             | Self::ModelMisfit => Verdict::DoNotUse,
             _ => Verdict::UseWithCare,
@@ -85,7 +91,7 @@ impl Concern {
             Self::SingleMistake { .. } => FindingCode::SingleMistake,
             Self::LargerErrors(_) => Code::ErrorsLargerThanStated.into(),
             Self::Unexplained(_) => Code::NoSingleFaultExplains.into(),
-            Self::SmallFault(tests) => {
+            Self::SmallFault { tests, .. } => {
                 tests.first().map_or(FindingCode::SingleMistake, |test| test.fault.code())
             }
             Self::ModelMisfit => Code::ModelDoesNotFit.into(),
@@ -179,7 +185,14 @@ impl<'a> Evidence<'a> {
             matches!(examination.outcome, Outcome::Suspected(_) | Outcome::Unexplained)
         });
         let shown = self.score_tests.filter(|_| !is_apart)?.shown();
-        (!shown.is_empty()).then(|| Concern::SmallFault(shown.into_iter().cloned().collect()))
+        let is_decisive = self.doubt() == Some(Doubt::Misfit);
+        let tests: Vec<ScoreTest> = shown.into_iter().cloned().collect();
+        (!tests.is_empty()).then_some(Concern::SmallFault { tests, is_decisive })
+    }
+
+    /// What puts the methods off.
+    fn doubt(&self) -> Option<Doubt> {
+        self.comparison.and_then(|comparison| comparison.doubt)
     }
 
     /// The method that would have been preferred to the answer's, where the data themselves are why it has none.
@@ -197,6 +210,8 @@ impl<'a> Evidence<'a> {
     /// How the answer stands among those of the other methods.
     fn disagreement(&self, comparison: &Comparison) -> Option<Concern> {
         match comparison.doubt {
+            // A body fits but for a small fault that shows.
+            Some(Doubt::Misfit) if self.small_fault().is_some() => return None,
             Some(Doubt::Misfit) => return Some(Concern::ModelMisfit),
             Some(Doubt::FlexibleMode) if self.answer.method != Method::GlobalFit => {
                 return Some(Concern::FlexibleMode);
@@ -228,6 +243,7 @@ impl<'a> Evidence<'a> {
                     && !self.is_said_of_the_body(diagnostic.code)
                     && !self.is_relied_on(diagnostic.code)
                     && !self.is_said_of_the_layout(diagnostic.code)
+                    && !self.is_said_of_the_fault(diagnostic.code)
                     && !is_reason(diagnostic)
             })
             .copied()
@@ -243,6 +259,13 @@ impl<'a> Evidence<'a> {
         code == Code::DataInconsistentWithBudget && self.contradiction().is_some()
     }
 
+    /// True for a warning that says of the fit what a decisive [`Concern::SmallFault`] says.
+    fn is_said_of_the_fault(&self, code: Code) -> bool {
+        code == Code::ModelDoesNotFit
+            && self.doubt() == Some(Doubt::Misfit)
+            && self.small_fault().is_some()
+    }
+
     /// True for what the fit takes for a part of the hammer's signal where a mistake explains the data.
     fn is_explained(&self, code: Code) -> bool {
         let suspected = self
@@ -253,9 +276,8 @@ impl<'a> Evidence<'a> {
 
     /// True for a warning about a flexible mode beside an answer by the one method that takes it into account.
     fn is_relied_on(&self, code: Code) -> bool {
-        let doubt = self.comparison.and_then(|comparison| comparison.doubt);
         code == Code::FlexibleModeShows
-            && doubt == Some(Doubt::FlexibleMode)
+            && self.doubt() == Some(Doubt::FlexibleMode)
             && self.answer.method == Method::GlobalFit
     }
 }
@@ -301,6 +323,7 @@ mod tests {
     use nalgebra::{SMatrix, SVector};
 
     use super::*;
+    use crate::score_tests::SmallFault;
     use crate::single_fault::Mistake;
 
     /// A sound answer.
@@ -410,6 +433,43 @@ mod tests {
         assert_eq!(refused(Code::NotConverged), Verdict::DoNotUse);
         // What a method needs and the layout does not have says nothing about the data.
         assert_eq!(refused(Code::FewerThanThreeSensors), Verdict::Good);
+    }
+
+    #[test]
+    fn a_small_fault_says_why_no_body_fits() {
+        let fault = SmallFault::HitLeans { hit: 1 };
+        let consistency = Consistency { chi_squared: 40.0, degrees_of_freedom: 2 };
+        let test = ScoreTest {
+            fault,
+            sizes: Vec::new(),
+            consistency,
+            sigma: 0.03,
+            shift: 1.0,
+            found_shift: 5.0,
+            limit: 3.5,
+        };
+        let tests = ScoreTests { tests: vec![test], band_shift: None };
+        let comparison = Comparison { doubt: Some(Doubt::Misfit), ..Comparison::default() };
+        let mut estimate = estimate();
+        estimate.diagnostics.extend([warning(Code::ModelDoesNotFit)]);
+        let codes = |tests, comparison| {
+            let evidence = Evidence { score_tests: tests, comparison, ..Evidence::of(&estimate) };
+            let judgement = evidence.judge();
+            (judgement.verdict(), judgement.concerns.iter().map(Concern::code).collect::<Vec<_>>())
+        };
+        let (leans, misfit) = (FindingCode::HitLeans, Code::ModelDoesNotFit.into());
+        assert_eq!(
+            codes(Some(&tests), Some(&comparison)),
+            (Verdict::DoNotUse, vec![leans]),
+            "instead of the misfit"
+        );
+        assert_eq!(
+            codes(None, Some(&comparison)),
+            (Verdict::DoNotUse, vec![misfit, misfit]),
+            "the misfit, and the warning of it"
+        );
+        let (verdict, _) = codes(Some(&tests), None);
+        assert_eq!(verdict, Verdict::UseWithCare);
     }
 
     #[test]

@@ -88,7 +88,7 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
                 }
             }
         }
-        Concern::SmallFault(tests) => {
+        Concern::SmallFault { tests, .. } => {
             let clauses: Vec<_> =
                 tests.iter().map(|test| score_tests::clause(test, layout)).collect();
             let shift = tests.iter().map(|test| test.found_shift).fold(0.0, f64::max);
@@ -124,7 +124,7 @@ fn clause(concern: &Concern, layout: &HostLayout, say: impl Fn(&Diagnostic) -> S
 fn remedy(concern: &Concern) -> &'static str {
     match concern {
         Concern::SingleMistake { suspects, .. } => advice_on(suspects),
-        Concern::SmallFault(tests) => score_tests::advice_on(tests),
+        Concern::SmallFault { tests, .. } => score_tests::advice_on(tests),
         Concern::LargerErrors(_) => {
             "; hit more carefully, check how the sensors are mounted, or state the larger errors in [uncertainty]"
         }
