@@ -118,9 +118,8 @@ pub fn suspicions(test: &NominalTest, estimates: &[Estimate<f64>]) -> Vec<Suspic
     let body = &answer.body;
     let [cx, cy, cz] = body.center_of_mass.into();
     let [jxx, jyy, jzz] = [0, 1, 2].map(|k| body.inertia[(k, k)]);
-    let known = [body.mass, cx, cy, cz, jxx, jyy, jzz].map(Some);
-    let mut properties = [None; 10];
-    properties.iter_mut().zip(known).for_each(|(to, from)| *to = from);
+    let [jxy, jxz, jyz] = [(0, 1), (0, 2), (1, 2)].map(|place| body.inertia[place]);
+    let properties = [body.mass, cx, cy, cz, jxx, jyy, jzz, jxy, jxz, jyz].map(Some);
     let is_physical = jxx > 0.0 && jyy > 0.0 && jzz > 0.0;
     let positions: Vec<_> = test.nodes.iter().map(|(_, position)| *position).collect();
     let sizes = match is_physical {

@@ -39,6 +39,7 @@ use massline_shared::modes::{LinesPerSide, Reduction};
 use crate::score_tests::ScoreTests;
 use adequacy::{Adequacy, GlobalFitJudgement, judge, refuse_misfit, warn_of_misfit};
 pub use comparison::{Comparison, compare};
+use first_look::modal_fit;
 pub use first_look::{FirstLook, find_modes};
 pub use global::GlobalAnswer;
 pub use mass_lines::MassLineAnswers;
@@ -131,7 +132,7 @@ impl<'a> FirstAnswers<'a> {
         of_global: &GlobalFitSettings,
         memory: &mut Reduction<f64>,
     ) -> Result<Self, Diagnostics> {
-        let fit = HostFit::new(layout, readings, memory)?.with_lines(settings.lines);
+        let fit = modal_fit(layout, readings, memory)?.with_lines(settings.lines);
         let findings = findings(&fit, readings, memory)?;
         match fit.one_more() {
             Some(error) if error.is_error() => Err(Diagnostics::from_array([error])),
@@ -236,7 +237,7 @@ pub fn modes(
     progress: impl FnMut(u32, u32) + Send,
 ) -> Result<SuspensionModes, Diagnostics> {
     let mut memory = Box::new(Reduction::new());
-    let fit = HostFit::new(layout, readings, &mut memory)?;
+    let fit = modal_fit(layout, readings, &mut memory)?;
     let findings = findings(&fit, readings, &memory)?;
     let ruled_out = fit.one_more().is_some_and(|one_more| one_more.is_error());
     let (settings, of_global) = (ModalSettings::default(), GlobalFitSettings::default());

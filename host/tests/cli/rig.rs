@@ -88,12 +88,18 @@ fn a_measured_result_can_be_listed_fetched_and_deleted() {
     assert_eq!(list["results"][0]["layout_hash"], measured["layout_hash"]);
     let (exit, fetched) = rig.run(&["results", "get", "1"]);
     assert_eq!(exit, 0, "{fetched}");
-    // Hammer and sensors have their terms; four lines are left.
+    // Hammer and sensors have their terms; five lines are left.
     let unseen = measured["cannot_see"].as_array().unwrap();
     let sources: Vec<_> = unseen.iter().map(|source| source["source"].as_str().unwrap()).collect();
     assert_eq!(
         sources,
-        ["same_side_miss", "lateral_force_or_free_moment", "sensor_mass", "nonlinearity"]
+        [
+            "same_side_miss",
+            "lateral_force_or_free_moment",
+            "sensor_mass",
+            "loose_parts",
+            "nonlinearity"
+        ]
     );
     assert!(unseen.iter().all(|source| !source["message"].as_str().unwrap().is_empty()));
     for key in ["number", "layout_hash", "calibration", "firmware", "mass_lines"] {

@@ -7,14 +7,17 @@
 use massline::support::bench_test::nominal_calibration;
 use massline_analysis::monte_carlo::measurement::{SimulatedTest, TestLayout, measure};
 use massline_analysis::parallel::each;
+use massline_analysis::score_tests::SmallFault;
 use massline_physics::{Bench, BenchSource, Fault};
 use massline_shared::diagnosis::{Code, Subject};
 use massline_shared::identify::{Estimate, Method};
-use massline_shared::layout::CALIBRATED_HAMMER_GAIN;
+use massline_shared::layout::{Axis, CALIBRATED_HAMMER_GAIN};
 use massline_shared::nalgebra::SVector;
 use massline_tests::campaign::layout_file;
 use massline_tests::drawn_wheels::{DrawnWheel, drawn_wheels};
 use massline_tests::long;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 /// Chosen before the first run.
 const SEED: u64 = 20_261_201;
@@ -58,6 +61,11 @@ fn coverage(deviates: &[SVector<f64, 10>]) -> f64 {
     holding as f64 / (10 * deviates.len()) as f64
 }
 
+/// The small fault that shows most, with its significance.
+fn first_shown(test: &SimulatedTest) -> Option<(SmallFault, f64)> {
+    test.score_tests.shown().first().map(|test| (test.fault, test.significance()))
+}
+
 fn bench(name: &str) -> Bench {
     Bench::named(name).expect("bundled")
 }
@@ -81,6 +89,8 @@ fn intervals_hold_whatever_the_wheel_and_its_converter() {
         test.combined.as_ref().is_some_and(|agreement| !agreement.outliers.is_empty())
     };
     let differ = tests.iter().filter(differ).count();
+    let shown: Vec<_> = tests.iter().filter_map(first_shown).collect();
+    println!("small faults of sound wheels that show: {shown:?}");
     println!(
         "{} of {} wheels answered: coverage {:.3}, by thirds of the highest mode {thirds:.3?}, errors of {rms:.2} sd; \
          {rough} fit roughly, methods differ in {differ}",
@@ -93,10 +103,12 @@ fn intervals_hold_whatever_the_wheel_and_its_converter() {
         assert!((0.93..=0.97).contains(&coverage(&deviates)), "{}", coverage(&deviates));
         assert!(thirds.iter().all(|third| *third >= 0.91), "{thirds:?}");
         assert!(rough * 100 <= wheels.len(), "{rough} fit roughly");
+        assert!(shown.len() * 50 <= wheels.len(), "{shown:?}");
     } else {
         // Thirty numbers; a run whose ten errors are one is 1.7 with a probability of a tenth.
         assert_eq!(deviates.len(), wheels.len());
         assert!(rms < 1.7, "{rms}");
+        assert!(shown.is_empty(), "{shown:?}");
     }
 }
 
@@ -130,21 +142,72 @@ fn said(test: &SimulatedTest) -> Vec<(Code, Subject)> {
 }
 
 #[test]
-fn gravity_the_wrong_way_round_and_a_turned_sensor_are_named() {
+fn gravity_the_wrong_way_round_and_turned_or_swapped_sensors_are_named() {
     let count = if long() { 40 } else { 1 };
     let mut reversed = layout();
     reversed.gravity = reversed.gravity.map(|gravity| gravity.map(|component| -component));
-    let turned: Fault = "rotate:3:z90".parse().expect("a fault");
-    let turned = Bench { faults: vec![turned], ..bench("wheel") };
+    let with = |fault: &str| {
+        let fault: Fault = fault.parse().expect("a fault");
+        Bench { faults: vec![fault], ..bench("wheel") }
+    };
     let cases = [
         ("reversed gravity", bench("wheel"), reversed, Code::GravityReversed),
-        ("turned sensor", turned, layout(), Code::SensorAxesSuspect),
+        ("turned sensor", with("rotate:3:z90"), layout(), Code::SensorAxesSuspect),
+        ("swapped sensors", with("swap:1,2"), layout(), Code::CablesSwapped),
     ];
     for (name, bench, layout, code) in cases {
         let wheels = drawn_wheels(&bench, SEED, count);
         let tests = measured(&wheels, &layout);
         let named = |test: &&SimulatedTest| said(test).iter().any(|(found, _)| *found == code);
         let named = tests.iter().filter(named).count();
+        println!("{name}: named in {named} of {count}");
+        assert!(named * 10 >= count * 9, "{name}: {named} of {count}");
+    }
+}
+
+/// Makes a small fault of a wheel; returns what names it.
+type Make = fn(&mut Bench, &TestLayout, &mut ChaCha8Rng) -> SmallFault;
+
+#[test]
+fn small_faults_are_named() {
+    let count = if long() { 30 } else { 1 };
+    let kinds: [(&str, Make); 3] = [
+        ("a node 15 mm off", |bench, layout, random| {
+            let (sensors, hits) = (&layout.sensors, &layout.hits);
+            let place = random.random_range(0..sensors.len() + hits.len());
+            // A force that is displaced along its direction is the same force.
+            let (node, along) = match place.checked_sub(sensors.len()) {
+                None => (sensors[place].node, [0.0; 3]),
+                Some(hit) => (hits[hit].dof.node, hits[hit].direction),
+            };
+            let axes = Axis::ALL.into_iter().filter(|axis| along[axis.index()] == 0.0);
+            let axes: Vec<Axis> = axes.collect();
+            let axis = axes[random.random_range(0..axes.len())];
+            let distance_m = if random.random_bool(0.5) { 0.015 } else { -0.015 };
+            bench.faults.push(Fault::NodeMisplaced { node, axis, distance_m });
+            SmallFault::NodeMisplaced { node, axis }
+        }),
+        ("hits that lean by 150 mrad", |bench, layout, random| {
+            let hit = random.random_range(0..layout.hits.len());
+            bench.faults.push(Fault::HitLeans { hit, angle_rad: 0.15 });
+            SmallFault::HitLeans { hit }
+        }),
+        ("chips 15 mm above their marks", |bench, _, _| {
+            bench.faults.push(Fault::ChipsAboveMarks { height_m: 0.015 });
+            SmallFault::ChipsAboveMarks
+        }),
+    ];
+    let layout = layout();
+    for (kind, (name, make)) in (SEED..).zip(kinds) {
+        let mut random = ChaCha8Rng::seed_from_u64(kind);
+        let mut wheels = drawn_wheels(&bench("wheel"), SEED, count);
+        let faults: Vec<SmallFault> =
+            wheels.iter_mut().map(|wheel| make(&mut wheel.bench, &layout, &mut random)).collect();
+        let tests = measured(&wheels, &layout);
+        let is_named = |(test, fault): (&SimulatedTest, SmallFault)| {
+            test.score_tests.shown().iter().any(|shown| shown.fault == fault)
+        };
+        let named = tests.iter().zip(faults).filter(|pair| is_named(*pair)).count();
         println!("{name}: named in {named} of {count}");
         assert!(named * 10 >= count * 9, "{name}: {named} of {count}");
     }

@@ -8,6 +8,7 @@ use massline_shared::layout::HostLayout;
 use massline_shared::modes::Reduction;
 
 use super::HostFit;
+use super::rigidity::swapped_cables;
 
 /// What a first look at the readings shows.
 #[derive(Clone, Debug)]
@@ -31,7 +32,7 @@ pub fn find_modes(
     record_s: f64,
 ) -> Result<FirstLook, Diagnostics> {
     let mut memory = Box::new(Reduction::new());
-    let fit = HostFit::new(layout, readings, &mut memory)?;
+    let fit = modal_fit(layout, readings, &mut memory)?;
     let truncated = truncated_mode(fit.modes(), record_s, readings.decay);
     if let Some(error) = truncated.filter(Diagnostic::is_error) {
         return Err(Diagnostics::from_array([error]));
@@ -51,4 +52,25 @@ pub fn find_modes(
         .collect();
     let highest_hz = excited.last().copied().filter(|_| excited.len() >= FEWEST_MODES);
     Ok(FirstLook { modes, highest_hz, diagnostics: truncated.into_iter().collect() })
+}
+
+/// The modes of the readings.
+///
+/// # Errors
+/// Those of [`SuspensionFit::new`](massline_shared::identify::suspension::SuspensionFit::new); where the cables of two
+/// sensors are swapped, that.
+pub(super) fn modal_fit<'a>(
+    layout: &'a HostLayout,
+    readings: &'a FrequencyResponses<'a, f64>,
+    memory: &mut Reduction<f64>,
+) -> Result<HostFit<'a>, Diagnostics> {
+    let is_of_sensors =
+        |code: Code| matches!(code, Code::DrivingPointReversed | Code::SuspensionModesMissing);
+    HostFit::new(layout, readings, memory).map_err(|reasons| {
+        let swapped = reasons
+            .iter()
+            .any(|reason| is_of_sensors(reason.code))
+            .then(|| swapped_cables(layout, readings, memory));
+        swapped.flatten().map_or(reasons, |swapped| Diagnostics::from_array([swapped]))
+    })
 }

@@ -1,8 +1,11 @@
-//! Whether the sensors agree on the motion of a rigid body, and which sensor's axes would explain it if they do not.
+//! Whether the sensors agree on the motion of a rigid body, and which sensor's axes or which swapped cables would explain
+//! it if they do not.
 
 use massline_shared::FrequencyResponses;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
+use massline_shared::identify::suspension::FEWEST_MODES;
 use massline_shared::layout::{HostLayout, Sensor};
+use massline_shared::modes::Reduction;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::HostFit;
@@ -11,9 +14,11 @@ use super::HostFit;
 const NOTICEABLE: f64 = 0.1;
 /// Part from which there is no answer.
 const TOO_MUCH: f64 = 0.3;
+/// Part below which a change of the layout explains the readings.
+const EXPLAINED: f64 = 0.05;
 
 /// A finding about readings that fit no motion of a rigid body at the lines about the modes; an error when one sensor
-/// with turned, swapped or reversed axes explains it, or when too much does not fit.
+/// with turned, swapped or reversed axes or the swapped cables of two explain it, or when too much does not fit.
 pub(super) fn not_rigid(
     fit: &HostFit<'_>,
     readings: &FrequencyResponses<'_, f64>,
@@ -24,27 +29,58 @@ pub(super) fn not_rigid(
     if share < NOTICEABLE {
         return None;
     }
-    let turned = layout.sensors.iter().enumerate().flat_map(|(place, sensor)| {
-        signed_permutations().map(move |axes| (place, with_axes(sensor, axes)))
-    });
-    let explained = turned.filter_map(|(place, sensor)| {
+    let with = |change: &dyn Fn(&mut HostLayout)| {
         let mut layout = layout.clone();
-        layout.sensors[place] = sensor;
-        let left = test.share_left(&layout);
-        (left < 0.5 * NOTICEABLE && left < 0.3 * share).then_some((left, place))
+        change(&mut layout);
+        test.share_left(&layout)
+    };
+    let turned = layout.sensors.iter().enumerate().flat_map(|(place, sensor)| {
+        let finding = (Code::SensorAxesSuspect, Subject::sensor(place));
+        signed_permutations().map(move |axes| (place, with_axes(sensor, axes), finding))
     });
+    let turned = turned
+        .map(|(place, sensor, finding)| (with(&|layout| layout.sensors[place] = sensor), finding));
+    let swapped = pairs(layout.sensors.len()).map(|(first, second)| {
+        let finding = (Code::CablesSwapped, Subject::Whole);
+        (with(&|layout| layout.sensors.swap(first, second)), finding)
+    });
+    let explained =
+        turned.chain(swapped).filter(|(left, _)| *left < EXPLAINED && *left < 0.3 * share);
     let best = explained.min_by(|a, b| a.0.total_cmp(&b.0));
     Some(match best {
-        Some((left, place)) => {
-            let (code, subject) = (Code::SensorAxesSuspect, Subject::sensor(place));
-            let chi_squared = test.squares * left * left / fit.noise().powi(2);
-            Diagnostic::about(code, Severity::Error, subject, chi_squared as f32)
+        Some((left, (code, subject))) => {
+            Diagnostic::about(code, Severity::Error, subject, test.chi_squared(left))
         }
         None => {
             let severity = if share > TOO_MUCH { Severity::Error } else { Severity::Warning };
             Diagnostic::whole(Code::ReadingsNotRigid, severity, share as f32)
         }
     })
+}
+
+/// The finding about readings in which no modes were found, where there are modes of a rigid body when the cables of two
+/// sensors are swapped back.
+pub(super) fn swapped_cables(
+    layout: &HostLayout,
+    readings: &FrequencyResponses<'_, f64>,
+    memory: &mut Reduction<f64>,
+) -> Option<Diagnostic> {
+    let left = pairs(layout.sensors.len()).filter_map(|(first, second)| {
+        let mut layout = layout.clone();
+        layout.sensors.swap(first, second);
+        let fit = HostFit::new(&layout, readings, memory).ok()?;
+        let test = Readings::of(&fit, readings);
+        let left = test.share_left(&layout);
+        (left < EXPLAINED && fit.modes().modes.len() >= FEWEST_MODES)
+            .then(|| (left, test.chi_squared(left)))
+    });
+    let (_, chi_squared) = left.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(Diagnostic::whole(Code::CablesSwapped, Severity::Error, chi_squared))
+}
+
+/// Every two of so many sensors.
+fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..count).flat_map(move |first| (first + 1..count).map(move |second| (first, second)))
 }
 
 /// The readings of all channels at the lines about the modes, under every hit.
@@ -67,6 +103,11 @@ impl Readings {
         let lines: Vec<_> = places.map(of_line).collect();
         let squares = lines.iter().map(|(_, readings)| readings.norm_squared()).sum();
         Self { lines, squares, noise: fit.noise().powi(2) }
+    }
+
+    /// χ² of this part of the readings against their noise.
+    fn chi_squared(&self, left: f64) -> f32 {
+        (self.squares * left * left / self.noise) as f32
     }
 
     /// The part of the readings that no motion explains, beyond what the noise leaves.

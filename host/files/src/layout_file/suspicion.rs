@@ -15,6 +15,9 @@ const MILLIMETRES: f64 = 80.0;
 const LIGHTEST: f64 = 0.01;
 /// A mass of more there, kg/m³: osmium has 2.3e4, and nodes may lie on a tenth of the object.
 const HEAVIEST: f64 = 2.3e7;
+/// Density of air, kg/m³. An object that would be lighter in the space that it fills is none: one of 8000 kg/m³ has 0.1
+/// when inches are taken for metres, and a sparse frame of tubes has 10.
+const AIR: f64 = 1.2;
 /// Factor by which the size of an object and that of its inertia do not differ.
 const APART: f64 = 10.0;
 /// The centre of mass is not farther from the mean of the nodes, in extents of the nodes.
@@ -128,6 +131,18 @@ pub fn size_suspicions(
              that positions are in m, masses in kg and inertias in kg m² (1 kg mm² is 1e-6 kg m², 1 g mm² is 1e-9)"
         ));
     }
+    // An inertia in another unit has been named.
+    let inertia = known_inertia(properties);
+    if suspicions.is_empty()
+        && let Some(density) =
+            mass.zip(inertia).and_then(|(mass, inertia)| mean_density(mass, &inertia))
+        && density < AIR
+    {
+        suspicions.push(format!(
+            "{name} describes a body of {density:.1e} kg/m³, which is lighter than air: check that positions are in metres (1 in \
+             is 0.0254 m, 1 cm is 0.01 m) and masses in kg"
+        ));
+    }
     let center = cx.zip(cy).zip(cz).map(|((x, y), z)| Vector3::new(x, y, z));
     let distance = center.map(|center| (center - mean(positions)).norm());
     if let Some(distance) = distance.filter(|distance| *distance > FARTHEST * extent) {
@@ -137,6 +152,22 @@ pub fn size_suspicions(
         ));
     }
     suspicions
+}
+
+/// The inertia tensor, where it is known altogether.
+fn known_inertia(properties: &KnownProperties) -> Option<Matrix3<f64>> {
+    let [.., xx, yy, zz, xy, xz, yz] = *properties;
+    let (xx, yy, zz, xy, xz, yz) = (xx?, yy?, zz?, xy?, xz?, yz?);
+    Some(Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz))
+}
+
+/// The density of the even ellipsoid with this mass and inertia, kg/m³; `None` for a body without volume.
+fn mean_density(mass: f64, inertia: &Matrix3<f64>) -> Option<f64> {
+    let moments = inertia.symmetric_eigenvalues();
+    // J₁ = m (b² + c²)/5.
+    let squares = moments.map(|moment| 2.5 * (moments.sum() - 2.0 * moment) / mass);
+    let volume = 4.0 / 3.0 * std::f64::consts::PI * squares.product().sqrt();
+    (squares.min() > 0.0).then_some(mass / volume)
 }
 
 fn mean(positions: &[[f64; 3]]) -> Vector3<f64> {

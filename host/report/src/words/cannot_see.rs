@@ -7,6 +7,7 @@
 //! | hits that all land on the same side of a mark | `node_position_m` and `node_direction_rad` |
 //! | lateral force and free moment of the tip | those of the marks, except for a moment about the hit |
 //! | mass of the sensors | `attached_mass_kg` or `[[attached]]`, if declared |
+//! | liquid and loose parts, in mass lines | none |
 //! | nonlinearity of the converter | `converter_gain` in the suspension profile, as one gain of all channels; for mass lines none of its own: the gains of the sensors have to cover it |
 
 use massline_shared::body::RigidBody;
@@ -33,6 +34,7 @@ pub fn cannot_see(
         ("same_side_miss", Some(same_side_miss(layout))),
         ("lateral_force_or_free_moment", lateral_force(layout)),
         ("sensor_mass", sensor_mass(layout, body)),
+        ("loose_parts", loose_parts(layout, body)),
         ("nonlinearity", nonlinearity(layout, by_rig)),
     ];
     candidates.into_iter().filter_map(entry).collect()
@@ -113,6 +115,25 @@ fn sensor_mass(layout: &HostLayout, body: Option<&RigidBody<f64>>) -> Option<Str
         "the mass of the sensors: none is declared, so it counts as the object's{effect}; weigh one and give \
          attached_mass_kg"
     ))
+}
+
+fn loose_parts(layout: &HostLayout, body: Option<&RigidBody<f64>>) -> Option<String> {
+    let effect = body.map_or_else(String::new, |body| {
+        format!(
+            ": {:.0} g, 1 % of the mass, at {:.0} mm from the centre of mass make the mass 1 % too small and move its centre \
+             by {:.2} mm",
+            10.0 * body.mass,
+            1e3 * layout.characteristic_length(),
+            10.0 * layout.characteristic_length(),
+        )
+    });
+    // In the suspension profile it has a mode of its own.
+    (layout.test.profile == TestProfile::MassLine).then(|| {
+        format!(
+            "liquid and parts that swing by themselves below the band: they do not follow the hits, and what they weigh is \
+             missing{effect}; fasten them, or fill up or empty the tank"
+        )
+    })
 }
 
 fn nonlinearity(layout: &HostLayout, by_rig: bool) -> Option<String> {
@@ -209,14 +230,15 @@ mod tests {
 
     #[test]
     fn what_has_its_term_in_the_budget_is_not_listed() {
-        let always = ["same_side_miss", "lateral_force_or_free_moment", "nonlinearity"];
-        let [miss, force, converter] = always;
+        let always =
+            ["same_side_miss", "lateral_force_or_free_moment", "loose_parts", "nonlinearity"];
+        let [miss, force, loose, converter] = always;
         let mut layout = layout();
-        assert_eq!(sources(&layout), [miss, force, "sensor_mass", converter]);
+        assert_eq!(sources(&layout), [miss, force, "sensor_mass", loose, converter]);
         layout.attached.push(AttachedBody::point(0.015, 0.1, [0.0; 3])).unwrap();
         assert_eq!(sources(&layout), always);
         layout.apparatus.hammer_gain = 0.0;
-        assert_eq!(sources(&layout), ["hammer_gain", miss, force, converter]);
+        assert_eq!(sources(&layout), ["hammer_gain", miss, force, loose, converter]);
         // Then the sensors are calibrated against the hammer, and their gains contain it.
         layout.calibrated_hammer = true;
         assert_eq!(sources(&layout), always);
@@ -253,6 +275,22 @@ mod tests {
         let errors = cannot_see(&layout(), Some(&body), true);
         let message = &errors.iter().find(|error| error.source == "sensor_mass").unwrap().message;
         assert!(message.contains("adds 2.0 g to the mass (+0.10 %)"), "{message}");
+    }
+
+    #[test]
+    fn what_swings_by_itself_is_missing_from_mass_lines() {
+        let mut layout = layout();
+        let body = RigidBody {
+            mass: 2.0,
+            center_of_mass: Vector3::zeros(),
+            inertia: Matrix3::from_diagonal_element(0.02),
+        };
+        let text = cannot_see_text(&cannot_see(&layout, Some(&body), true));
+        // 1 % of 2 kg, 0.1 m away.
+        assert!(text.contains("20 g, 1 % of the mass, at 100 mm"), "{text}");
+        assert!(text.contains("move its centre by 1.00 mm"), "{text}");
+        layout.test.profile = TestProfile::Suspension;
+        assert!(!sources(&layout).contains(&"loose_parts".to_owned()));
     }
 
     #[test]

@@ -78,3 +78,33 @@ fn lengths_in_inches_and_angles_in_degrees_are_suspected() {
         [""; 0]
     );
 }
+
+#[test]
+fn a_body_lighter_than_air_has_nodes_in_another_unit() {
+    // Edges of a box, m, and its density, kg/m³.
+    let of_box = |edges: [f64; 3], density: f64, unit: f64| {
+        let [a, b, c] = edges.map(|edge| edge / unit);
+        let mass = density * edges.iter().product::<f64>();
+        let moment = |b: f64, c: f64| mass * (b * b + c * c) / 12.0;
+        // Turned by 45° about z.
+        let (xx, yy) = (moment(b, c), moment(a, c));
+        let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+        let known = [mass, 0.0, 0.0, 0.0, mean, mean, moment(a, b), half, 0.0, 0.0];
+        let positions = [[0.0; 3], [a, 0.0, 0.0], [0.0, b, 0.0]];
+        size_suspicions(&positions, "the answer", &known.map(Some))
+    };
+    let (inch, centimetre) = (0.0254, 0.01);
+    let bodies = [
+        ([0.05, 0.04, 0.03], 8000.0), // a steel block
+        ([0.5, 0.3, 0.08], 60.0),     // a frame of tubes
+        ([3.0, 0.02, 0.02], 1200.0),  // a rod
+        ([0.3, 0.3, 0.05], 150.0),    // a drone
+    ];
+    for (edges, density) in bodies {
+        assert_eq!(of_box(edges, density, 1.0), [""; 0], "{edges:?}");
+        for unit in [inch, centimetre] {
+            let messages = of_box(edges, density, unit);
+            assert!(messages.iter().any(|m| m.contains("positions are in metres")), "{messages:?}");
+        }
+    }
+}
