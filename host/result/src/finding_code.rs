@@ -76,6 +76,8 @@ finding_codes! {
     SensorTurned = "sensor_turned";
     /// The force at a DOF is another than the hammer says.
     HitForceOff = "hit_force_off";
+    /// All forces are other than the hammer says.
+    HammerGainOff = "hammer_gain_off";
     /// Products of inertia are expected with the opposite signs.
     SignsOfProducts = "signs_of_products_suspected";
 }

@@ -11,7 +11,7 @@ use massline_analysis::score_tests::SmallFault;
 use massline_physics::{Bench, BenchSource, Fault};
 use massline_shared::diagnosis::{Code, Subject};
 use massline_shared::identify::{Estimate, Method};
-use massline_shared::layout::{Axis, CALIBRATED_HAMMER_GAIN};
+use massline_shared::layout::{Axis, CALIBRATED_HAMMER_GAIN, Prior};
 use massline_shared::nalgebra::SVector;
 use massline_tests::campaign::layout_file;
 use massline_tests::drawn_wheels::{DrawnWheel, drawn_wheels};
@@ -211,4 +211,22 @@ fn small_faults_are_named() {
         println!("{name}: named in {named} of {count}");
         assert!(named * 10 >= count * 9, "{name}: {named} of {count}");
     }
+}
+
+/// The hammer's gain scales mass and inertia and leaves no trace where no mass is known.
+#[test]
+fn a_hammer_that_reads_too_little_is_named_where_the_mass_is_known() {
+    let count = if long() { 20 } else { 1 };
+    let mut wheels = drawn_wheels(&bench("wheel"), SEED, count);
+    let named = wheels.iter_mut().filter_map(|wheel| {
+        wheel.bench.faults.push("hammer:0.95".parse().expect("a fault"));
+        let mut layout = layout();
+        let (value, sigma) = (wheel.bench.body.mass, 0.002 * wheel.bench.body.mass);
+        layout.priors.push(Prior { property: 0, value, sigma }).expect("room");
+        let tests = measured(std::slice::from_ref(wheel), &layout);
+        first_shown(&tests[0]).filter(|(fault, _)| *fault == SmallFault::HammerGainOff)
+    });
+    let named = named.count();
+    println!("a hammer that reads 5 % too little: named in {named} of {count}");
+    assert!(named * 10 >= count * 9, "{named} of {count}");
 }

@@ -55,6 +55,8 @@ pub enum SmallFault {
         /// The DOF.
         hit: usize,
     },
+    /// All forces are other than the hammer says, which shows where a mass is known.
+    HammerGainOff,
 }
 
 /// A change of a layout by a size.
@@ -103,7 +105,7 @@ impl SmallFault {
         let turned = (0..sensors).map(|sensor| Self::SensorTurned { sensor });
         let of_hits = (0..hits).flat_map(|hit| [Self::HitLeans { hit }, Self::HitForceOff { hit }]);
         let chips = layout.senses_gravity().then_some(Self::ChipsAboveMarks);
-        let common = [Self::HitsTurned].into_iter().chain(chips);
+        let common = [Self::HitsTurned, Self::HammerGainOff].into_iter().chain(chips);
         nodes.chain(gains).chain(turned).chain(of_hits).chain(common)
     }
 
@@ -140,6 +142,7 @@ impl SmallFault {
             Self::ChannelGainOff { .. } => FindingCode::ChannelGainOff,
             Self::SensorTurned { .. } => FindingCode::SensorTurned,
             Self::HitForceOff { .. } => FindingCode::HitForceOff,
+            Self::HammerGainOff => FindingCode::HammerGainOff,
         }
     }
 
@@ -153,7 +156,8 @@ impl SmallFault {
             Self::HammerDrifts
             | Self::ChannelDrifts { .. }
             | Self::ChannelGainOff { .. }
-            | Self::HitForceOff { .. } => FaultUnit::Relative,
+            | Self::HitForceOff { .. }
+            | Self::HammerGainOff => FaultUnit::Relative,
             Self::MarksLoaded => FaultUnit::Kilograms,
         }
     }
@@ -187,6 +191,11 @@ impl SmallFault {
             }
             Self::HitForceOff { hit } => one(Box::new(move |layout, size| {
                 if let Some(hit) = layout.hits.get_mut(hit) {
+                    hit.direction = hit.direction.map(|part| part * (1.0 + size));
+                }
+            })),
+            Self::HammerGainOff => one(Box::new(|layout, size| {
+                for hit in layout.hits.iter_mut() {
                     hit.direction = hit.direction.map(|part| part * (1.0 + size));
                 }
             })),

@@ -27,39 +27,58 @@ const BESIDE_GAINS: f64 = 1.2;
 impl GlobalAnswer {
     /// The tests of this answer under the layout that it was found with.
     pub(super) fn score_tests(&self, layout: &HostLayout) -> ScoreTests {
-        let describing = Describing::of(layout);
-        let tests = SmallFault::of_suspension(layout)
-            .filter_map(|fault| self.score_test(layout, &describing, fault));
+        let Some(fitted) = FittedParameters::of(self, layout) else { return ScoreTests::default() };
+        let tests = SmallFault::of_suspension(layout).filter_map(|fault| fitted.test(fault));
         ScoreTests::among(tests.collect())
     }
+}
 
-    fn score_test(
-        &self,
-        layout: &HostLayout,
-        describing: &Describing,
-        fault: SmallFault,
-    ) -> Option<ScoreTest> {
-        let changes = fault.changes_of_layout(layout);
+/// The parameters of sensors and hits as the fit has left them.
+struct FittedParameters<'a> {
+    layout: &'a HostLayout,
+    describing: Describing,
+    pulls: DVector<f64>,
+    covariance: DMatrix<f64>,
+    /// Changes of the properties, in their standard deviations, with each parameter.
+    shifts: DMatrix<f64>,
+    mass: f64,
+    /// Variance of what a size is off in a layout without faults, over what P says.
+    variance: f64,
+}
+
+impl<'a> FittedParameters<'a> {
+    fn of(answer: &GlobalAnswer, layout: &'a HostLayout) -> Option<Self> {
+        let estimate = &answer.solution.estimate;
+        let sigma = estimate.sigma()?;
+        let describing = Describing::of(layout);
+        let (count, whole) = (describing.count, answer.pulls.len());
+        let covariance = DMatrix::from_row_slice(whole, whole, &answer.posterior);
+        let shifts: Vec<_> =
+            answer.nuisances.get(..count)?.iter().map(|own| own.component_div(&sigma)).collect();
+        Some(Self {
+            layout,
+            pulls: DVector::from_column_slice(answer.pulls.get(..count)?),
+            covariance: covariance.view((0, 0), (count, count)).into_owned(),
+            shifts: DMatrix::from_fn(10, count, |row, k| shifts[k][row]),
+            mass: estimate.body.mass,
+            variance: if answer.gains.is_some() { BESIDE_GAINS.powi(2) } else { 1.0 },
+            describing,
+        })
+    }
+
+    fn test(&self, fault: SmallFault) -> Option<ScoreTest> {
+        let changes = fault.changes_of_layout(self.layout);
         let columns: Option<Vec<DVector<f64>>> =
-            changes.iter().map(|change| describing.parameters(layout, change)).collect();
+            changes.iter().map(|change| self.describing.parameters(self.layout, change)).collect();
         let of_parameters = DMatrix::from_columns(&columns.filter(|own| !own.is_empty())?);
-        let count = of_parameters.nrows();
-        let pulls = DVector::from_column_slice(self.pulls.get(..count)?);
-        let whole = self.pulls.len();
-        let covariance = DMatrix::from_row_slice(whole, whole, &self.posterior);
-        let covariance = covariance.view((0, 0), (count, count));
-        let all = of_parameters.tr_mul(&of_parameters);
-        let own = &all - of_parameters.tr_mul(&(covariance * &of_parameters));
-        let scores = of_parameters.tr_mul(&pulls);
-        let body = &self.solution.estimate.body;
-        let largest = fault.largest(layout.characteristic_length(), body.mass);
+        let weighted = &of_parameters / self.variance;
+        let all = weighted.tr_mul(&of_parameters);
+        let own = &all - weighted.tr_mul(&(&self.covariance * &of_parameters));
+        let scores = weighted.tr_mul(&self.pulls);
+        let largest = fault.largest(self.layout.characteristic_length(), self.mass);
         let found = FoundSize::of(&own, &all.diagonal(), &scores, largest)?;
-        let sigma = self.solution.estimate.sigma()?;
-        let of_properties: Vec<_> =
-            self.nuisances.get(..count)?.iter().map(|own| own.component_div(&sigma)).collect();
-        let shifts = DMatrix::from_fn(10, count, |row, k| of_properties[k][row]) * of_parameters;
-        let factor = if self.gains.is_some() { BESIDE_GAINS } else { 1.0 };
-        ScoreTest::new(fault, found.estimate(&shifts, found.squares() / factor.powi(2)))
+        let shifts = &self.shifts * of_parameters;
+        ScoreTest::new(fault, found.estimate(&shifts, found.squares()))
     }
 }
 

@@ -49,6 +49,7 @@ fn fault_of(fault: SmallFault) -> Fault {
             Fault { hit: Some(hit + 1), ..plain }
         }
         SmallFault::HammerDrifts
+        | SmallFault::HammerGainOff
         | SmallFault::HitsTurned
         | SmallFault::ChipsAboveMarks
         | SmallFault::MarksLoaded => plain,
@@ -89,6 +90,10 @@ pub(super) fn clause(test: &ScoreTest, layout: &HostLayout) -> String {
             hit_name(hit, layout),
             if size.value < 0.0 { "smaller" } else { "larger" },
         ),
+        SmallFault::HammerGainOff => format!(
+            "the hammer reads {value} % too {}",
+            if size.value < 0.0 { "much" } else { "little" },
+        ),
         SmallFault::HitLeans { hit } => {
             format!("{} leans by {value} mrad in all its hits", hit_name(hit, layout))
         }
@@ -116,6 +121,9 @@ pub(super) fn advice_on(tests: &[ScoreTest]) -> &'static str {
             "; let the electronics warm up and measure again"
         }
         SmallFault::ChannelGainOff { .. } => "; calibrate the sensors and measure again",
+        SmallFault::HammerGainOff => {
+            "; check the mass that is stated, calibrate the hammer and measure again"
+        }
         SmallFault::SensorTurned { .. } => "; correct its axes in the layout, or mount it straight",
         SmallFault::HitForceOff { .. } => {
             "; see that no hit there is clipped or slides off, and measure it again"
@@ -164,6 +172,7 @@ pub fn fault_name(fault: &Fault) -> String {
         },
         _ => match fault.code {
             FindingCode::HammerDrifts => "drift of the hammer over the test".into(),
+            FindingCode::HammerGainOff => "another gain of the hammer".into(),
             FindingCode::HitsTurned => "all hits turned alike".into(),
             FindingCode::MarksLoaded => "a mass on each mark while it is hit".into(),
             _ => "chips above their marks".into(),
@@ -217,6 +226,7 @@ fn kind_name(test: &massline_result::ScoreTest) -> &'static str {
         FindingCode::ChannelGainOff => "a gain of a channel off by",
         FindingCode::SensorTurned => "a turn of a sensor of",
         FindingCode::HitForceOff => "a force of a hit off by",
+        FindingCode::HammerGainOff => "a gain of the hammer off by",
         _ => "chips above their marks by",
     }
 }
